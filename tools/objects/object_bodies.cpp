@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "objects/object_bodies.h"
 
+#include "objects/scatter_pose.h"
 #include "scene/mesh/mesh_body.h"
 
 #include <algorithm>
@@ -20,15 +21,6 @@ constexpr std::uint32_t kScatterLayer = std::uint32_t{1} << 31;
 
 std::array<double, 3> coordinates(const WorldPos& p_world) {
     return {p_world.x(), p_world.y(), p_world.z()};
-}
-
-Pose pose_of(const ScatterPoint& point) {
-    const double c = point.half_turn_cosine, s = point.half_turn_sine;
-    Pose pose;
-    pose.rotation << c * c - s * s, -2.0 * c * s, 0.0, 2.0 * c * s, c * c - s * s, 0.0, 0.0, 0.0,
-        1.0;
-    pose.translation = point.position_world;
-    return pose;
 }
 
 PlacedBody static_body(const Compound& shape, const Pose& pose, std::uint32_t layers) {

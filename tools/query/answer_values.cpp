@@ -13,6 +13,22 @@ Json as_object(const ShapeFeature& feature) {
     return {{"edge", Json::array({feature.first, feature.second})}};
 }
 
+const char* name_of(GroundStatus status) {
+    switch (status) {
+        case GroundStatus::ok:
+            return "ok";
+        case GroundStatus::miss:
+            return "miss";
+        case GroundStatus::outside:
+            return "outside";
+        case GroundStatus::not_resident:
+            return "not_resident";
+        case GroundStatus::invalid:
+            break;
+    }
+    return "invalid";
+}
+
 bool write_fault(QueryStatus status, Json& answer) {
     if (status == QueryStatus::not_resident) {
         answer["status"] = "not_resident";

@@ -2,8 +2,10 @@
 #include "query/query_answers.h"
 
 #include "query/answer_values.h"
+#include "query/ground_loading.h"
 #include "query/pair_answers.h"
 #include "query/path_clip.h"
+#include "query/pick_answers.h"
 
 #include <terrane/collision/ground_cast.h>
 #include <terrane/collision/ground_contact.h>
@@ -20,59 +22,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxContacts = 4096;
-
-const char* name_of(GroundStatus status) {
-    switch (status) {
-        case GroundStatus::ok:
-            return "ok";
-        case GroundStatus::miss:
-            return "miss";
-        case GroundStatus::outside:
-            return "outside";
-        case GroundStatus::not_resident:
-            return "not_resident";
-        case GroundStatus::invalid:
-            break;
-    }
-    return "invalid";
-}
-
-template <class Answer>
-bool is_absent(const Answer& answer) {
-    return answer.status == decltype(answer.status)::not_resident;
-}
-
-/// Calls `ask`; where ground around a shape is not resident, loads it and calls `ask` again.
-template <class Ask>
-auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach, Ask ask) {
-    auto answer = ask();
-    if (is_absent(answer)) {
-        ground.load({centre_world.x() - reach, centre_world.y() - reach, centre_world.x() + reach,
-                     centre_world.y() + reach});
-        answer = ask();
-    }
-    return answer;
-}
-
-/// Calls `ask` while loading ground along a segment in growing batches, until the answer is complete: a motion that
-/// ends early at the ground loads nothing beyond.
-template <class Ask>
-auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world,
-               double reach, Ask ask) {
-    auto answer = ask();
-    if (!is_absent(answer)) return answer;
-    const double side = ground.ground().spacing() * kChunkCells;
-    const std::vector<WorldRect> pieces =
-        cut_path(from_world, to_world, reach, side, ground.ground().extent());
-    std::size_t batch = 1;
-    for (std::size_t next = 0; next < pieces.size() && is_absent(answer); batch *= 2) {
-        for (std::size_t end = std::min(next + batch, pieces.size()); next < end; ++next) {
-            if (!ground.load(pieces[next])) return ask();
-        }
-        answer = ask();
-    }
-    return answer;
-}
 
 void answer_height(const HeightQuestion& question, QueryGround& ground, Json& answer) {
     const HeightAnswer found = ask_around(ground, WorldPos(question.x, question.y, 0.0), 0.0, [&] {
@@ -254,7 +203,7 @@ nlohmann::ordered_json invalid_answer(const std::string& message) {
     return answer;
 }
 
-nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) {
+nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, PickScene& scene) {
     Json answer;
     if (line.has_id) answer["id"] = line.id;
     if (!line.question) {
@@ -272,9 +221,16 @@ nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) 
     } else if (const auto* swept = std::get_if<CastQuestion>(&question)) {
         swept->other ? answer_pair_cast(*swept, *swept->other, answer)
                      : answer_cast(*swept, ground, answer);
+    } else if (const auto* pick = std::get_if<PickQuestion>(&question)) {
+        answer_pick(*pick, ground, scene, answer);
     }
     ground.release();
     return answer;
+}
+
+nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground) {
+    PickScene nothing;
+    return answer_query(line, ground, nothing);
 }
 
 }  // namespace terrane::tools

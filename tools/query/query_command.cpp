@@ -34,6 +34,9 @@ CommandResult<void> run_query(const QueryOptions& options) {
                           .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
                           .surface = terrain->surface});
     if (!ground) return pass_on(ground.error());
+    PickScene scene = {.bodies = terrain->bodies,
+                       .objects = terrain->objects,
+                       .heightfield = heightfield_of(*terrain)};
 
     LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
     for (;;) {
@@ -47,7 +50,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
             status == LineReader::Status::too_long
                 ? to_line(invalid_answer(
                       fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
-                : to_line(answer_query(parse_query(line), *ground));
+                : to_line(answer_query(parse_query(line), *ground, scene));
         std::fwrite(answer.data(), 1, answer.size(), stdout);
         std::fputc('\n', stdout);
         // a full disk: main() reports it
@@ -76,6 +79,12 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "  "
         "{\"op\":\"cast\",\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..,"
         "\"skip_separating\":true}\n"
+        "  "
+        "{\"op\":\"pick\",\"eye\":[x,y,z],\"look\":[x,y,z],\"fov_deg\":60,\"size\":[w,h],\"pixel\":"
+        "[x,y]"
+        ",\"far_m\":..}: the ground, body or object at a point of a camera's picture; pixel i "
+        "spans "
+        "i to i + 1, from the top left corner. \"forward\" may stand for look, and \"up\" is up\n"
         "S is {\"sphere\":{\"radius\":r}}, {\"capsule\":{\"radius\":r,\"half_height\":h}} (axis "
         "z), "
         "{\"box\":{\"half_extents\":[x,y,z]}}, {\"hull\":{\"points\":[[x,y,z],..]}} or\n"

@@ -7,20 +7,21 @@
 
 namespace terrane::tools {
 
-QueryGround::QueryGround(Pager pager, const QueryGroundSettings& settings)
-    : pager_(std::move(pager)),
+QueryGround::QueryGround(std::shared_ptr<const HeightSource> source, Pager pager,
+                         const QueryGroundSettings& settings)
+    : source_(std::move(source)),
+      pager_(std::move(pager)),
       surface_(settings.surface),
       max_chunks_(settings.memory_bytes / Chunk::max_bytes()) {}
 
 Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> source,
                                         const QueryGroundSettings& settings) {
     // without workers update() loads everything requested, so that no answer depends on time
-    Result<Pager> pager =
-        Pager::create(std::move(source), {.memory_bytes = settings.memory_bytes,
-                                          .worker_count = 0,
-                                          .contact_spacing = settings.contact_spacing});
+    Result<Pager> pager = Pager::create(source, {.memory_bytes = settings.memory_bytes,
+                                                 .worker_count = 0,
+                                                 .contact_spacing = settings.contact_spacing});
     if (!pager) return tl::unexpected<Error>(pager.error());
-    QueryGround made(std::move(*pager), settings);
+    QueryGround made(std::move(source), std::move(*pager), settings);
     made.pager_.update({}, {}, made.time_s_);
     made.ground_.emplace(made.pager_.resident(), made.pager_.contact_level(), made.surface_);
     return made;

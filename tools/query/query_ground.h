@@ -26,6 +26,9 @@ public:
     static Result<QueryGround> create(std::shared_ptr<const HeightSource> source,
                                       const QueryGroundSettings& settings);
 
+    /// Where the ground is loaded from.
+    const HeightSource& source() const { return *source_; }
+
     /// Replaced by load().
     const Ground& ground() const { return *ground_; }
 
@@ -37,8 +40,10 @@ public:
     void release();
 
 private:
-    QueryGround(Pager pager, const QueryGroundSettings& settings);
+    QueryGround(std::shared_ptr<const HeightSource> source, Pager pager,
+                const QueryGroundSettings& settings);
 
+    std::shared_ptr<const HeightSource> source_;
     Pager pager_;
     std::shared_ptr<const SurfaceMap> surface_;
     std::optional<Ground> ground_;

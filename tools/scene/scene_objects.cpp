@@ -73,11 +73,13 @@ struct ObjectReader {
         }
         made.meshes.push_back(*std::move(mesh));
         made.files.push_back(file);
+        made.names.push_back(found->get<std::string>());
         return made.meshes.size() - 1;
     }
 
-    Parsed<void> read_object(const Json& object) {
+    Parsed<void> read_object(std::size_t entry, const Json& object) {
         SceneObject placed;
+        placed.entry = entry;
         const Parsed<std::size_t> mesh = read_mesh_of(object);
         if (!mesh) return wrong(mesh.error());
         placed.mesh = *mesh;
@@ -94,8 +96,9 @@ struct ObjectReader {
         return {};
     }
 
-    Parsed<void> read_scatter(const Json& scatter) {
+    Parsed<void> read_scatter(std::size_t entry, const Json& scatter) {
         SceneScatter scattered;
+        scattered.entry = entry;
         const Parsed<std::size_t> mesh = read_mesh_of(scatter);
         if (!mesh) return wrong(mesh.error());
         scattered.mesh = *mesh;
@@ -168,7 +171,7 @@ Parsed<SceneObjects> read_objects(const Json& list, const std::string& folder) {
             if (!good) return wrong(good.error());
         }
         const Parsed<void> read =
-            is_scatter ? reader.read_scatter(each["scatter"]) : reader.read_object(each);
+            is_scatter ? reader.read_scatter(i, each["scatter"]) : reader.read_object(i, each);
         if (!read) return wrong(path + "." + read.error());
     }
     return std::move(reader.made);

@@ -20,6 +20,7 @@ struct SceneObject {
     double scale = 1.0;
     /// Of a collision proxy that bodies collide with, metres at scale 1; none: nothing collides.
     std::optional<double> proxy_error = {};
+    std::size_t entry = 0;  ///< index in the scene's list
 };
 
 /// A mesh that is scattered over the ground.
@@ -27,12 +28,14 @@ struct SceneScatter {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     ScatterSettings settings;
     std::optional<double> proxy_error = {};  ///< as SceneObject::proxy_error
+    std::size_t entry = 0;                   ///< index in the scene's list
 };
 
 /// `objects` of a scene.
 struct SceneObjects {
     std::vector<TriangleMesh> meshes;
     std::vector<std::string> files;  ///< [meshes] where they were read from
+    std::vector<std::string> names;  ///< [meshes] the files as the scene names them
     std::vector<SceneObject> objects;
     std::vector<SceneScatter> scatters;
 };

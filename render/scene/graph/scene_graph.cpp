@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "graph/graph_ray.h"
 #include "graph/level_switch.h"
 #include "graph/node_checks.h"
 #include "graph/node_store.h"
+#include "graph/world_place.h"
 
 #include <terrane/scene/scene_graph.h>
 #include <terrane/scene/view_volume.h>
@@ -19,19 +21,7 @@ namespace {
 using internal::GraphNode;
 using internal::NodeStore;
 using internal::SwitchChoice;
-
-// Transform from a node's frame to the world frame.
-struct WorldPlace {
-    Pose world_from_node;
-    double scale = 1.0;
-
-    WorldPlace operator*(const NodePlace& place) const {
-        const Pose& inner = place.parent_from_node;
-        return {{world_from_node.rotation * inner.rotation,
-                 world_from_node * Eigen::Vector3d(scale * inner.translation)},
-                scale * place.scale};
-    }
-};
+using internal::WorldPlace;
 
 tl::unexpected<Error> no_such_node(NodeId node) {
     return fail(ErrorCode::invalid_argument,
@@ -60,6 +50,7 @@ struct SceneGraph::State {
 
     // Of the frame.
     View view;
+    bool has_view = false;
     double threshold_px = 1.0;
     std::optional<ViewVolume> volume;
     std::optional<CasterVolume> caster_volume;  // none: no casters
@@ -74,7 +65,6 @@ struct SceneGraph::State {
     void visit_children(const GraphNode& node, const WorldPlace& place, const Above& above);
     void visit_switch(GraphNode& node, const SwitchNode& levels, const BoundingSphere& sphere,
                       const WorldPlace& place, const Above& above);
-    WorldPlace turn(const BillboardNode& billboard, const WorldPlace& place) const;
     void draw(const GeometryNode& geometry, const WorldPlace& place, const Above& above);
     void draw(const ParticlesNode& of_node, const WorldPlace& place);
     void collect_draws();
@@ -103,7 +93,7 @@ void SceneGraph::State::visit(NodeId id, const WorldPlace& place, Above above) {
     if (const auto* levels = std::get_if<SwitchNode>(&node.content)) {
         visit_switch(node, *levels, bounding_sphere(box), place, above);
     } else if (const auto* billboard = std::get_if<BillboardNode>(&node.content)) {
-        visit_children(node, turn(*billboard, place), above);
+        visit_children(node, turned(*billboard, place, view), above);
     } else {
         if (const auto* geometry = std::get_if<GeometryNode>(&node.content))
             draw(*geometry, place, above);
@@ -138,26 +128,6 @@ void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
     };
     show(choice.level, choice.share);
     if (choice.is_fading && is_outermost) show(choice.level + 1, choice.share - 1.0f);
-}
-
-WorldPlace SceneGraph::State::turn(const BillboardNode& billboard, const WorldPlace& place) const {
-    WorldPlace turned = place;
-    Eigen::Matrix3d& axes = turned.world_from_node.rotation;
-    if (billboard.axis == BillboardNode::Axis::screen) {
-        axes.col(0) = view.right();
-        axes.col(1) = view.up;
-        axes.col(2) = -view.forward;
-        return turned;
-    }
-    const Eigen::Vector3d up = axes.col(2);
-    const Eigen::Vector3d towards = view.eye_world - place.world_from_node.translation;
-    const Eigen::Vector3d level = towards - up * up.dot(towards);
-    const double length = level.norm();
-    // The eye is on the axis: no rotation faces it, and the node keeps its own.
-    if (!(length > 1e-9 * towards.norm())) return turned;
-    axes.col(0) = level / length;
-    axes.col(1) = up.cross(Eigen::Vector3d(axes.col(0)));
-    return turned;
 }
 
 void SceneGraph::State::draw(const GeometryNode& geometry, const WorldPlace& place,
@@ -293,6 +263,7 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px,
     state.caster_impostors.clear();
     if (!check(view)) return {};
     state.view = view;
+    state.has_view = true;
     state.threshold_px = threshold_px;
     state.volume.emplace(view);
     state.caster_volume.reset();
@@ -301,6 +272,11 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px,
     state.visit(root(), world, {});
     state.collect_draws();
     return state.draws();
+}
+
+std::optional<NodeHit> SceneGraph::ray(const WorldPos& from_world, const WorldPos& to_world) const {
+    return internal::find_hit(state_->nodes, state_->has_view ? &state_->view : nullptr, from_world,
+                              to_world);
 }
 
 const GraphCounts& SceneGraph::counts() const { return state_->counts; }

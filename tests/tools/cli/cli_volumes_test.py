@@ -59,6 +59,20 @@ class Volumes(Folder):
                 added = self.heights(self.scene([self.volume(shape, op="add")]), 0.1, 0.1)
                 self.assertGreater(added[0], 103)
 
+    def test_a_pick_tells_volumes_from_ground(self):
+        scene = self.scene([self.volume({"box": {"half_extents": [6, 7, 6]}}),
+                            self.volume({"sphere": {"radius": 3}}, op="add", position=[40, 0, 115])])
+        down = {"op": "pick", "forward": [0, 0, -1], "size": [64, 36], "pixel": [32, 18]}
+        floor, ground, ball = ask(["--scene", scene], [{**down, "eye": [x, 0.1, 150]} for x in (0.1, 20.1, 40.1)])
+        self.assertEqual([a["kind"] for a in (floor, ground, ball)], ["volume", "ground", "volume"])
+        for answer, z in ((floor, 94), (ground, 100), (ball, 118)):
+            self.assertAlmostEqual(answer["point"][2], z, delta=0.2)
+            self.assertAlmostEqual(answer["distance"], 150 - answer["point"][2], places=6)
+        # the eye is in the pit, and looks at its wall
+        wall, = ask(["--scene", scene], [{**down, "eye": [0.1, 0.1, 97], "forward": [1, 0, 0]}])
+        self.assertEqual(wall["kind"], "volume")
+        self.assertAlmostEqual(wall["point"][0], 6, delta=0.2)
+
     def test_later_volumes_prevail_and_rotations_turn_them(self):
         box = {"box": {"half_extents": [20, 2, 2]}}
         turn = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "query/parsing/query_parsing.h"
 
+#include "query/parsing/pick_parsing.h"
 #include "query/parsing/shape_parsing.h"
 #include "query/parsing/value_parsing.h"
 
@@ -144,9 +145,14 @@ Parsed<Question> read_question(const Json& object) {
     if (*op == "find") return read_shape_question(object, ShapeOp::find);
     if (*op == "distance") return read_shape_question(object, ShapeOp::distance);
     if (*op == "pseudodistance") return read_shape_question(object, ShapeOp::pseudodistance);
+    if (*op == "pick") {
+        const Parsed<PickQuestion> pick = read_pick(object);
+        if (!pick) return wrong(pick.error());
+        return *pick;
+    }
     return wrong(
-        fmt::format("op must be height, height_below, ray, test, find, distance, pseudodistance or "
-                    "cast, got {}",
+        fmt::format("op must be height, height_below, ray, test, find, distance, pseudodistance, "
+                    "cast or pick, got {}",
                     shown(*op)));
 }
 

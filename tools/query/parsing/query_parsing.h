@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/collision/shapes.h>
+#include <terrane/terrain/view.h>
 
 #include <nlohmann/json.hpp>
 #include <tl/expected.hpp>
@@ -51,7 +52,15 @@ struct CastQuestion {
     std::optional<OtherShape> other;
 };
 
-using Question = std::variant<HeightQuestion, RayQuestion, ShapeQuestion, CastQuestion>;
+/// What a camera shows at a point of its picture.
+struct PickQuestion {
+    View view;
+    double x_px = 0.0, y_px = 0.0;  ///< from the left and the top edge; pixel i spans i to i + 1
+    double far_distance = 0.0;      ///< metres from the eye; nothing is met beyond
+};
+
+using Question =
+    std::variant<HeightQuestion, RayQuestion, ShapeQuestion, CastQuestion, PickQuestion>;
 
 /// One line of input.
 struct QueryLine {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/scene/caster_volume.h>
+#include <terrane/scene/mesh_rays.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/aabb.h>
@@ -31,6 +32,8 @@ struct GeometryNode {
     std::optional<ImpostorId> impostor = {};  ///< drawn in place of the mesh
     Aabb bounds;                              ///< in the node's frame, metres
     std::uint32_t triangles = 0;              ///< for the counts; 2 of an impostor
+    /// The mesh for SceneGraph::ray(), within the bounds; none: rays do not meet it.
+    std::optional<MeshRays> rays = {};
 };
 
 /// Selects one of its children by distance or screen error, or two during a cross-fade. The children are levels of
@@ -89,6 +92,15 @@ struct GraphCounts {
     std::size_t triangles = 0;  ///< of geometry and particles
 };
 
+/// Where a segment first meets a node.
+struct NodeHit {
+    NodeId node{};                                      ///< a GeometryNode
+    double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the mesh
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
+    std::uint32_t triangle = 0;                         ///< of the node's mesh
+};
+
 /// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not scattered by the thousand
 /// (see Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
 ///
@@ -130,6 +142,14 @@ public:
                        const std::optional<SunShadows>& shadows = {});
     /// Of the last collect().
     const GraphCounts& counts() const;
+
+    /// The first geometry whose mesh a segment meets; of several at once the one that was added first. Nodes without
+    /// GeometryNode::rays are not met, nor are particles. A switch is met by its finest level, whichever is drawn. What
+    /// is below a billboard is met as it faces the last valid view of collect(), and not at all before there is one.
+    ///
+    /// Fails: no answer where `from_world` or `to_world` is not finite
+    /// Cost:  O(nodes whose parents' bounds the segment meets), and their meshes; after changes also that of the bounds
+    std::optional<NodeHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:
     struct State;
