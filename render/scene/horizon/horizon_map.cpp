@@ -13,6 +13,7 @@
 //
 // For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
 #include "base/vector_math.h"
+#include "culling/extents.h"
 #include "horizon/horizon_rows.h"
 
 #include <terrane/scene/horizon_map.h>
@@ -221,12 +222,10 @@ bool HorizonMap::hides(const Aabb& box_world) const {
     const Eigen::Vector3d low = box_world.low - state.view.eye_world;
     const Eigen::Vector3d high = box_world.high - state.view.eye_world;
     const Eigen::Vector3d half = 0.5 * (high - low);
-    return state.hides({0.5 * (low + high), std::sqrt(half.x() * half.x() + half.y() * half.y()),
-                        low.z(), high.z()},
-                       [&](const Eigen::Vector3d& normal) {
-                           return std::abs(normal.x()) * half.x() +
-                                  std::abs(normal.y()) * half.y() + std::abs(normal.z()) * half.z();
-                       });
+    return state.hides(
+        {0.5 * (low + high), std::sqrt(half.x() * half.x() + half.y() * half.y()), low.z(),
+         high.z()},
+        [&](const Eigen::Vector3d& normal) { return internal::reach_along(normal, half); });
 }
 
 }  // namespace terrane
