@@ -32,9 +32,13 @@ double squared_distance(const ChunkKey& key, const Lattice& lattice, const World
 /// The chunks of a level: they are consecutive in a set.
 std::span<const ResidentChunk> chunks_of(const ResidentSet& resident, int level) {
     const std::span<const ResidentChunk> all = resident.chunks();
-    const auto level_of = [](const ResidentChunk& chunk) -> int { return chunk->key.level; };
-    const auto found = std::ranges::equal_range(all, level, {}, level_of);
-    return {found.begin(), found.end()};
+    const auto begin = std::partition_point(
+        all.begin(), all.end(),
+        [level](const ResidentChunk& chunk) { return chunk->key.level < level; });
+    const auto end = std::partition_point(begin, all.end(), [level](const ResidentChunk& chunk) {
+        return chunk->key.level == level;
+    });
+    return {begin, end};
 }
 
 }  // namespace
