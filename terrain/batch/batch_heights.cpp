@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Heights of many points. Points are answered in blocks: first the cells of a block are found and their samples
-// requested from memory (prefetch), then the heights are computed, so that the accesses of a block overlap. Sorting
+// requested from memory (prefetch), then the heights are computed, so that the accesses of a block overlap. The
+// arithmetic is vectorised over the points of a block (kernels/height_kernels.h). Sorting
 // scattered points by chunk was measured and does not pay: it only moves the scattered accesses from samples to points
 // and answers (docs/batch.md).
 #include "batch/array_checks.h"
 #include "batch/ground_batch_state.h"
-#include "ground/cell_height.h"
+#include "batch/kernels/height_kernels.h"
 #include "ground/cell_lines.h"
 
 #include <algorithm>
@@ -16,8 +17,7 @@
 namespace terrane {
 namespace {
 
-/// Points whose samples are requested together.
-constexpr std::size_t kBlock = 64;
+constexpr std::size_t kBlock = internal::kHeightBlock;
 /// Least points of a slice.
 constexpr std::size_t kLeastPoints = 1024;
 
@@ -44,62 +44,77 @@ class GroundBatch::HeightBlocks {
 public:
     HeightBlocks(const Ground& ground, const PointArray& points, const HeightArrays& out,
                  internal::ChunkTable& table, std::uint64_t call)
-        : ground_(ground), points_(points), out_(out), table_(table), call_(call) {}
+        : ground_(ground),
+          points_(points),
+          out_(out),
+          table_(table),
+          call_(call),
+          kernels_(internal::height_kernels(internal::best_simd_level())) {
+        const WorldRect& extent = ground.extent_;
+        const CellRange& cells = ground.in_extent_;
+        columns_ = lines(ground.columns_, extent.west, extent.east, cells.west, cells.east);
+        rows_ = lines(ground.rows_, extent.south, extent.north, cells.south, cells.north);
+    }
 
     void answer(std::size_t begin, std::size_t end) {
         for (std::size_t first = begin; first < end; first += kBlock) {
             const std::size_t count = std::min(kBlock, end - first);
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::size_t at = (first + k) * points_.stride;
-                block_[k] = find(points_.x[at], points_.y[at]);
+            // what is left of the last block repeats its last point
+            for (std::size_t k = 0; k < kBlock; ++k) {
+                const std::size_t at = (first + std::min(k, count - 1)) * points_.stride;
+                x_[k] = points_.x[at];
+                y_[k] = points_.y[at];
             }
-            compute(first, count);
+            kernels_.find_cells(columns_, x_, in_x_);
+            kernels_.find_cells(rows_, y_, in_y_);
+            for (std::size_t k = 0; k < kBlock; ++k) find_samples(k);
+            kernels_.heights(south_west_, in_x_, in_y_, ground_.quantum_, heights_);
+            write_block(first, count);
         }
     }
 
 private:
-    struct Point {
-        const std::int32_t* south_west;  // sample; null: the point is answered by itself
-        const float* bound;
-        double x, y;  // metres from the cell's south-west corner
-        bool cut_to_north_east, is_filled;
-    };
+    static internal::AxisLines lines(const Ground::Lines& lines, double low, double high,
+                                     std::int64_t first, std::int64_t last) {
+        return {lines.origin,
+                lines.spacing,
+                lines.inverse_spacing,
+                low,
+                high,
+                static_cast<double>(first),
+                static_cast<double>(last)};
+    }
 
-    Point find(double x, double y) {
-        Point point{};
-        if (!ground_.extent_.contains(x, y)) return point;
-        const std::int64_t column = ground_.columns_.last_up_to(x);
-        const std::int64_t row = ground_.rows_.last_up_to(y);
-        if (!ground_.is_in_extent(column, row)) return point;
-        const internal::ChunkEntry& chunk = chunk_of(column, row);
-        if (chunk.heights == nullptr) return point;
-        const auto i = static_cast<int>(column & (kChunkCells - 1));
-        const auto j = static_cast<int>(row & (kChunkCells - 1));
+    // Stand-in samples for a point that is answered by itself.
+    static constexpr std::array<std::int32_t, kChunkSamples + 2> kNoSamples{};
+
+    void find_samples(std::size_t k) {
+        south_west_[k] = kNoSamples.data();
+        bound_[k] = nullptr;
+        is_filled_[k] = 0;
+        const int i = in_x_.cell[k], j = in_y_.cell[k];
+        if ((i | j) < 0) return;
+        const internal::ChunkEntry& chunk = chunk_of(in_x_.chunk[k], in_y_.chunk[k]);
+        if (chunk.heights == nullptr) return;
         const std::size_t cell = cell_index(i, j);
         if (chunk.cell_flags != nullptr) {
             const std::uint8_t flags = chunk.cell_flags[cell];
-            if ((flags & cell_outside) != 0) return point;
-            point.is_filled = (flags & cell_filled) != 0;
+            if ((flags & cell_outside) != 0) return;
+            is_filled_[k] = static_cast<std::uint8_t>((flags & cell_filled) != 0);
         }
-        point.south_west = chunk.heights + sample_index(i, j);
-        point.bound = chunk.cell_bounds + cell;
-        point.x = x - ground_.columns_.at(column);
-        point.y = y - ground_.rows_.at(row);
-        point.cut_to_north_east = cut_to_north_east(column, row);
-        __builtin_prefetch(point.south_west);
-        __builtin_prefetch(point.south_west + kChunkSamples);
-        if (!out_.errors_m.empty()) __builtin_prefetch(point.bound);
-        return point;
+        const std::int32_t* const south_west = chunk.heights + sample_index(i, j);
+        south_west_[k] = south_west;
+        bound_[k] = chunk.cell_bounds + cell;
+        __builtin_prefetch(south_west);
+        __builtin_prefetch(south_west + kChunkSamples);
+        if (!out_.errors_m.empty()) __builtin_prefetch(bound_[k]);
     }
 
     const internal::ChunkEntry& chunk_of(std::int64_t column, std::int64_t row) {
-        const std::int64_t chunk_column = column >> kChunkShift, chunk_row = row >> kChunkShift;
-        internal::ChunkEntry& entry = table_.at(chunk_column, chunk_row);
-        if (entry.call == call_ && entry.column == chunk_column && entry.row == chunk_row) {
-            return entry;
-        }
-        entry = {.column = chunk_column, .row = chunk_row, .call = call_};
-        const Chunk* const chunk = ground_.find_chunk(column, row);
+        internal::ChunkEntry& entry = table_.at(column, row);
+        if (entry.call == call_ && entry.column == column && entry.row == row) return entry;
+        entry = {.column = column, .row = row, .call = call_};
+        const Chunk* const chunk = ground_.find_chunk(column << kChunkShift, row << kChunkShift);
         if (chunk == nullptr || chunk->solid != nullptr || !chunk->is_certified) return entry;
         entry.heights = chunk->heights.data();
         entry.cell_bounds = chunk->cell_bounds.data();
@@ -107,27 +122,27 @@ private:
         return entry;
     }
 
-    void compute(std::size_t first, std::size_t count) {
-        const double spacing = ground_.spacing_, quantum = ground_.quantum_;
+    void write_block(std::size_t first, std::size_t count) {
+        if (!out_.heights.empty()) std::copy_n(heights_.height, count, &out_.heights[first]);
+        if (!out_.normals.empty()) {
+            kernels_.normals(heights_, ground_.spacing_, normals_);
+            for (std::size_t k = 0; k < count; ++k) {
+                double* const normal = &out_.normals[3 * (first + k)];
+                normal[0] = normals_.x[k];
+                normal[1] = normals_.y[k];
+                normal[2] = normals_.z[k];
+            }
+        }
+        if (!out_.statuses.empty()) {
+            std::fill_n(&out_.statuses[first], count, GroundStatus::ok);
+        }
+        if (!out_.filled.empty()) std::copy_n(is_filled_, count, &out_.filled[first]);
         for (std::size_t k = 0; k < count; ++k) {
-            const Point& point = block_[k];
-            const std::size_t i = first + k;
-            if (point.south_west == nullptr) {
-                const std::size_t at = i * points_.stride;
-                write(out_, i, ground_.height(points_.x[at], points_.y[at]));
-                continue;
+            if (bound_[k] == nullptr) {
+                write(out_, first + k, ground_.height(x_[k], y_[k]));
+            } else if (!out_.errors_m.empty()) {
+                out_.errors_m[first + k] = static_cast<double>(*bound_[k]);
             }
-            const internal::CellHeight found = internal::height_in_cell(
-                point.south_west, std::min(1.0, point.x / spacing),
-                std::min(1.0, point.y / spacing), point.cut_to_north_east, quantum);
-            if (!out_.heights.empty()) out_.heights[i] = found.height;
-            if (!out_.normals.empty()) {
-                const Eigen::Vector3d normal = found.normal(spacing);
-                std::copy_n(normal.data(), 3, &out_.normals[3 * i]);
-            }
-            if (!out_.errors_m.empty()) out_.errors_m[i] = static_cast<double>(*point.bound);
-            if (!out_.statuses.empty()) out_.statuses[i] = GroundStatus::ok;
-            if (!out_.filled.empty()) out_.filled[i] = static_cast<std::uint8_t>(point.is_filled);
         }
     }
 
@@ -136,7 +151,15 @@ private:
     const HeightArrays& out_;
     internal::ChunkTable& table_;
     const std::uint64_t call_;
-    std::array<Point, kBlock> block_;
+    const internal::HeightKernels& kernels_;
+    internal::AxisLines columns_, rows_;
+    alignas(64) double x_[kBlock], y_[kBlock];
+    internal::AxisCells in_x_, in_y_;
+    const std::int32_t* south_west_[kBlock];  // samples
+    const float* bound_[kBlock];              // null: the point is answered by itself
+    std::uint8_t is_filled_[kBlock];
+    internal::BlockHeights heights_;
+    internal::BlockNormals normals_;
 };
 
 Result<void> GroundBatch::heights(const Ground& ground, const PointArray& points_world,

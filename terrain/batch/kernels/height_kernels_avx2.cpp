@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+#define TERRANE_KERNELS height_kernels_avx2
+#include "batch/kernels/height_kernels_impl.h"
