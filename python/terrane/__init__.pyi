@@ -26,7 +26,8 @@ def fractal(
     *, seed: int = ..., kind: str = ..., octave_count: int = ..., amplitude: float = ...,
     wavelength_log2: int = ..., gain: float = ..., heterogeneity: float = ..., crest_rounding: float = ...,
     warp: float = ..., finest_spacing_log2: int = ..., root_size_log2: int = ...,
-    first_root: Tuple[int, int] = ..., root_count: Tuple[int, int] = ...) -> HeightSource: ...
+    first_root: Tuple[int, int] = ..., root_count: Tuple[int, int] = ...,
+    origin: Tuple[float, float] = ...) -> HeightSource: ...
 
 def lidar_grid(
     *, azimuth_count: int = ..., first_azimuth: float = ..., azimuth_step: float = ..., elevation_count: int = ...,

@@ -23,7 +23,7 @@ class Fractal(unittest.TestCase):
                               ("ridged", {"heterogeneity": 0.1, "crest_rounding": 0.5}), ("warped", {"warp": 0.3}),
                               ("hybrid", {"heterogeneity": 0.2}),
                               ("fbm", {"finest_spacing_log2": 1, "root_size_log2": 13, "first_root": (-2, -3),
-                                       "root_count": (3, 4)})):
+                                       "root_count": (3, 4), "origin": (8192.0, -4096.0)})):
             base, lattice = heights(kind=kind)
             for name, value in changes.items():
                 changed, changed_lattice = heights(kind=kind, **{name: value})

@@ -43,6 +43,9 @@ public:
     /// Contains all heights.
     const HeightInterval& range() const { return range_; }
 
+    /// Of the first octave, metres.
+    double coarsest_wavelength() const { return octaves_.front().wavelength; }
+
     /// How far the heights can leave their linear interpolation over a right triangle whose
     /// hypotenuse is at most `hypotenuse`. Not decreasing.
     double interpolation(double hypotenuse) const;

@@ -31,7 +31,9 @@ public:
         : HeightSource(lattice, extent),
           surface_(std::move(surface)),
           bounds_(surface_),
-          spacing_shift_(spacing_log2 - kUnitLog2) {}
+          spacing_shift_(spacing_log2 - kUnitLog2),
+          origin_x_(to_units(lattice.origin_x)),
+          origin_y_(to_units(lattice.origin_y)) {}
 
     double height(double x, double y) const override { return surface_.height(x, y); }
 
@@ -52,6 +54,10 @@ public:
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
         const double spacing = lattice().spacing * static_cast<double>(grid.step);
+        if (spacing > bounds_.coarsest_wavelength()) {
+            fill_coarse_bounds(grid, vertex_bounds_out, cell_bounds_out);
+            return {};
+        }
         const FractalHead head = bounds_.head(kSqrt2 * (0.25 * spacing));
         HeadSamples fine(surface_, head, internal::best_simd_level());
         MeshSamples samples;
@@ -91,20 +97,56 @@ private:
                 fine};
     }
 
+    /// Samples more than a wavelength of the first octave apart tell nothing about the heights between them: one bound
+    /// for all of these spacings, so that bounds nest.
+    void fill_coarse_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                            std::span<float> cell_bounds_out) const {
+        const float bound = round_up(bounds_.range().high - bounds_.range().low);
+        if (!vertex_bounds_out.empty()) {
+            for (int row = 0; row < grid.rows; ++row) {
+                for (int column = 0; column < grid.columns; ++column) {
+                    const bool coarser = ((row | column) & 1) == 0;
+                    vertex_bounds_out[static_cast<std::size_t>(row * grid.columns + column)] =
+                        coarser ? 0.0f : bound;
+                }
+            }
+        }
+        if (cell_bounds_out.empty()) return;
+        const std::size_t cell_count =
+            static_cast<std::size_t>(grid.columns - 1) * static_cast<std::size_t>(grid.rows - 1);
+        std::ranges::fill(cell_bounds_out.first(cell_count), bound);
+    }
+
+    static std::uint64_t to_units(double metres) {
+        return static_cast<std::uint64_t>(
+            static_cast<std::int64_t>(std::ldexp(metres, -kUnitLog2)));
+    }
+
     /// @param finer_log2  how many times the finest spacing is halved to make the grid's unit
     UnitGrid units(const SampleGrid& grid, int finer_log2) const {
         const int shift = spacing_shift_ - finer_log2;
-        const auto to_units = [=](std::int64_t index) {
+        const auto shifted = [=](std::int64_t index) {
             return static_cast<std::uint64_t>(index) << shift;
         };
-        return {to_units(grid.corner.x), to_units(grid.corner.y), to_units(grid.step), grid.columns,
-                grid.rows};
+        return {origin_x_ + shifted(grid.corner.x), origin_y_ + shifted(grid.corner.y),
+                shifted(grid.step), grid.columns, grid.rows};
     }
 
     FractalSurface surface_;
     FractalBounds bounds_;
     int spacing_shift_;
+    std::uint64_t origin_x_, origin_y_;  ///< of the lattice, units
 };
+
+Result<void> check_origin(const char* name, double origin, const FractalSettings& settings) {
+    const double most = std::ldexp(1.0, kMaxExtentLog2);
+    if (auto ok = check_range(name, origin, -most, most); !ok) return ok;
+    const double roots = std::ldexp(origin, -settings.root_size_log2);
+    if (std::floor(roots) == roots) return {};
+    return fail(ErrorCode::invalid_argument,
+                std::string(name) + " must be a multiple of a root square's side, 2^" +
+                    std::to_string(settings.root_size_log2) + " m, got " + number_text(origin));
+}
 
 Result<void> check(const FractalSettings& settings) {
     if (auto ok = check_octaves(settings.octave_count, settings.gain); !ok) return ok;
@@ -130,8 +172,14 @@ Result<void> check(const FractalSettings& settings) {
     if (auto ok = check_range("finest_spacing_log2", settings.finest_spacing_log2, -16, 16); !ok) {
         return ok;
     }
-    return check_range("root_size_log2", settings.root_size_log2, settings.finest_spacing_log2 + 7,
-                       std::min(settings.finest_spacing_log2 + 31, kMaxExtentLog2));
+    if (auto ok =
+            check_range("root_size_log2", settings.root_size_log2, settings.finest_spacing_log2 + 7,
+                        std::min(settings.finest_spacing_log2 + 31, kMaxExtentLog2));
+        !ok) {
+        return ok;
+    }
+    if (auto ok = check_origin("origin_x", settings.origin_x, settings); !ok) return ok;
+    return check_origin("origin_y", settings.origin_y, settings);
 }
 
 /// Heights are 32-bit multiples of the quantum: the finest that leaves room above the fractal's
@@ -154,6 +202,8 @@ Result<std::shared_ptr<const HeightSource>> FractalHeights::create(
     const HeightInterval range = FractalBounds(surface).range();
     lattice.quantum = make_quantum(std::max(-range.low, range.high), settings.finest_spacing_log2);
     lattice.finest_level = settings.root_size_log2 - settings.finest_spacing_log2 - 7;
+    lattice.origin_x = settings.origin_x;
+    lattice.origin_y = settings.origin_y;
     lattice.first_root_x = settings.first_root_x;
     lattice.first_root_y = settings.first_root_y;
     lattice.root_count_x = settings.root_count_x;
