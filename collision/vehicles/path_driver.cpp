@@ -30,7 +30,7 @@ constexpr double kBrakeSlack = 0.5;       // excess that is left to rolling resi
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
 constexpr double kLeastDistance = 0.001;  // metres between points
-constexpr double kMostCoordinate = 1e9;   // metres
+constexpr double kMostCoordinate = 2e9;   // metres
 /// Share of the accelerations allowed by friction, stability and brakes that the driver uses.
 constexpr double kLimitShare = 0.5;
 

@@ -21,7 +21,7 @@ using internal::RigidBody;
 
 constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() allows for
 constexpr double kMostImpulse = 1e18;
-constexpr double kMostPlace = 2e9;  // metres, of a point that a force acts at
+constexpr double kMostPlace = 4e9;  // metres, of a point that a force acts at
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
     hash = (hash ^ value) * 0x9e3779b97f4a7c15u;

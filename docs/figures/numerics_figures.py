@@ -48,10 +48,10 @@ def number_spacing():
         for i, text in enumerate(texts):
             if text:
                 figure.text((beside, y + 5 + 17 * i - (9 if texts[0] and value == 2.0 ** -12 else 0)), text, role)
-    for value, text in ((1e7, "tests: 1e7"), (1e9, "bodies: 1e9"), (2.0 ** 38, "worlds: 2^38")):
+    for value, text in ((1e7, "tests: 1e7"), (2e9, "bodies: 2e9"), (2.0 ** 38, "worlds: 2^38")):
         x = axes.at(value, 1.0)[0]
         figure.line((x, axes.top), (x, axes.top + axes.height), "line-faint", 1.0, "2 4")
-        figure.text((x - 5, axes.top + axes.height - (32 if value == 1e9 else 12)), text, anchor="end")
+        figure.text((x - 5, axes.top + axes.height - (32 if value == 2e9 else 12)), text, anchor="end")
     return figure
 
 

@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kMostPlace = 1e9;  // metres
+constexpr double kMostPlace = 2e9;  // metres
 constexpr double kMostRatio = 2.0;
 
 Result<void> refuse(std::string message) {
@@ -63,7 +63,7 @@ Result<void> check_place(const NodePlace& place) {
     if (auto ok = check_range("scale", place.scale, 1e-6, 1e6); !ok) return ok;
     const Pose& pose = place.parent_from_node;
     if (!(pose.translation.cwiseAbs().maxCoeff() <= kMostPlace) || !is_finite(pose.translation))
-        return refuse("the translation must be within 1e9 m along each axis");
+        return refuse("the translation must be within 2e9 m along each axis");
     if (!(column_error(pose.rotation) <= 1e-6) || !(determinant(pose.rotation) > 0.0))
         return refuse("the rotation must be orthonormal to 1e-6 with determinant 1");
     return {};

@@ -48,7 +48,7 @@ struct Wedge {
     Eigen::Vector2d right, left;  ///< where it begins and ends; not zero
 
     // Azimuths are taken to be exact to this many sectors: 2^-53 of the coordinates relative to the distance from the
-    // eye, of coordinates up to 1e9 m and distances from 1 m, times 163 sectors a radian.
+    // eye, of coordinates up to 2e9 m and distances from 1 m, times 163 sectors a radian.
     static constexpr double kRounding = 0x1p-12;
 
     /// All sectors with a direction of the wedge.

@@ -24,7 +24,7 @@ using internal::FrameObjects;
 using internal::LevelChoice;
 using internal::ObjectCluster;
 
-constexpr double kMostCoordinate = 1e9;
+constexpr double kMostCoordinate = 2e9;
 
 Result<void> check_object(const PlacedObject& object, std::size_t index) {
     const auto refuse = [&](const std::string& message) {
@@ -33,7 +33,7 @@ Result<void> check_object(const PlacedObject& object, std::size_t index) {
     for (int axis = 0; axis < 3; ++axis) {
         const double value = object.position_world[axis];
         if (!(std::abs(value) <= kMostCoordinate))
-            return refuse("coordinates must be within 1e9 m, got " + number_text(value));
+            return refuse("coordinates must be within 2e9 m, got " + number_text(value));
     }
     if (!(object.scale >= 1e-6f && object.scale <= 1e6f)) {
         return refuse("scale must be 1e-6 to 1e6, got " +

@@ -325,7 +325,7 @@ TEST(SceneGraph, RefusesWhatIsOutOfRangeByItsName) {
     EXPECT_EQ(graph.set_place(NodeId{77}, {}).error().message, "the graph has no node 77");
     EXPECT_EQ(message(at({0, 0, 0}, 0.0), GroupNode{}), "scale must be 1e-06 to 1e+06, got 0");
     EXPECT_EQ(message(at({std::nan(""), 0, 0}), GroupNode{}),
-              "the translation must be within 1e9 m along each axis");
+              "the translation must be within 2e9 m along each axis");
     EXPECT_EQ(message({{2.0 * Eigen::Matrix3d::Identity(), {0, 0, 0}}, 1.0}, GroupNode{}),
               "the rotation must be orthonormal to 1e-6 with determinant 1");
     EXPECT_EQ(message({}, SwitchNode{}), "a switch needs at least one limit, got 0");

@@ -423,7 +423,7 @@ TEST(Scene, RefusesModelsAndObjectsThatAreOutOfRangeWithTheirNumber) {
     objects[1].scale = 1.0f;
     objects[2].position_world.x() = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(message(scene.add_group(trees, objects)),
-              "coordinates must be within 1e9 m, got nan of object 2");
+              "coordinates must be within 2e9 m, got nan of object 2");
     objects[2].position_world.x() = 0.0;
     objects[0].rotation = {0.0f, 0.0f, 0.0f, 0.5f};
     EXPECT_EQ(message(scene.add_group(trees, objects)),

@@ -34,7 +34,7 @@ public:
     ///                     previous one are dropped
     ///
     /// Fails: invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates that are
-    ///        not finite or beyond 1e9 m, and settings out of range
+    ///        not finite or beyond 2e9 m, and settings out of range
     static Result<PathDriver> create(std::vector<Eigen::Vector2d> points_world,
                                      const PathDriverSettings& settings);
 
