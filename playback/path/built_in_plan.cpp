@@ -55,38 +55,46 @@ LegPlan make_straight(const Vector2d& start, const Vector2d& direction, double s
     return plan;
 }
 
-LegPlan make_straight(const WorldRect& extent, double speed, double duration) {
-    const Vector2d direction = longer_side(extent);
-    const double used = std::min(speed * duration, 0.96 * longer_length(extent));
-    return make_straight(middle(extent) - 0.5 * used * direction, direction, speed, duration);
+LegPlan make_straight(const PlanPlace& place, double speed, double duration) {
+    const Vector2d direction = longer_side(place.region);
+    if (place.start_world) return make_straight(*place.start_world, direction, speed, duration);
+    const double used = std::min(speed * duration, 0.96 * longer_length(place.region));
+    return make_straight(middle(place.region) - 0.5 * used * direction, direction, speed, duration);
 }
 
-LegPlan make_orbit(const HeightSource& source, double speed, double duration) {
+LegPlan make_orbit(const HeightSource& source, const PlanPlace& place, double speed,
+                   double duration) {
     constexpr double kLeast = 10.0;  // radius, metres
-    const WorldRect& extent = source.extent();
-    const double room = 0.3 * std::min(extent.east - extent.west, extent.north - extent.south);
+    const WorldRect& region = place.region;
+    const double room = 0.3 * std::min(region.east - region.west, region.north - region.south);
     const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), room));
-    const Vector2d centre = middle(extent);
     LegPlan plan;
     plan.duration = duration;
-    plan.target_world = WorldPos(centre.x(), centre.y(), source.height(centre.x(), centre.y()));
     plan.control.resize(control_count(duration));
-    Vector2d arm(0.0, -radius);
-    for (Eigen::Vector3d& point : plan.control) {
-        point = {centre.x() + arm.x(), centre.y() + arm.y(), 0.0};
+    Vector2d arm(0.0, -radius), first_arm = arm;
+    for (std::size_t i = 0; i < plan.control.size(); ++i) {
+        plan.control[i] = {arm.x(), arm.y(), 0.0};
+        if (control_time(i) <= 0.0) first_arm = arm;
         arm = turned(arm, speed * kLegStep / radius);
     }
+    const Vector2d centre =
+        place.start_world ? Vector2d(*place.start_world - first_arm) : middle(region);
+    for (Eigen::Vector3d& point : plan.control) {
+        point = {centre.x() + point.x(), centre.y() + point.y(), 0.0};
+    }
+    plan.target_world = WorldPos(centre.x(), centre.y(), source.height(centre.x(), centre.y()));
     return plan;
 }
 
-Result<LegPlan> make_canyon(const HeightSource& source, double speed, double duration) {
+Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region, double speed,
+                            double duration) {
     constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature for fast cameras
     LegPlan plan;
     plan.duration = duration;
     plan.has_lean = true;
     const double length = speed * kLegStep * static_cast<double>(control_count(duration));
     const Result<std::vector<Vector2d>> route =
-        find_canyon_route(source, length, kTurnTime * speed);
+        find_canyon_route(source, region, length, kTurnTime * speed);
     if (!route) return tl::unexpected(route.error());
     for (const Vector2d& p : resampled(*route, speed * kLegStep)) {
         plan.control.emplace_back(p.x(), p.y(), 0.0);
@@ -95,12 +103,12 @@ Result<LegPlan> make_canyon(const HeightSource& source, double speed, double dur
 }
 
 // Back and forth, with a half circle to the left at each end; the first straight passes over the middle.
-LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
+LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
     constexpr double kStraightTime = 5.0;  // seconds
     constexpr double kTurnTime = 6.0;      // seconds
     constexpr int kSubsteps = 16;
     constexpr double kSubstep = kLegStep / kSubsteps;
-    const double straight_time = std::min(kStraightTime, 0.5 * longer_length(extent) / speed);
+    const double straight_time = std::min(kStraightTime, 0.5 * longer_length(place.region) / speed);
     const auto angle = [straight_time](double time) {
         if (time <= 0.0) return 0.0;
         const double period = std::floor(time / (straight_time + kTurnTime));
@@ -112,14 +120,16 @@ LegPlan make_turns(const WorldRect& extent, double speed, double duration) {
     LegPlan plan;
     plan.duration = duration;
     plan.control.resize(control_count(duration));
-    Vector2d direction = longer_side(extent);
-    Vector2d place = middle(extent) - (0.5 * straight_time + kLegPad) * speed * direction;
+    Vector2d direction = longer_side(place.region);
+    const Vector2d from = place.start_world ? Vector2d(*place.start_world) : middle(place.region);
+    const double before = place.start_world ? 0.0 : 0.5 * straight_time;
+    Vector2d at = from - (before + kLegPad) * speed * direction;
     for (std::size_t i = 0; i < plan.control.size(); ++i) {
-        plan.control[i] = {place.x(), place.y(), 0.0};
+        plan.control[i] = {at.x(), at.y(), 0.0};
         for (int j = 0; j < kSubsteps; ++j) {
             const double time = control_time(i) + j * kSubstep;
             const double turn = angle(time + kSubstep) - angle(time);
-            place += speed * kSubstep * turned(direction, 0.5 * turn);
+            at += speed * kSubstep * turned(direction, 0.5 * turn);
             direction = turned(direction, turn);
         }
     }
@@ -159,9 +169,9 @@ double spin_angle(double time) {
     return sum;
 }
 
-LegPlan make_spins(const WorldRect& extent, double speed, double duration) {
+LegPlan make_spins(const PlanPlace& place, double speed, double duration) {
     constexpr double kStep = 1.0 / 32.0;
-    LegPlan plan = make_straight(extent, speed, duration);
+    LegPlan plan = make_straight(place, speed, duration);
     std::vector<Eigen::Vector3d> control;
     Vector2d arm(1.0, 0.0);
     double angle = 0.0;
@@ -210,23 +220,22 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
 std::span<const std::string_view> built_in_names() { return kNames; }
 
 Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
-                                           double speed, double duration) {
-    const WorldRect& extent = source.extent();
-    if (name == "teleports") return make_teleports(extent, speed, duration);
+                                           const PlanPlace& place, double speed, double duration) {
+    if (name == "teleports") return make_teleports(place.region, speed, duration);
     std::vector<LegPlan> legs;
     if (name == "canyon") {
-        Result<LegPlan> canyon = make_canyon(source, speed, duration);
+        Result<LegPlan> canyon = make_canyon(source, place.region, speed, duration);
         if (!canyon) return tl::unexpected(canyon.error());
         legs.push_back(std::move(*canyon));
     } else if (name == "orbit") {
-        legs.push_back(make_orbit(source, speed, duration));
+        legs.push_back(make_orbit(source, place, speed, duration));
     } else if (name == "turns") {
-        legs.push_back(make_turns(extent, speed, duration));
+        legs.push_back(make_turns(place, speed, duration));
     } else if (name == "spins") {
-        legs.push_back(make_spins(extent, speed, duration));
+        legs.push_back(make_spins(place, speed, duration));
     } else {
         TERRANE_ASSERT(name == "straight", "the name must be one of the built-in paths'");
-        legs.push_back(make_straight(extent, speed, duration));
+        legs.push_back(make_straight(place, speed, duration));
     }
     return legs;
 }

@@ -50,6 +50,25 @@ Result<void> check_positive(const char* name, const std::optional<double>& value
                 std::string(name) + " must be above 0 and finite, got " + number_text(*value));
 }
 
+Result<void> check_place(const CameraPathSettings& settings) {
+    if (settings.region) {
+        const WorldRect& r = *settings.region;
+        const bool has_area = r.west < r.east && r.south < r.north;
+        if (!has_area || !std::isfinite(r.east - r.west) || !std::isfinite(r.north - r.south)) {
+            return fail(ErrorCode::invalid_argument,
+                        "region must have finite sides above 0, got " + number_text(r.west) +
+                            " to " + number_text(r.east) + " and " + number_text(r.south) + " to " +
+                            number_text(r.north));
+        }
+    }
+    if (settings.start_world && !settings.start_world->allFinite()) {
+        return fail(ErrorCode::invalid_argument, "start_world must be finite, got " +
+                                                     number_text(settings.start_world->x()) + ", " +
+                                                     number_text(settings.start_world->y()));
+    }
+    return {};
+}
+
 Result<void> check_settings(const CameraPathSettings& settings) {
     if (auto ok = check_positive("speed", settings.speed); !ok) return ok;
     if (auto ok = check_positive("altitude", settings.altitude); !ok) return ok;
@@ -57,6 +76,7 @@ Result<void> check_settings(const CameraPathSettings& settings) {
         !ok)
         return ok;
     if (auto ok = check_positive("seconds", settings.seconds); !ok) return ok;
+    if (auto ok = check_place(settings); !ok) return ok;
     return settings.seconds
                ? check_range("seconds", *settings.seconds, 0.0, CameraPathSettings::kMostSeconds)
                : Result<void>{};
@@ -110,8 +130,9 @@ Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightS
     const double altitude = settings.altitude.value_or(CameraPathSettings::kDefaultAltitude);
     Legs path;
     path.duration = settings.seconds.value_or(CameraPathSettings::kDefaultSeconds);
-    Result<std::vector<internal::LegPlan>> plans =
-        internal::plan_built_in(built_in, source, speed, path.duration);
+    Result<std::vector<internal::LegPlan>> plans = internal::plan_built_in(
+        built_in, source, {settings.region.value_or(source.extent()), settings.start_world}, speed,
+        path.duration);
     if (!plans) return tl::unexpected(plans.error());
     double time = 0.0;
     for (internal::LegPlan& plan : *plans) {

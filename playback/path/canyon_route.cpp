@@ -48,9 +48,8 @@ double roughness(const HeightSource& source, double west, double south, double s
     return (squares - sum * sum / kCount) / kCount;
 }
 
-// The roughest of kWindows^2 squares spread evenly over the extent; ties go to the south-west.
-Grid place_grid(const HeightSource& source, double side) {
-    const WorldRect& extent = source.extent();
+// The roughest of kWindows^2 squares spread evenly over an extent; ties go to the south-west.
+Grid place_grid(const HeightSource& source, const WorldRect& extent, double side) {
     Grid grid;
     grid.spacing = side / (kNodes - 1);
     double roughest = -1.0;
@@ -206,12 +205,12 @@ std::vector<Eigen::Vector2d> cheapest_section(const std::vector<Eigen::Vector2d>
 
 }  // namespace
 
-Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source, double length,
+Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source,
+                                                       const WorldRect& region, double length,
                                                        double turn_length) {
-    const WorldRect& extent = source.extent();
-    const double room = 0.94 * std::min(extent.east - extent.west, extent.north - extent.south);
+    const double room = 0.94 * std::min(region.east - region.west, region.north - region.south);
     const double side = std::min(room, std::max({1.2 * length, 8.0 * turn_length, kLeastSide}));
-    Grid grid = place_grid(source, side);
+    Grid grid = place_grid(source, region, side);
     grid.value.resize(std::size_t{kNodes} * kNodes);
     for (int row = 0; row < kNodes; ++row) {
         for (int column = 0; column < kNodes; ++column) {

@@ -70,6 +70,28 @@ TEST(CameraPath, NeverGoesUnderGroundAndKeepsItsClearance) {
     }
 }
 
+TEST(CameraPath, BeginsAtItsStartAndStaysInItsRegion) {
+    // far from the middle, across the eastern border of the terrain
+    const WorldVec2 start(15'000.0, 15'500.0);
+    const WorldRect region{14'000.0, 14'000.0, 22'000.0, 20'000.0};
+    for (const std::string name : kBuiltIns) {
+        const CameraPathSettings settings{.speed = 80.0,
+                                          .altitude = 100.0,
+                                          .seconds = 20.0,
+                                          .region = region,
+                                          .start_world = start};
+        const Result<CameraPath> path = CameraPath::create(name, hills(), settings);
+        ASSERT_TRUE(path) << path.error().message;
+        if (name != "canyon" && name != "teleports") {
+            EXPECT_LT((path->at(0.0).eye_world.head<2>() - start).norm(), 1.0) << name;
+        }
+        for (double time = 0.0; time <= path->duration(); time += 0.1) {
+            const WorldPos eye = path->at(time).eye_world;
+            EXPECT_TRUE(region.contains(eye.x(), eye.y())) << name << " " << time;
+        }
+    }
+}
+
 TEST(CameraPath, HoldsItsSpeedOverThePlane) {
     for (const char* name : kBuiltIns) {
         const CameraPath path = make(name, 80.0, 100.0, 15.0);

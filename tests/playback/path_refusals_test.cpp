@@ -47,6 +47,12 @@ TEST(CameraPathRefusals, NameTheSettingAndItsValue) {
     EXPECT_EQ(refused({.altitude = kNaN}), "altitude must be above 0 and finite, got nan");
     EXPECT_EQ(refused({.seconds = -1.0}), "seconds must be above 0 and finite, got -1");
     EXPECT_EQ(refused({.seconds = 1e300}), "seconds must be 0 to 1e+07, got 1e+300");
+    EXPECT_EQ(refused({.region = WorldRect{0.0, 0.0, 10.0, 0.0}}),
+              "region must have finite sides above 0, got 0 to 10 and 0 to 0");
+    EXPECT_NE(refused({.region = WorldRect{-kInfinity, 0.0, 10.0, 1.0}}), "");
+    EXPECT_NE(refused({.region = WorldRect{0.0, 0.0, kNaN, 1.0}}), "");
+    EXPECT_EQ(refused({.start_world = WorldVec2(1.0, kNaN)}),
+              "start_world must be finite, got 1, nan");
     EXPECT_EQ(refused({.start = -1.0}).substr(0, 18), "start must be 0 to");
     EXPECT_EQ(refused({.start = kNaN}).substr(0, 18), "start must be 0 to");
 }

@@ -30,6 +30,12 @@ struct CameraPathSettings {
     double start = 0.0;  ///< seconds skipped at the start of a track, >= 0
     std::optional<double> seconds =
         std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
+    /// The part of the terrain that a built-in path is planned in, metres: its sides are finite and above 0. Absent:
+    /// the source's extent.
+    std::optional<WorldRect> region = std::nullopt;
+    /// Where `straight`, `orbit`, `turns` and `spins` begin, metres, finite. Absent: they pass the middle of the region
+    /// halfway.
+    std::optional<WorldVec2> start_world = std::nullopt;
 
     static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
@@ -40,15 +46,15 @@ struct CameraPathSettings {
 
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
 ///
-///   straight   along the middle of the terrain's longer side
+///   straight   along the middle of the region's longer side
 ///   orbit      around the middle, looking at it; the radius makes one turn, or as much as fits
-///   canyon     along the valleys of the terrain's roughest part, banking in turns
+///   canyon     along the valleys of the region's roughest part, banking in turns
 ///   turns      back and forth over the middle, with a half circle of 6 s at each end
 ///   spins      straight, while the view turns around the vertical at 90 degrees a second, with
 ///              rests and reversals
 ///   teleports  legs of 5 s, straight; each starts elsewhere with another heading
 ///
-/// A built-in path longer than the terrain continues straight beyond it. With an altitude the camera flies that
+/// A built-in path longer than the region continues straight beyond it. With an altitude the camera flies that
 /// high above the smoothed ground, higher where its clearance would fall below half the altitude. A recorded track
 /// is raised to a clearance of 2 m; the heights of other tracks are used as they are.
 ///
