@@ -21,7 +21,7 @@ Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& 
                                    CameraPathSettings& settings, double usual_speed) {
     if (!names_track_file(options.path)) {
         if (!settings.speed) settings.speed = usual_speed;
-        return CameraPath::create(options.path, *terrain.source, settings);
+        return CameraPath::create(options.path, *terrain.source, planned_in(terrain, settings));
     }
     Result<Track> track = read_track(options.path, make_geo_reference(terrain.dem));
     if (!track) return tl::unexpected(track.error());

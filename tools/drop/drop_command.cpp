@@ -142,8 +142,7 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     pager.release(ticket);
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
-            "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the "
-            "terrain's centre",
+            "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the start",
             bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
     }
     for (const std::span<const PlacedBody> each :
@@ -214,6 +213,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     }
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
+    with_seed.layout.start = terrain->start;
     if (!options.shape_file.empty()) {
         Result<Shape> shape =
             read_mesh_body(options.shape_file, options.proxy_error, options.layout.scale);
@@ -307,7 +307,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
     options->film.threads = 0;  // loads inside the update: every frame has its ground
     CLI::App* drop = app.add_subcommand(
         "drop",
-        "Drops bodies onto the ground around the terrain's centre, among those of the scene, and "
+        "Drops bodies onto the ground around --start-m, among those of the scene, and "
         "counts what goes wrong");
     add_terrain_options(*drop, options->terrain);
     const std::vector<std::string> shapes{"sphere", "capsule", "box", "hull", "compound", "mixed"};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "drop/drop_layout.h"
 
+#include "extent/world_extent.h"
 #include "query/parsing/quaternion.h"
 #include "world/body_random.h"
 
@@ -77,11 +78,7 @@ WorldRect drop_area(const DropLayout& layout, const WorldRect& extent) {
     double place = kPlace * layout.scale;
     if (layout.file_shape) place = std::max(place, 2.5 * bounding_radius(*layout.file_shape));
     const double side = place * std::ceil(std::sqrt(static_cast<double>(layout.count)));
-    const double centre_x = 0.5 * (extent.west + extent.east);
-    const double centre_y = 0.5 * (extent.south + extent.north);
-    const double half_x = 0.5 * std::min(side, extent.east - extent.west);
-    const double half_y = 0.5 * std::min(side, extent.north - extent.south);
-    return {centre_x - half_x, centre_y - half_y, centre_x + half_x, centre_y + half_y};
+    return square_around(layout.start.value_or(middle_of(extent)), side, extent);
 }
 
 std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,

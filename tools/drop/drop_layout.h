@@ -24,6 +24,7 @@ struct DropLayout {
     double speed = 0.0;  ///< downward at the start, m/s
     double spin = 0.0;   ///< rad/s, about a random axis of each body
     std::uint64_t seed = 1;
+    std::optional<WorldVec2> start = {};  ///< middle of the square, metres; absent: the extent's
 };
 
 /// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; hull: a stone of six
@@ -31,7 +32,7 @@ struct DropLayout {
 /// alternates the first three, by the body's index modulo 3.
 Shape shape_of_body(const DropLayout& layout, std::size_t body);
 
-/// The square around the terrain's centre that bodies start above, clipped to the extent.
+/// The square around the start that bodies start above, clipped to the extent.
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent);
 
 /// Bodies on a grid over drop_area(), shifted and rotated by a hash of seed and index, each 2 to 12 m (times the

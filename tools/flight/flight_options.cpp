@@ -84,9 +84,17 @@ CommandResult<void> check_path(const std::string& name) {
                        did_you_mean(name, CameraPath::built_in_names()));
 }
 
+CameraPathSettings planned_in(const Terrain& terrain, CameraPathSettings settings) {
+    settings.region = work_region(terrain);
+    settings.start_world = terrain.start;
+    return settings;
+}
+
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings) {
-    if (!names_track_file(name)) return CameraPath::create(name, *terrain.source, settings);
+    if (!names_track_file(name)) {
+        return CameraPath::create(name, *terrain.source, planned_in(terrain, settings));
+    }
     Result<Track> track = read_track(name, make_geo_reference(terrain.dem));
     if (!track) return tl::unexpected(track.error());
     return follow_track(std::move(*track), *terrain.source, settings);

@@ -15,9 +15,10 @@ namespace {
 constexpr double kLeastRelief = 1500.0;  // metres from the lowest to the highest tint
 
 // Fits the tint range to the 2nd to 98th percentile of the heights.
-void fit_tints(const HeightSource& source, RendererSettings& settings) {
+void fit_tints(const Terrain& terrain, RendererSettings& settings) {
     constexpr int kProbes = 48;
-    const WorldRect& extent = source.extent();
+    const HeightSource& source = *terrain.source;
+    const WorldRect extent = work_region(terrain);
     std::vector<double> heights;
     for (int i = 0; i < kProbes * kProbes; ++i) {
         const int column = i % kProbes, row = i / kProbes;
@@ -41,7 +42,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
     Result<EglContext> context = EglContext::create();
     if (!context) return tl::unexpected(context.error());
     RendererSettings settings;
-    fit_tints(*terrain.source, settings);
+    fit_tints(terrain, settings);
     settings.sample_count = options.samples > 0      ? static_cast<int>(options.samples)
                             : context->is_software() ? 1
                                                      : settings.sample_count;

@@ -48,10 +48,10 @@ CommandResult<void> run_heightmap(const HeightmapOptions& options) {
     if (!terrain) return pass_on(terrain.error());
     const std::shared_ptr<const HeightSource> source = heightfield_of(*terrain);
     const Lattice& lattice = source->lattice();
-    const WorldRect& extent = source->extent();
+    const WorldVec2 start = start_of(*terrain);
     adapters::HeightmapSettings settings;
-    settings.centre_x = given(options.centre_x_m).value_or(0.5 * (extent.west + extent.east));
-    settings.centre_y = given(options.centre_y_m).value_or(0.5 * (extent.south + extent.north));
+    settings.centre_x = given(options.centre_x_m).value_or(start.x());
+    settings.centre_y = given(options.centre_y_m).value_or(start.y());
     settings.side = static_cast<int>(options.side);
     settings.absent_height = given(options.absent_m);
     settings.level = lattice.level_for_spacing(given(options.spacing_m).value_or(lattice.spacing));
@@ -97,9 +97,9 @@ void add_heightmap_command(CLI::App& app, CommandContext& context) {
                                            "other simulators: a raster and an SDF model");
     add_terrain_options(*command, options->terrain);
     add_in_range(*command, "--centre-x-m", options->centre_x_m, -kMostPlace, kMostPlace,
-                 "World x of the square's centre, metres; without it the terrain's");
+                 "World x of the square's centre, metres; without it that of --start-m");
     add_in_range(*command, "--centre-y-m", options->centre_y_m, -kMostPlace, kMostPlace,
-                 "World y of the square's centre, metres; without it the terrain's");
+                 "World y of the square's centre, metres; without it that of --start-m");
     add_count(*command, "--side", options->side, 3, "Samples along a side, 2^n + 1",
               static_cast<std::size_t>(adapters::kMostHeightmapSide));
     add_positive(*command, "--spacing-m", options->spacing_m,

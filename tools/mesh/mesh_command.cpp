@@ -41,13 +41,13 @@ struct MeshOptions {
 constexpr double kFirstThreshold_px = 4096.0;
 constexpr int kMaxRounds = 64;
 
-Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
-    const WorldRect& extent = source.extent();
-    const double centre_x = 0.5 * (extent.west + extent.east);
-    const double centre_y = 0.5 * (extent.south + extent.north);
-    const double side = std::min(extent.east - extent.west, extent.north - extent.south);
+Result<View> make_view(const MeshOptions& options, const Terrain& terrain) {
+    const HeightSource& source = *terrain.source;
+    const WorldRect region = work_region(terrain);
+    const WorldVec2 centre = start_of(terrain);
+    const double side = std::min(region.east - region.west, region.north - region.south);
     const WorldPos target_world = options.look_world.value_or(
-        WorldPos(centre_x, centre_y, source.height(centre_x, centre_y)));
+        WorldPos(centre.x(), centre.y(), source.height(centre.x(), centre.y())));
     // default eye: south of the target, and above the ground there
     WorldPos eye_world = target_world + Eigen::Vector3d(0.0, -side / 4.0, side / 8.0);
     eye_world.z() =
@@ -57,18 +57,16 @@ Result<View> make_view(const MeshOptions& options, const HeightSource& source) {
                    options.size.height_px);
 }
 
-/// Samples the terrain at the centre of its extent, to get the error that HeightSource::height() cannot report.
-Result<void> read_middle(const HeightSource& source) {
+/// Samples the terrain where the view looks by default, to get the error that HeightSource::height() cannot report.
+Result<void> read_middle(const Terrain& terrain) {
+    const HeightSource& source = *terrain.source;
     const Lattice& lattice = source.lattice();
-    const WorldRect& extent = source.extent();
+    const WorldVec2 middle = start_of(terrain);
     const auto index = [&lattice](double place, double origin) {
         return static_cast<std::int64_t>(std::floor((place - origin) / lattice.spacing));
     };
-    const SampleGrid grid{{index(0.5 * (extent.west + extent.east), lattice.origin_x),
-                           index(0.5 * (extent.south + extent.north), lattice.origin_y)},
-                          1,
-                          2,
-                          2};
+    const SampleGrid grid{
+        {index(middle.x(), lattice.origin_x), index(middle.y(), lattice.origin_y)}, 1, 2, 2};
     std::array<double, 4> heights{};
     return source.sample(grid, heights);
 }
@@ -111,9 +109,9 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
-    const Result<View> view = make_view(options, *terrain->source);
+    const Result<View> view = make_view(options, *terrain);
     if (!view) {
-        const Result<void> read = read_middle(*terrain->source);
+        const Result<void> read = read_middle(*terrain);
         if (!read) return pass_on(read.error());
         return usage_error(view.error().message);
     }
@@ -162,7 +160,7 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     add_point(*mesh, "--eye", options->eye_world,
               "Where the camera is, metres; without it south of the point looked at, and above");
     add_point(*mesh, "--look", options->look_world,
-              "The point looked at, metres; without it the ground at the terrain's centre");
+              "The point looked at, metres; without it the ground at --start-m");
     add_in_range(*mesh, "--fov-deg", options->fov_deg, 0.1, 179.0,
                  "Vertical field of view, degrees");
     add_size(*mesh, "--size", options->size, "Size of the picture, pixels");

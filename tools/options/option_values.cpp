@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <functional>
@@ -27,6 +28,21 @@ std::optional<T> parse_whole(std::string_view text) {
     const auto [rest, error] = std::from_chars(text.data(), end, value);
     if (error != std::errc() || rest != end) return std::nullopt;
     return value;
+}
+
+// "A,B,..", finite numbers.
+template <std::size_t Count>
+std::optional<std::array<double, Count>> parse_numbers(std::string_view text) {
+    std::array<double, Count> numbers{};
+    for (std::size_t i = 0; i < Count; ++i) {
+        const std::size_t comma = text.find(',');
+        if ((comma == std::string_view::npos) != (i + 1 == Count)) return std::nullopt;
+        const std::optional<double> value = parse_number(text.substr(0, comma));
+        if (!value) return std::nullopt;
+        numbers[i] = *value;
+        if (i + 1 < Count) text.remove_prefix(comma + 1);
+    }
+    return numbers;
 }
 
 // The text, shortened for messages.
@@ -105,16 +121,15 @@ std::optional<double> parse_number(std::string_view text) {
 }
 
 std::optional<WorldPos> parse_point(std::string_view text) {
-    WorldPos point_world = WorldPos::Zero();
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t comma = text.find(',');
-        if ((comma == std::string_view::npos) != (axis == 2)) return std::nullopt;
-        const std::optional<double> value = parse_number(text.substr(0, comma));
-        if (!value) return std::nullopt;
-        point_world[axis] = *value;
-        if (axis < 2) text.remove_prefix(comma + 1);
-    }
-    return point_world;
+    const auto numbers = parse_numbers<3>(text);
+    if (!numbers) return std::nullopt;
+    return WorldPos((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+std::optional<WorldVec2> parse_place(std::string_view text) {
+    const auto numbers = parse_numbers<2>(text);
+    if (!numbers) return std::nullopt;
+    return WorldVec2((*numbers)[0], (*numbers)[1]);
 }
 
 std::optional<ImageSize> parse_size(std::string_view text) {
@@ -225,6 +240,19 @@ CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<Wor
         },
         help);
     return option->type_name("X,Y,Z");
+}
+
+CLI::Option* add_place(CLI::App& app, const std::string& flag, std::optional<WorldVec2>& value,
+                       const std::string& help) {
+    std::optional<WorldVec2>* const target = &value;
+    CLI::Option* option = app.add_option_function<std::string>(
+        flag,
+        [target, flag](const std::string& text) {
+            *target = parse_place(text);
+            if (!*target) refuse(flag, "two finite numbers X,Y", text);
+        },
+        help);
+    return option->type_name("X,Y");
 }
 
 CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,

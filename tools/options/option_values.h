@@ -24,6 +24,8 @@ struct ImageSize {
 std::optional<double> parse_number(std::string_view text);
 /// "X,Y,Z", three finite numbers; absent for anything else.
 std::optional<WorldPos> parse_point(std::string_view text);
+/// "X,Y", two finite numbers; absent for anything else.
+std::optional<WorldVec2> parse_place(std::string_view text);
 /// "WxH", both 1 to 16384; absent for anything else.
 std::optional<ImageSize> parse_size(std::string_view text);
 /// "A,B,C", at least one item, none empty; absent for anything else.
@@ -60,6 +62,8 @@ CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std:
 std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
                         const std::string& text);
 CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
+                       const std::string& help);
+CLI::Option* add_place(CLI::App& app, const std::string& flag, std::optional<WorldVec2>& value,
                        const std::string& help);
 CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
                       const std::string& help);

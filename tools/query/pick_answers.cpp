@@ -3,7 +3,7 @@
 
 #include "objects/near_ground.h"
 #include "query/answer_values.h"
-#include "query/ground_loading.h"
+#include "query/loading/ground_loading.h"
 
 #include <terrane/collision/shape_pairs.h>
 
@@ -17,8 +17,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Metres: widens the part of a ray that is near a body, beyond the rounding of coordinates up to 1e9.
-constexpr double kPartSlack = 1e-6;
+// Metres: widens the part of a ray that is near a body, beyond the rounding of coordinates up to 2e9.
+constexpr double kPartSlack = 2e-6;
 // Of the coordinates: how far the triangle that a ray met may be from the point of the answer.
 constexpr double kPointSlack = 1e-11;
 

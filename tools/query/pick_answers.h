@@ -2,8 +2,8 @@
 #pragma once
 
 #include "objects/object_picker.h"
+#include "query/loading/query_ground.h"
 #include "query/parsing/query_parsing.h"
-#include "query/query_ground.h"
 #include "scene/scene_objects.h"
 #include "world/placed_body.h"
 

@@ -2,9 +2,10 @@
 #include "query/query_answers.h"
 
 #include "query/answer_values.h"
-#include "query/ground_loading.h"
+#include "query/loading/ground_loading.h"
+#include "query/loading/long_ray.h"
+#include "query/loading/path_clip.h"
 #include "query/pair_answers.h"
-#include "query/path_clip.h"
 #include "query/pick_answers.h"
 
 #include <terrane/collision/ground_cast.h>
@@ -41,9 +42,14 @@ void answer_height(const HeightQuestion& question, QueryGround& ground, Json& an
 }
 
 void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) {
-    const RayAnswer found = ask_along(ground, question.from_world, question.to_world, 0.0, [&] {
-        return ground.ground().ray(question.from_world, question.to_world);
-    });
+    const auto short_ray = [&] {
+        return ask_along(ground, question.from_world, question.to_world, 0.0, [&] {
+            return ground.ground().ray(question.from_world, question.to_world);
+        });
+    };
+    const double length = (question.to_world - question.from_world).head<2>().norm();
+    const RayAnswer found =
+        length > kLongRay ? long_ray(ground, question.from_world, question.to_world) : short_ray();
     answer["status"] = name_of(found.status);
     if (found.status == GroundStatus::miss) answer["hit"] = false;
     if (found.status != GroundStatus::ok) return;

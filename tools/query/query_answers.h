@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "query/loading/query_ground.h"
 #include "query/parsing/query_parsing.h"
 #include "query/pick_answers.h"
-#include "query/query_ground.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "source/terrain_options.h"
 
+#include "extent/world_extent.h"
 #include "options/option_values.h"
 #include "options/spelling.h"
 #include "output/progress.h"
@@ -84,20 +85,41 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     // detail at its own scale
     settings.octave_count =
         std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
+    if (const auto laid_out = lay_out_world(options.world_m, options.start, settings); !laid_out)
+        return pass_on(laid_out.error());
     Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
     if (!source) return pass_on(source.error());
     std::string name = fmt::format("seed {}", settings.seed);
     if (settings.kind != FractalKind::fbm) {
         name += fmt::format(" ({})", kFractalKinds[static_cast<std::size_t>(settings.kind)]);
     }
-    return Terrain{.source = *source, .dem = std::nullopt, .name = std::move(name)};
+    return Terrain{.source = *source,
+                   .dem = std::nullopt,
+                   .name = std::move(name),
+                   .is_endless = !options.world_m,
+                   .start = options.start};
+}
+
+/// Sets where commands begin on a raster.
+CommandResult<Terrain> begin_at(const std::optional<WorldVec2>& start, Terrain terrain) {
+    const WorldRect& extent = terrain.source->extent();
+    if (start && !extent.contains(start->x(), start->y())) {
+        return failure(fmt::format(
+            "--start-m must be over the raster, {:.10g} to {:.10g} and {:.10g} to {:.10g}, got "
+            "{:.10g},{:.10g}",
+            extent.west, extent.east, extent.south, extent.north, start->x(), start->y()));
+    }
+    terrain.start = start;
+    return terrain;
 }
 
 CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (ChunkStore::is_store(options.dem)) {
         if (options.seed) return usage_error("--seed does not go with a baked terrain");
         if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
-        return open_baked(options.dem);
+        CommandResult<Terrain> baked = open_baked(options.dem);
+        if (!baked) return baked;
+        return begin_at(options.start, *std::move(baked));
     }
     DemSettings settings;
     settings.detail_seed = options.seed;
@@ -137,7 +159,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     }
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
-    return Terrain{.source = *source, .dem = info, .name = std::move(name)};
+    return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});
 }
 
 /// Adds what a scene has besides its terrain.
@@ -242,6 +264,27 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
            "is a seed")
         ->type_name("X")
         ->group("Terrain");
+    std::optional<double>* const world = &options.world_m;
+    app.add_option_function<std::string>(
+           "--world-m",
+           [world](const std::string& text) {
+               *world = parse_number(text);
+               if (!*world || !(**world > 0.0)) {
+                   throw CLI::ValidationError(
+                       "--world-m", fmt::format("must be a number above 0, got '{:.60}'", text));
+               }
+           },
+           "With --seed and no --dem: side of the world, a square around 0,0, metres, raised to a "
+           "power of two. Without "
+           "it the world goes on to 2^31 m, and to 2^21 m around --start-m where the spacing is 1 "
+           "mm")
+        ->type_name("SIDE")
+        ->group("Terrain");
+    add_place(app, "--start-m", options.start,
+              "Where flights, drives, walks, drops and views begin, metres; 0,0 with --seed alone "
+              "and else the middle "
+              "of the terrain, unless said")
+        ->group("Terrain");
     std::optional<double>* const memory = &options.dem_memory_mb;
     app.add_option_function<std::string>(
            "--dem-memory-mb",
@@ -261,6 +304,16 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
 
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain) {
     return terrain.heightfield ? terrain.heightfield : terrain.source;
+}
+
+WorldRect work_region(const Terrain& terrain) {
+    const WorldRect& extent = terrain.source->extent();
+    if (!terrain.start && !terrain.is_endless) return extent;
+    return square_around(terrain.start.value_or(WorldVec2(0.0, 0.0)), kWorkSide, extent);
+}
+
+WorldVec2 start_of(const Terrain& terrain) {
+    return terrain.start.value_or(middle_of(work_region(terrain)));
 }
 
 CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
@@ -354,6 +407,8 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
         if (!scene) return pass_on(scene.error());
         if (options.detail_m) scene->detail_m = options.detail_m;
+        scene->world_m = options.world_m;
+        scene->start = options.start;
         scene->dig_spacing = options.dig_spacing;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
@@ -363,6 +418,9 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");
+    }
+    if (options.world_m && !(options.seed && options.dem.empty())) {
+        return usage_error("--world-m goes with a seed and without a raster");
     }
     if (!options.dem.empty()) return open_dem(options);
     if (options.dem_memory_mb) return usage_error("--dem-memory-mb goes with --dem");

@@ -35,11 +35,13 @@ struct TerrainOptions {
     std::shared_ptr<const SceneObjects> objects = {};    ///< of a scene; null: none
     std::optional<double> water_m = std::nullopt;        ///< of a scene
     std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
+    std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
+    std::optional<WorldVec2> start = std::nullopt;       ///< where commands begin, metres
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
-/// Adds --dem, --seed, --fractal, --scene, --detail-m, --dem-memory-mb and --cache. `options` must outlive the app's
-/// parse().
+/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --dem-memory-mb and --cache. `options`
+/// must outlive the app's parse().
 void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain selected on the command line.
@@ -55,8 +57,19 @@ struct Terrain {
     std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
     std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
-        {};  ///< the source without its volumes; null: none
+        {};                   ///< the source without its volumes; null: none
+    bool is_endless = false;  ///< a fractal whose world is as large as its spacing allows
+    std::optional<WorldVec2> start =
+        std::nullopt;  ///< where commands begin, inside the extent, metres
 };
+
+/// The part of the world that a command works in: built-in paths lie there, default views and the tints of pictures
+/// are fitted to it. The extent; with a start, or in an endless world, the square of kWorkSide around the start or
+/// (0, 0), clipped to the extent.
+WorldRect work_region(const Terrain& terrain);
+
+/// Where a command begins that has no other place: the start, else the middle of work_region(). Metres.
+WorldVec2 start_of(const Terrain& terrain);
 
 /// The source of a terrain without its volumes.
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain);
@@ -77,6 +90,7 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
 /// raster: its cell, or with detail 1 m by default. Volumes make what is coarser by default finer: a fractal gets the
 /// largest power of two up to their finest voxel; square cells are halved until they are at most the square root of 2
 /// times it, other rasters get exactly it; so does TerrainOptions::dig_spacing. A baked terrain has its own spacing.
+/// The world of a fractal: lay_out_world().
 ///
 /// Fails: exit_usage where no terrain is selected or a value is out of range; exit_failed where a file
 ///        cannot be read or is invalid

@@ -49,7 +49,7 @@ class Bake(Folder):
 
     def test_a_baked_fractal_and_a_raster_with_detail_give_the_meshes_of_both(self):
         _, raster = self.hills(150, 100)
-        for terrain in (["--seed", 5, "--detail-m", 256], ["--dem", raster, "--seed", 3, "--detail-m", 5]):
+        for terrain in (["--seed", 5, "--detail-m", 256, "--world-m", 131072], ["--dem", raster, "--seed", 3, "--detail-m", 5]):
             out, _ = self.bake("a.terrane", *terrain)
             self.assertEqual(self.mesh(terrain, "live.ply")[0], self.mesh(["--dem", out], "stored.ply")[0])
 
@@ -71,8 +71,8 @@ class Bake(Folder):
         self.assertEqual(run_json("drive", *terrain, "--path", "straight", "--seconds", 1)["fell_through"], 0)
 
     def test_levels_and_regions_are_parts_of_the_world(self):
-        whole = run_json("info", "--seed", 5, "--detail-m", 64)
-        out, summary = self.bake("levels.terrane", "--seed", 5, "--levels", 2)
+        whole = run_json("info", "--seed", 5, "--detail-m", 64, "--world-m", 131072)
+        out, summary = self.bake("levels.terrane", "--seed", 5, "--world-m", 131072, "--levels", 2)
         info = run_json("info", "--dem", out)
         self.assertEqual(info["levels"], 2)
         self.assertEqual(info["root_size_m"], whole["root_size_m"])
@@ -94,6 +94,7 @@ class Bake(Folder):
                 (2, ["--dem", raster, "--out", out, "--region", "1,2,3"]),
                 (2, ["--dem", raster, "--out", out, "--region", "5,5,1,1"]),
                 (2, ["--seed", 5, "--detail-m", 0.001, "--out", out]),
+                (2, ["--seed", 5, "--detail-m", 0.001, "--world-m", 131072, "--out", out]),
                 (1, ["--dem", raster, "--out", self.path("no/such/a.terrane")]),
                 (1, ["--dem", raster, "--out", self.folder])):
             done = run("bake", *arguments)
@@ -117,7 +118,7 @@ class Bake(Folder):
             self.assertEqual(run("info", "--dem", out, *flags).returncode, 2)
 
     def test_an_interrupt_leaves_no_part_of_a_file(self):
-        process = subprocess.Popen([PROGRAM, "bake", "--seed", "5", "--detail-m", "4", "--out",
+        process = subprocess.Popen([PROGRAM, "bake", "--seed", "5", "--detail-m", "4", "--world-m", "131072", "--out",
                                     self.path("a.terrane")], stderr=subprocess.PIPE, text=True)
         while not os.listdir(self.folder):
             time.sleep(0.02)

@@ -249,7 +249,7 @@ class Volumes(Folder):
                 ([v(rotation=[1, 1, 0, 0])], ["volumes[0].rotation", "length 1.41421"]),
                 ([{"op": "add", "shape": BALL}], ["volumes[0].position is missing"]),
                 ([{"op": "add", "position": [0, 0, 0]}], ["volumes[0].shape is missing"]),
-                ([v(position=[0, 0, 2e9])], ["volumes[0].position", "2000000000"]),
+                ([v(position=[0, 0, 3e9])], ["volumes[0].position", "3000000000"]),
                 ([v(position=[5000, 0, 0])], ["volumes[0]", "outside the world"]),
                 ([v(position=[207, 0, 100])], ["volumes[0]", "is beside the terrain"]),
                 ([v({"mesh": "open.obj"})], ["volumes[0], mesh", "open.obj", "not closed"]),

@@ -115,6 +115,48 @@ TEST(OpenTerrain, EveryKindOfFractalIsAnotherGround) {
     EXPECT_EQ(unsaid->name, fbm->name);
 }
 
+TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
+    struct Case {
+        const char* flags;
+        double spacing, root_size, origin_x, origin_y;
+    };
+    for (const Case& wanted : {Case{"", 1.0, 0x1p31, 0.0, 0.0},
+                               {"--start-m 1e9,-2e9", 1.0, 0x1p31, 0.0, 0.0},
+                               {"--detail-m 300", 256.0, 0x1p31, 0.0, 0.0},
+                               {"--detail-m 0.25", 0.25, 0x1p29, 0.0, 0.0},
+                               {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p29, 0x1p30, 0.0},
+                               {"--detail-m 0.001 --start-m -2147483648,2147483648", 0x1p-10,
+                                0x1p21, 0x1p21 - 0x1p31, 0x1p31 - 0x1p21},
+                               {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0},
+                               {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0},
+                               {"--world-m 256", 1.0, 128.0, 0.0, 0.0}}) {
+        const CommandResult<Terrain> terrain = open_line(std::string("--seed 3 ") + wanted.flags);
+        ASSERT_TRUE(terrain) << terrain.error().message;
+        const Lattice& lattice = terrain->source->lattice();
+        EXPECT_EQ(lattice.spacing, wanted.spacing) << wanted.flags;
+        EXPECT_EQ(lattice.root_size(), wanted.root_size) << wanted.flags;
+        EXPECT_EQ(lattice.origin_x, wanted.origin_x) << wanted.flags;
+        EXPECT_EQ(lattice.origin_y, wanted.origin_y) << wanted.flags;
+        EXPECT_EQ(lattice.root_count_x * lattice.root_count_y, 4);
+    }
+}
+
+TEST(OpenTerrain, CommandsWorkAroundTheirStart) {
+    const auto region = [](const std::string& flags) {
+        const CommandResult<Terrain> terrain = open_line("--seed 3 " + flags);
+        EXPECT_TRUE(terrain);
+        EXPECT_EQ(start_of(*terrain), terrain->start.value_or(WorldVec2(0.0, 0.0)));
+        return work_region(*terrain);
+    };
+    EXPECT_EQ(region(""), (WorldRect{-65536.0, -65536.0, 65536.0, 65536.0}));
+    EXPECT_EQ(region("--start-m 1e9,-5"),
+              (WorldRect{1e9 - 65536.0, -65541.0, 1e9 + 65536.0, 65531.0}));
+    EXPECT_EQ(region("--start-m 2147483648,0"),
+              (WorldRect{0x1p31 - 65536.0, -65536.0, 0x1p31, 65536.0}));
+    EXPECT_EQ(region("--world-m 2097152"),
+              (WorldRect{-1048576.0, -1048576.0, 1048576.0, 1048576.0}));
+}
+
 TEST(OpenTerrain, RefusesKindsThatAreNoneAndKindsWithoutAFractal) {
     try {
         static_cast<void>(open_line("--seed 3 --fractal rigid"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/path_clip.h"
+#include "query/loading/path_clip.h"
 
 #include "support/random.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "query/path_clip.h"
-#include "query/query_ground.h"
+#include "query/loading/path_clip.h"
+#include "query/loading/query_ground.h"
 
 #include <algorithm>
 #include <cstddef>

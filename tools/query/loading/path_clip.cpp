@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/path_clip.h"
+#include "query/loading/path_clip.h"
 
 #include <algorithm>
 #include <array>
@@ -29,11 +29,13 @@ std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_w
     if (enter > leave) return {};
     const double length = (leave - enter) * std::sqrt(displacement[0] * displacement[0] +
                                                       displacement[1] * displacement[1]);
-    const auto count = static_cast<std::size_t>(std::max(1.0, std::ceil(length / side)));
+    const double whole = std::max(1.0, std::ceil(length / side));
+    const auto count =
+        static_cast<std::size_t>(std::min(whole, static_cast<double>(kMostPathPieces)));
     std::vector<WorldRect> pieces;
     pieces.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-        const double share = 1.0 / static_cast<double>(count);
+        const double share = 1.0 / whole;
         const double t0 = enter + (leave - enter) * share * static_cast<double>(i);
         const double t1 = enter + (leave - enter) * share * static_cast<double>(i + 1);
         const double x0 = from[0] + t0 * displacement[0], x1 = from[0] + t1 * displacement[0];

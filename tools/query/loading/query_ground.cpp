@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/query_ground.h"
+#include "query/loading/query_ground.h"
 
 #include <algorithm>
 #include <cmath>

@@ -70,7 +70,7 @@ struct QueryLine {
     tl::expected<Question, std::string> question;
 };
 
-/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 1e9 m of the origin; a rotation is
+/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 2e9 m of the origin; a rotation is
 /// [w, x, y, z] of length 1 within 1e-6, the identity where it is absent.
 QueryLine parse_query(std::string_view line);
 

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMaxCoordinate = 1e9;
+constexpr double kMaxCoordinate = 2e9;
 constexpr double kUnitTolerance = 1e-6;
 
 }  // namespace
@@ -41,7 +41,7 @@ Parsed<double> read_number(const Json& object, const char* key) {
 Parsed<double> read_coordinate(const Json& object, const char* key) {
     const Parsed<double> value = read_number(object, key);
     if (value && !(std::abs(*value) <= kMaxCoordinate)) {
-        return wrong(fmt::format("{} must be within 1e9 m of the origin, got {:.6g}", key, *value));
+        return wrong(fmt::format("{} must be within 2e9 m of the origin, got {:.6g}", key, *value));
     }
     return value;
 }
@@ -51,7 +51,7 @@ Parsed<WorldPos> read_point(const Json& object, const char* key) {
     if (!values) return wrong(values.error());
     const WorldPos point_world((*values)[0], (*values)[1], (*values)[2]);
     if (!(point_world.cwiseAbs().maxCoeff() <= kMaxCoordinate)) {
-        return wrong(fmt::format("{} must be within 1e9 m of the origin, got {}", key,
+        return wrong(fmt::format("{} must be within 2e9 m of the origin, got {}", key,
                                  shown(*object.find(key))));
     }
     return point_world;

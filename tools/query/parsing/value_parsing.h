@@ -24,7 +24,7 @@ std::string shown(const nlohmann::ordered_json& value);
 
 Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key);
 
-/// Within 1e9 m of the origin.
+/// Within 2e9 m of the origin.
 Parsed<double> read_coordinate(const nlohmann::ordered_json& object, const char* key);
 Parsed<WorldPos> read_point(const nlohmann::ordered_json& object, const char* key);
 
