@@ -5,6 +5,7 @@
 #include <terrane/terrain/progressive_mesh.h>
 
 #include <array>
+#include <memory>
 #include <utility>
 
 namespace terrane::tools {
@@ -14,6 +15,9 @@ namespace {
 constexpr std::array kLevelErrors = {0.001, 0.003, 0.01};
 // An impostor takes over where the object is about 50 pixels large, as one whose picture is off by 1 pixel then.
 constexpr double kImpostorError = 0.02;
+// Meshes of so many triangles have continuous levels where they are near: smaller ones save too little
+// (`dense_object_benchmark`).
+constexpr std::size_t kLeastContinuous = 5000;
 // A level must have at most this share of the triangles of the one before.
 constexpr double kLeastSaving = 0.75;
 
@@ -63,6 +67,9 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
         made.model.impostor = ImpostorId{0};
         made.model.levels.push_back(
             {.error_m = kImpostorError * size, .triangles = 2, .is_impostor = true});
+    }
+    if (made.model.levels[0].triangles >= kLeastContinuous) {
+        made.model.continuous = std::make_shared<const ProgressiveMesh>(*std::move(progressive));
     }
     made.model.absence_error_m = size;
     if (const Result<void> good = check(made.model); !good) return tl::unexpected(good.error());

@@ -24,7 +24,7 @@ struct ObjectLevels {
 
 /// Contracts a mesh (ProgressiveMesh) to levels of a thousandth to a hundredth of its size that morph into each
 /// other, with an impostor after them and its whole size as the error of its absence. Levels that save little are
-/// left out.
+/// left out. A mesh of many triangles has continuous levels too (ObjectModel::continuous).
 ///
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh);

@@ -13,11 +13,17 @@
 
 namespace terrane::internal {
 
+/// Logarithms of demands are moved by more than the rounding of sums and of log2_of(), so that no level is drawn that
+/// was not counted.
+inline constexpr float kDemandMargin = 0x1p-12f;
+
 /// Histogram of objects over the factor, pixels per metre of error, on a logarithmic scale.
 class FactorCounts {
 public:
     void clear() { counts_.fill(0); }
     void add(float log2_factor) { ++counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
+    /// Requires a factor that was added.
+    void remove(float log2_factor) { --counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
 
     /// Visits the bins that have objects.
     /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the

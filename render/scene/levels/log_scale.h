@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 namespace terrane::internal {
 
@@ -23,6 +25,13 @@ inline float log2_of(float x) {
     const float series =
         s * (2.88539008f + s2 * (0.961796694f + s2 * (0.577078016f + s2 * 0.412198583f)));
     return static_cast<float>(exponent) + series;
+}
+
+/// log2_of() of an error, >= 0: minus infinity of 0, infinity from 1e30 on.
+inline float log2_of_error(double error_m) {
+    if (error_m == 0.0) return -std::numeric_limits<float>::infinity();
+    if (error_m >= 1e30) return std::numeric_limits<float>::infinity();
+    return log2_of(static_cast<float>(std::max(error_m, 1e-30)));
 }
 
 /// Bins of screen errors on a logarithmic scale: bin b holds pixels whose log2 is in ((b - 1) / kBinsPerOctave,

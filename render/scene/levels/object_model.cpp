@@ -34,6 +34,22 @@ Result<void> check_level(const ObjectModel& model, std::size_t i) {
     return {};
 }
 
+Result<void> check_continuous(const ObjectModel& model) {
+    const std::size_t triangles = model.continuous->step_triangle_counts().front();
+    if (model.levels[0].is_impostor || model.levels[0].triangles != triangles) {
+        return fail(ErrorCode::invalid_argument,
+                    "continuous must have the triangles of the finest level, a mesh, got " +
+                        number_text(triangles));
+    }
+    for (std::size_t i = 1; i < model.levels.size(); ++i) {
+        if (model.levels[i].is_impostor || !model.levels[i - 1].is_impostor) continue;
+        return fail(ErrorCode::invalid_argument,
+                    "with continuous no mesh may come after an impostor, got one in level " +
+                        number_text(i));
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<void> check(const ObjectModel& model) {
@@ -47,6 +63,9 @@ Result<void> check(const ObjectModel& model) {
     }
     for (std::size_t i = 0; i < model.levels.size(); ++i) {
         if (auto ok = check_level(model, i); !ok) return ok;
+    }
+    if (model.continuous != nullptr) {
+        if (auto ok = check_continuous(model); !ok) return ok;
     }
     const double last = model.levels.back().error_m;
     if (!(model.absence_error_m > 0.0 && model.absence_error_m >= kLeastLevelRatio * last)) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "continuous/streamed_list.h"
 #include "objects/frame_objects.h"
 #include "objects/level_choice.h"
 
@@ -22,13 +23,16 @@ public:
     /// Chooses the levels of the objects, and appends their instances.
     ///
     /// @param models, choices [models] that were added
+    /// @param near            objects whose meshes are drawn by others, in the order of their places
     void make(const FrameObjects& objects, std::span<const ObjectModel> models,
               std::span<const LevelChoice> choices, float log2_threshold,
-              std::vector<ObjectInstance>& instances_out);
+              std::span<const NearObject> near, std::vector<ObjectInstance>& instances_out);
 
     /// Of the last make(). Objects that change levels have instances in two draws.
     std::span<const MeshDraw> meshes() const { return meshes_; }
     std::span<const ImpostorDraw> impostors() const { return impostors_; }
+    /// Those of the near objects of which a mesh is drawn, with instances that no draw names.
+    std::span<const NearDraw> near() const { return near_; }
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
 
@@ -39,8 +43,15 @@ private:
         std::uint32_t count = 0, first = 0;
     };
 
-    void choose(const FrameObjects& objects, std::span<const LevelChoice> choices,
-                float log2_threshold);
+    // A near object of which a mesh is drawn.
+    struct NearPlace {
+        std::size_t place = 0;  // among the objects
+        float coverage = 1.0f;
+    };
+
+    void choose(const FrameObjects& objects, std::span<const ObjectModel> models,
+                std::span<const LevelChoice> choices, float log2_threshold,
+                std::span<const NearObject> near);
     void lay_out(std::span<const ObjectModel> models, std::vector<ObjectInstance>& instances_out);
     void fill(const FrameObjects& objects, std::span<ObjectInstance> instances);
 
@@ -49,6 +60,8 @@ private:
     std::vector<ChosenLevels> chosen_;         // [objects]
     std::vector<MeshDraw> meshes_;
     std::vector<ImpostorDraw> impostors_;
+    std::vector<NearDraw> near_;
+    std::vector<NearPlace> near_places_;  // [near_]
     std::size_t object_count_ = 0, triangle_count_ = 0;
 };
 

@@ -7,23 +7,8 @@
 #include "objects/level_choice.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace terrane::internal {
-namespace {
-
-// Logarithms of demands are moved by more than the rounding of sums and of log2_of(), so that choose() never draws what
-// was not counted.
-constexpr float kDemandMargin = 0x1p-12f;
-
-float log2_of_error(double error_m) {
-    if (error_m == 0.0) return -std::numeric_limits<float>::infinity();
-    if (error_m >= 1e30) return std::numeric_limits<float>::infinity();
-    return log2_of(static_cast<float>(std::max(error_m, 1e-30)));
-}
-
-}  // namespace
-
 LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
     : log2_ratio_(fade_ratio > 1.0 ? log2_of(static_cast<float>(fade_ratio)) : 0.0f) {
     for (const ObjectLevel& level : model.levels)

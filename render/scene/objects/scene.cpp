@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/settings_check.h"
+#include "continuous/streamed_list.h"
 #include "objects/cluster_set.h"
 #include "objects/draw_list.h"
 #include "objects/frame_objects.h"
@@ -22,7 +23,9 @@ using internal::DrawList;
 using internal::FactorCounts;
 using internal::FrameObjects;
 using internal::LevelChoice;
+using internal::NearObject;
 using internal::ObjectCluster;
+using internal::StreamedList;
 
 constexpr double kMostCoordinate = 2e9;
 
@@ -60,7 +63,8 @@ float log2_of_threshold(double threshold_px) {
 }  // namespace
 
 struct Scene::State {
-    explicit State(const SceneSettings& wanted) : settings(wanted) {}
+    explicit State(const SceneSettings& wanted)
+        : settings(wanted), streamed(wanted.most_continuous) {}
 
     SceneSettings settings;
     std::vector<ObjectModel> models;
@@ -74,6 +78,7 @@ struct Scene::State {
     SceneCounts counts;
     std::vector<const ObjectCluster*> in_view, casting;  // clusters
     FrameObjects objects, casters;
+    StreamedList streamed;  // of the nearest objects
     DemandHistogram histogram;
     std::vector<TriangleDemand> demands;
     DrawList drawn, cast;
@@ -82,9 +87,28 @@ struct Scene::State {
     void clear_objects() {
         objects.clear();
         casters.clear();
+        streamed.clear();
     }
+    void find_nearest();
     void find_casters(const View& view, const ViewVolume& volume, const SunShadows& shadows);
 };
+
+// Those of the objects in view that have continuous levels are not counted with the others.
+void Scene::State::find_nearest() {
+    if (!streamed.is_needed()) return;
+    streamed.begin(log2_of_threshold(least_threshold_px));
+    std::size_t place = 0;
+    objects.visit([&](const ObjectCluster& cluster, const Eigen::Vector3f&, std::size_t object,
+                      float log2_factor) {
+        streamed.add({.key = {cluster.order, static_cast<std::uint32_t>(object)},
+                      .model = cluster.model,
+                      .place = place++,
+                      .log2_factor = log2_factor});
+    });
+    streamed.select(histogram);
+    for (const NearObject& object : streamed.near())
+        factors[object.model].remove(object.log2_factor);
+}
 
 // The objects out of view whose shadows can fall into it.
 void Scene::State::find_casters(const View& view, const ViewVolume& volume,
@@ -122,6 +146,7 @@ Result<ModelId> Scene::add_model(const ObjectModel& model) {
     const auto index = static_cast<std::uint32_t>(state.models.size());
     state.drawn.add_model(model);
     state.cast.add_model(model);
+    state.streamed.add_model(model, state.settings.fade_ratio);
     state.choices.emplace_back(model, state.settings.fade_ratio);
     state.factors.emplace_back();
     state.models.push_back(model);
@@ -171,6 +196,7 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
         state.objects.add(*cluster, state.choices[cluster->model], volume, horizon);
     state.histogram.clear();
     state.objects.count_factors(state.factors);
+    state.find_nearest();
     for (std::size_t model = 0; model < state.choices.size(); ++model)
         state.choices[model].add_to(state.factors[model], state.histogram);
     state.histogram.append_to(state.demands);
@@ -185,15 +211,19 @@ SceneDraws Scene::end_frame(double threshold_px) {
     const float log2_threshold =
         log2_of_threshold(std::max(threshold_px, state.least_threshold_px));
     state.instances.clear();
-    state.drawn.make(state.objects, state.models, state.choices, log2_threshold, state.instances);
-    state.cast.make(state.casters, state.models, state.choices, log2_threshold, state.instances);
+    state.drawn.make(state.objects, state.models, state.choices, log2_threshold,
+                     state.streamed.near(), state.instances);
+    state.streamed.make(state.drawn.near(), state.models, log2_threshold);
+    state.cast.make(state.casters, state.models, state.choices, log2_threshold, {},
+                    state.instances);
     state.counts.drawn = state.drawn.object_count();
     state.counts.left_out = state.counts.in_view - state.counts.drawn;
-    state.counts.triangles = state.drawn.triangle_count();
+    state.counts.continuous = state.streamed.draws().size();
+    state.counts.triangles = state.drawn.triangle_count() + state.streamed.triangle_count();
     state.counts.casters = state.cast.object_count();
     return {.instances = state.instances,
             .meshes = state.drawn.meshes(),
-            .streamed = {},
+            .streamed = state.streamed.draws(),
             .impostors = state.drawn.impostors(),
             .particles = {},
             .caster_meshes = state.cast.meshes(),

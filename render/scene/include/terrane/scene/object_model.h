@@ -4,9 +4,11 @@
 #include <terrane/scene/mesh_rays.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/aabb.h>
+#include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/result.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -38,6 +40,10 @@ struct ObjectModel {
     double absence_error_m = 0.0;
     /// The mesh for Scene::ray(), within the bounds; none: rays do not meet it.
     std::optional<MeshRays> rays = {};
+    /// Continuous levels of detail, which the nearest objects have in place of the meshes among `levels`: the vertices
+    /// and the finest triangles are those of `mesh`, and no impostor is finer than a mesh. Scene reads the record of
+    /// contractions alone, not the present level, which must not change meanwhile. Null: none.
+    std::shared_ptr<const ProgressiveMesh> continuous = {};
 };
 
 /// Least ratio of the errors of consecutive levels.

@@ -37,6 +37,10 @@ struct SceneSettings {
         CullTest::planes;  ///< of groups of objects; single objects have the test of planes
     double far_distance =
         std::numeric_limits<double>::infinity();  ///< beyond it no object is drawn, metres, > 0
+    /// Most objects of a frame with continuous levels of detail (ObjectModel::continuous): those in view with the most
+    /// pixels a metre of their models, the others have discrete levels. One that was among them stays until another
+    /// one has an eighth more. Each takes 12 bytes a triangle of its finest level. 0: none.
+    std::size_t most_continuous = 16;
 };
 
 /// Statistics of a frame of a Scene.
@@ -49,8 +53,9 @@ struct SceneCounts {
     std::size_t drawn = 0;  ///< those of them that are drawn
     std::size_t left_out =
         0;  ///< those of them whose absence is an error below the threshold: not drawn
-    std::size_t triangles = 0;  ///< of the frame; objects that change levels count twice
-    std::size_t casters = 0;    ///< not in view, and given as casters: in none of the other counts
+    std::size_t continuous = 0;  ///< those drawn with continuous levels of detail
+    std::size_t triangles = 0;   ///< of the frame; objects that change levels count twice
+    std::size_t casters = 0;     ///< not in view, and given as casters: in none of the other counts
 };
 
 /// Names a model of a Scene.
@@ -80,7 +85,11 @@ struct SceneHit {
 ///     const SceneDraws draws = scene.end_frame(mesh.others_threshold_px);
 ///
 /// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects,
-/// the settings, the view and the threshold: nothing depends on the frames before.
+/// the settings, the view and the threshold. One thing depends on the frames before: which objects have continuous
+/// levels of detail, where more than SceneSettings::most_continuous could.
+///
+/// The screen error of a continuous level is within the threshold too, so that an object that becomes near, or is not
+/// near any more, changes by no more than the errors of its two levels.
 ///
 /// Threads: one at a time
 class Scene {
@@ -119,12 +128,13 @@ public:
     ///                           shadows, which what is hidden may cast: nothing is
     ///
     /// Allocates: nothing once the buffers are large enough
-    /// Cost:      with end_frame() some 20 ns an object in view: `scene_benchmark`
+    /// Cost:      with end_frame() some 20 ns an object in view: `scene_benchmark`; of an object with continuous levels
+    ///            some microseconds, and the contractions since its last level
     std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0,
                                                 const std::optional<SunShadows>& shadows = {},
                                                 const HorizonMap* horizon = nullptr);
 
-    /// Chooses the levels of the objects of begin_frame(). Valid until the next call.
+    /// Chooses the levels of the objects of begin_frame(). Valid until the next call of it or of begin_frame().
     ///
     /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn. Not below the
     ///                     one given to begin_frame()

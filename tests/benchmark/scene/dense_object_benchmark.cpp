@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// Near objects of many triangles with discrete and with continuous levels of detail, at equal screen error: triangles,
+// processor time of a frame (all threads, a software rasteriser among them) and of its levels alone. The eye comes
+// nearer by a thousandth a frame. Frames of the two alternate; medians.
+//
+//   dense_object_benchmark [--quick] [--pictures FOLDER]
+#include "objects/object_levels.h"
+#include "support/meshes/objects.h"
+
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/scene/scene.h>
+#include <terrane/terrain/progressive_mesh.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane {
+namespace {
+
+constexpr int kWidth = 1280, kHeight = 720;
+constexpr double kErrorPx = 1.0;
+
+double processor_ms() {
+    return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+struct Dense {
+    TerrainRenderer renderer;
+    Scene discrete, continuous;
+    double radius = 0.0;  // of the bounding sphere
+};
+
+Scene scene_of(const ObjectModel& model) {
+    Scene scene = Scene::create({}).value();
+    const ModelId id = scene.add_model(model).value();
+    const PlacedObject placed;
+    if (!scene.add_group(id, {&placed, 1})) std::exit(1);
+    return scene;
+}
+
+Dense make_dense(EglContext& context, int depth) {
+    RendererSettings settings;
+    settings.sample_count = 1;
+    const TriangleMesh mesh = test::make_rock(depth, 1);
+    tools::ObjectLevels levels = tools::make_levels(mesh).value();
+    TerrainRenderer renderer = TerrainRenderer::create(context, kWidth, kHeight, settings).value();
+    levels.model.mesh = renderer.add_mesh(levels.mesh, levels.mesh_levels()).value();
+    levels.model.impostor = renderer.add_impostor(levels.model.mesh).value();
+    levels.model.continuous = nullptr;
+    Scene discrete = scene_of(levels.model);
+    levels.model.continuous =
+        std::make_shared<const ProgressiveMesh>(ProgressiveMesh::create(mesh).value());
+    Scene continuous = scene_of(levels.model);
+    const double radius = 0.5 * (levels.model.bounds.high - levels.model.bounds.low).norm();
+    return {std::move(renderer), std::move(discrete), std::move(continuous), radius};
+}
+
+// Frames of one of the two scenes.
+struct Frames {
+    std::vector<double> frame_ms, levels_ms, triangles;
+
+    void draw(Dense& dense, Scene& scene, const View& view) {
+        const double start = processor_ms();
+        scene.begin_frame(view, kErrorPx);
+        const SceneDraws draws = scene.end_frame(kErrorPx);
+        levels_ms.push_back(processor_ms() - start);
+        if (!dense.renderer.draw({}, view, {}, draws)) std::exit(1);
+        dense.renderer.read();
+        frame_ms.push_back(processor_ms() - start);
+        triangles.push_back(static_cast<double>(scene.counts().triangles));
+    }
+};
+
+void compare(Dense& dense, double distance, int frames, const std::string& pictures) {
+    Frames of_discrete, of_continuous;
+    const Eigen::Vector3d direction = Eigen::Vector3d(0.8, -0.5, 0.3).normalized();
+    for (int i = 0; i < frames; ++i, distance *= 0.999) {
+        const WorldPos eye = (distance + dense.radius) * direction;
+        const View view = look_at(eye, WorldPos::Zero(), 1.0, kWidth, kHeight).value();
+        of_discrete.draw(dense, dense.discrete, view);
+        if (i == 0 && !pictures.empty() && !write_png(dense.renderer.read(), pictures + "_d.png"))
+            std::exit(1);
+        of_continuous.draw(dense, dense.continuous, view);
+        if (i == 0 && !pictures.empty() && !write_png(dense.renderer.read(), pictures + "_c.png"))
+            std::exit(1);
+    }
+    std::printf("  %7.2f m: %6.0f, %6.0f triangles; %6.1f, %6.1f ms; levels alone %.3f, %.3f ms\n",
+                distance, median(of_discrete.triangles), median(of_continuous.triangles),
+                median(of_discrete.frame_ms), median(of_continuous.frame_ms),
+                median(of_discrete.levels_ms), median(of_continuous.levels_ms));
+}
+
+}  // namespace
+}  // namespace terrane
+
+int main(int argument_count, char** arguments) {
+    using namespace terrane;
+    bool is_quick = false;
+    std::string pictures;
+    for (int i = 1; i < argument_count; ++i) {
+        if (std::strcmp(arguments[i], "--quick") == 0) is_quick = true;
+        if (std::strcmp(arguments[i], "--pictures") == 0 && i + 1 < argument_count)
+            pictures = arguments[++i];
+    }
+    Result<EglContext> context = EglContext::create();
+    if (!context) {
+        std::printf("skipped: %s\n", context.error().message.c_str());
+        return 0;
+    }
+    std::printf("a rock, discrete levels and continuous ones within %.0f px, %d x %d\n", kErrorPx,
+                kWidth, kHeight);
+    for (int depth = 3; depth <= (is_quick ? 3 : 6); ++depth) {
+        Dense dense = make_dense(*context, depth);
+        std::printf("%d triangles:\n", 20 << (2 * depth));
+        for (double distance = 16.0; distance >= 0.25; distance *= is_quick ? 0.1 : 0.5) {
+            char name[64] = "";
+            std::snprintf(name, sizeof(name), "/rock%d_%05.2f", depth, distance);
+            compare(dense, distance, is_quick ? 3 : 31,
+                    pictures.empty() ? std::string() : pictures + name);
+        }
+    }
+    return 0;
+}
