@@ -83,6 +83,29 @@ TEST(ObjectLevels, AreFewerTrianglesWithLargerErrorsThenAnImpostor) {
     EXPECT_DOUBLE_EQ(rock.model.absence_error_m, (box.high - box.low).norm());
 }
 
+TEST(ObjectLevels, AreContinuousOfMeshesOfManyTrianglesOnly) {
+    const ObjectLevels dense = make_levels(test::make_rock(5, 1)).value();
+    ASSERT_NE(dense.model.continuous, nullptr);
+    EXPECT_EQ(dense.model.continuous->finest().triangles.size(), 20480u);
+    EXPECT_EQ(dense.model.continuous->finest().positions, dense.mesh.positions);
+    EXPECT_EQ(make_levels(test::make_rock(3, 1)).value().model.continuous, nullptr);
+}
+
+TEST(ObjectField, DrawsTheNearestOfManyTrianglesWithLevelsOfTheirOwn) {
+    SceneObjects objects;
+    objects.meshes = {test::make_rock(5, 1)};
+    objects.files = {"rock.obj"};
+    objects.objects = {{0, {Eigen::Matrix3d::Identity(), {0.0, 6.0, 0.0}}, 1.0}};
+    const View view = view_along({0.0, 0.0, 0.0});
+    ObjectField field = make_field(hills(), objects, 1.0, view);
+    field.begin_frame(view);
+    const SceneDraws draws = field.end_frame(1.0);
+    EXPECT_TRUE(draws.meshes.empty());
+    ASSERT_EQ(draws.streamed.size(), 1u);
+    EXPECT_LT(draws.streamed[0].triangles.size(), 10000u);
+    EXPECT_EQ(field.counts().triangles, draws.streamed[0].triangles.size());
+}
+
 TEST(ObjectLevels, OfMeshesWithoutExtentOrWithNanAreRefused) {
     TriangleMesh mesh;
     EXPECT_EQ(make_levels(mesh).error().message, "an object must have triangles and an extent");
