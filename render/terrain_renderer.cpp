@@ -295,6 +295,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .chunks_culled = state.draws.culled_count(),
                     .objects_drawn = objects.size() + state.scene.object_count(),
                     .triangles = state.scene.triangle_count(),
+                    .triangles_culled = state.scene.culled_triangle_count(),
                     .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};

@@ -4,6 +4,8 @@
 #include "objects/store/impostor_store.h"
 #include "objects/store/mesh_store.h"
 
+#include <terrane/scene/mesh_clusters.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -16,6 +18,9 @@ struct SolidDraw {
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
+    const MeshClusters* clusters = nullptr;        ///< of the triangles; null: all are drawn
+    bool has_parts = false;                        ///< drawn by commands of SolidParts
+    std::uint32_t first_part = 0, part_count = 0;  ///< of these commands
 };
 
 /// The billboards of an impostor, copied to a place of their own with the small ones first.

@@ -73,7 +73,8 @@ Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const M
                           .index_byte = level.first_index * sizeof(std::uint32_t),
                           .index_count = level.index_count,
                           .first_instance = draw.first_instance,
-                          .instance_count = draw.instance_count});
+                          .instance_count = draw.instance_count,
+                          .clusters = level.clusters ? &*level.clusters : nullptr});
     }
     return {};
 }
@@ -127,7 +128,8 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     billboard_count_ = 0;
     for (const BillboardDraw& draw : drawn_impostors()) billboard_count_ += draw.instance_count;
     particle_byte_ = aligned(billboard_byte_ + billboard_count_ * sizeof(ObjectInstance));
-    std::size_t end = aligned(particle_byte_ + draws.particles.size_bytes());
+    command_byte_ = aligned(particle_byte_ + draws.particles.size_bytes());
+    std::size_t end = aligned(command_byte_ + parts_.commands().size_bytes());
     const std::size_t first_streamed = drawn_solids_ - streamed_.size();
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         SolidDraw& draw = solid_[first_streamed + i];
@@ -149,6 +151,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     copy(0, draws.instances.data(), draws.instances.size_bytes());
     sort_billboards(draws, memory + billboard_byte_);
     copy(particle_byte_, draws.particles.data(), draws.particles.size_bytes());
+    copy(command_byte_, parts_.commands().data(), parts_.commands().size_bytes());
     std::vector<ObjectVertex> moved;
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         const SolidDraw& draw = solid_[first_streamed + i];
@@ -206,6 +209,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     impostor_draws_.clear();
     drawn_solids_ = drawn_impostors_ = 0;
     streamed_.clear();
+    parts_.clear();
     particle_count_ = 0;
     object_count_ = triangle_count_ = 0;
     const auto give_up = [&](const Result<void>& failed) {
@@ -217,6 +221,8 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     if (auto ok = collect(draws, !cascades.empty()); !ok) return give_up(ok);
     if (is_empty() && draws.particles.empty()) return {};
     if (auto ok = make_programs(); !ok) return give_up(ok);
+    if (subpixel_bits_ == 0) glGetIntegerv(GL_SUBPIXEL_BITS, &subpixel_bits_);
+    parts_.prepare(std::span(solid_).first(drawn_solids_), draws.instances, view, subpixel_bits_);
     if (auto ok = upload(draws); !ok) return give_up(ok);
     if (!cascades.empty()) {
         if (auto ok = prepare_casters(draws, view, cascades); !ok) return give_up(ok);
@@ -234,10 +240,25 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     return {};
 }
 
+void SceneObjects::draw_triangles(const SolidDraw& draw) const {
+    if (draw.has_parts) {
+        glMultiDrawElementsIndirect(
+            GL_TRIANGLES, GL_UNSIGNED_INT,
+            as_pointer(command_byte_ + draw.first_part * sizeof(PartCommand)),
+            static_cast<GLsizei>(draw.part_count), sizeof(PartCommand));
+    } else {
+        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count),
+                                            GL_UNSIGNED_INT, as_pointer(draw.index_byte),
+                                            static_cast<GLsizei>(draw.instance_count),
+                                            draw.first_instance);
+    }
+}
+
 void SceneObjects::draw_solid() const {
     if (drawn_solids_ + drawn_impostors_ == 0) return;
     const GLuint layout = programs_->object_layout.name();
     glUseProgram(programs_->meshes.name());
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, stream_.name());
     for (const SolidDraw& draw : drawn_solids()) {
         bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
@@ -250,10 +271,7 @@ void SceneObjects::draw_solid() const {
         } else {
             glEnable(GL_CULL_FACE);
         }
-        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count),
-                                            GL_UNSIGNED_INT, as_pointer(draw.index_byte),
-                                            static_cast<GLsizei>(draw.instance_count),
-                                            draw.first_instance);
+        draw_triangles(draw);
     }
     glDisable(GL_CULL_FACE);
     draw_billboards();

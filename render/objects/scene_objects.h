@@ -6,6 +6,7 @@
 #include "objects/object_casters.h"
 #include "objects/object_draws.h"
 #include "objects/object_programs.h"
+#include "objects/solid_parts.h"
 #include "objects/store/impostor_store.h"
 #include "objects/store/mesh_store.h"
 
@@ -60,6 +61,8 @@ public:
     /// Of what is drawn; casters out of view are not counted.
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
+    /// Of triangle_count(): in clusters that face away, not submitted.
+    std::size_t culled_triangle_count() const { return parts_.culled_triangles(); }
     /// Of meshes and impostors on the device.
     std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
 
@@ -72,6 +75,7 @@ private:
     Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> upload(const SceneDraws& draws);
+    void draw_triangles(const SolidDraw& draw) const;
     void sort_billboards(const SceneDraws& draws, std::byte* memory);
     void draw_billboards() const;
     std::span<const SolidDraw> drawn_solids() const {
@@ -88,6 +92,8 @@ private:
     MeshStore meshes_;
     ImpostorStore impostors_;
     StreamBuffer stream_;
+    SolidParts parts_;
+    GLint subpixel_bits_ = 0;  // 0: not asked yet
 
     // Of the frame.
     double pixels_per_radian_ = 0.0;
@@ -97,6 +103,7 @@ private:
     std::vector<const StreamedDraw*> streamed_;  // of the last of the solids that are drawn
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
+    std::size_t command_byte_ = 0;
     std::size_t object_count_ = 0, triangle_count_ = 0;
 };
 

@@ -15,6 +15,9 @@ namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
+// Levels of fewer triangles have no clusters: a quarter of them would be culled for one more command a run.
+constexpr std::size_t kLeastClustered = 128;
+
 Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
     std::size_t indices = 0;
     for (std::size_t level = 0; level < levels.size(); ++level) {
@@ -106,7 +109,14 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLeve
         StoredMesh::Level& made = stored.levels.emplace_back();
         made.first_index = static_cast<std::uint32_t>(3 * indices.size());
         made.index_count = static_cast<std::uint32_t>(3 * level.triangles.size());
-        indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+        if (!stored.is_two_sided && level.triangles.size() >= kLeastClustered) {
+            Result<MeshClusters> clusters = MeshClusters::create(mesh.positions, level.triangles);
+            if (!clusters) return tl::unexpected(clusters.error());
+            for (const std::uint32_t i : clusters->order()) indices.push_back(level.triangles[i]);
+            made.clusters = *std::move(clusters);
+        } else {
+            indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+        }
         if (level.morph_targets.empty()) continue;
         std::vector<ObjectVertex> moved;
         for (const std::uint32_t target : level.morph_targets)

@@ -4,12 +4,14 @@
 #include "gl/gl_object.h"
 
 #include <terrane/render/object_settings.h>
+#include <terrane/scene/mesh_clusters.h>
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/aabb.h>
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,6 +30,8 @@ struct StoredMesh {
     struct Level {
         std::uint32_t first_index = 0, index_count = 0;
         GlBuffer targets;  ///< of its vertices in the next level; no buffer: it does not morph
+        /// Their order is that of the indices; none of meshes that are two-sided or small.
+        std::optional<MeshClusters> clusters;
     };
     std::vector<ObjectVertex> vertices;  ///< kept for objects whose vertices move
     GlBuffer vertex_buffer, index_buffer;

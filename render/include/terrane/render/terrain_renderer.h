@@ -78,6 +78,8 @@ struct DrawCounts {
     std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
     std::size_t triangles =
         0;  ///< of scene objects and particles; those of the ground are the mesh's
+    std::size_t triangles_culled =
+        0;                            ///< of `triangles`: in clusters that face away, not submitted
     std::size_t imagery_squares = 0;  ///< on the device
     std::size_t imagery_failures =
         0;  ///< squares that the source failed to read, since the renderer was made

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/bounding_sphere.h>
+#include <terrane/terrain/result.h>
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane {
+
+/// From where a mesh is seen, for MeshClusters::find_front_facing(), and how far drawn vertices may be from the mesh's.
+///
+/// Under an affine transform of the mesh, of positive determinant, a triangle faces an eye where it faces the eye's
+/// inverse image: `eye_mesh` is that image for any rotation and scale, non-uniform ones included. For a negative
+/// determinant `is_mirrored` is set. Errors are divided by the smallest factor of the transform; `angle_error`, where
+/// scales differ, is multiplied by the largest over the smallest one.
+struct FacingView {
+    Eigen::Vector3d eye_mesh = Eigen::Vector3d::Zero();  ///< eye, in the mesh's frame, metres
+    double vertex_error = 0.0;  ///< metres of the mesh's frame, >= 0, e.g. of rounding to float
+    /// Radians by which the direction from the eye to a vertex may be off, >= 0, e.g. of rounding to a grid of pixels.
+    double angle_error = 0.0;
+    bool is_mirrored = false;  ///< triangles are drawn clockwise from outside
+};
+
+/// Consecutive triangles of MeshClusters::order().
+struct TriangleRun {
+    std::uint32_t first = 0;  ///< index in MeshClusters::order()
+    std::uint32_t count = 0;  ///< triangles
+};
+
+/// Neighbouring triangles of similar normals, with a bound of their places and one of their normals.
+struct MeshCluster {
+    TriangleRun triangles;  ///< of MeshClusters::order()
+    BoundingSphere bounds;  ///< contains the triangles, in the mesh's frame
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, of the cone of their normals
+    /// Cosine and sine of the largest angle between the axis and a normal, rounded outward. Cosine 0: no cone, because
+    /// a triangle is too thin to have a certain normal, or the normals are spread too wide; never culled.
+    double cosine = 0.0;
+    double sine = 1.0;  ///< see `cosine`
+    /// The point centre - behind * axis is behind the planes of all triangles, metres.
+    double behind = 0.0;
+    /// The point centre + ahead * axis is in front of the planes of all triangles, metres.
+    double ahead = 0.0;
+    double perimeter_over_area =
+        0.0;                     ///< largest of a triangle's perimeter over twice its area, 1/m
+    double one_over_area = 0.0;  ///< largest of 1 over twice a triangle's area, 1/m^2
+};
+
+/// A mesh's triangles in clusters, to find those that can face an eye. Immutable.
+///
+/// Open meshes, and meshes that overlap themselves, are like any other: what is culled is triangles that a renderer
+/// with back-face culling does not draw. For materials that draw both sides nothing may be culled.
+///
+/// Threads: any number at once
+class MeshClusters {
+public:
+    /// Triangles with two corners at one position are never drawn; they are in clusters as any other.
+    ///
+    /// @param triangles    indices of positions, counter-clockwise from outside
+    /// @param cluster_size most triangles of a cluster, at least 1; most clusters have at least half of that
+    ///
+    /// Fails:     invalid_argument for a position that is not finite or beyond kLargestMeshCoordinate, an index beyond
+    ///            the positions, a cluster_size of 0, or more than 2^31 triangles
+    /// Allocates: 4 bytes a triangle and 160 a cluster
+    /// Cost:      O(n log^2 n): about 1 ms for 1000 triangles
+    /// Accuracy:  the same bits with every compiler
+    static Result<MeshClusters> create(std::span<const Eigen::Vector3d> positions,
+                                       std::span<const TriangleMesh::Triangle> triangles,
+                                       std::uint32_t cluster_size = 64);
+
+    /// [triangles] indices of the triangles, cluster by cluster; within a cluster they ascend.
+    std::span<const std::uint32_t> order() const { return order_; }
+    /// In the order of their triangles: they partition order().
+    std::span<const MeshCluster> clusters() const { return clusters_; }
+
+    /// Finds the clusters that may have a triangle that faces the eye, as runs of order(): ascending, and never
+    /// adjacent to each other. No triangle that faces the eye is left out, wherever its vertices are within the errors;
+    /// triangles that face away may be kept. All are kept where a number is not finite or an error is negative.
+    ///
+    /// Allocates: where runs_out has too little capacity
+    /// Cost:      about 10 ns a cluster
+    void find_front_facing(const FacingView& view, std::vector<TriangleRun>& runs_out) const;
+
+private:
+    std::vector<std::uint32_t> order_;
+    std::vector<MeshCluster> clusters_;
+};
+
+/// Whether a cluster may have a triangle that faces the eye, see MeshClusters::find_front_facing().
+bool can_face(const MeshCluster& cluster, const FacingView& view);
+
+}  // namespace terrane
