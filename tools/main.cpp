@@ -69,6 +69,7 @@ int run(int argument_count, char** arguments) {
     add_bake_command(app, context);
     add_simplify_command(app, context);
     add_heightmap_command(app, context);
+    add_trade_command(app, context);
 
     try {
         app.parse(argument_count, arguments);

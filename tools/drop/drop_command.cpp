@@ -6,6 +6,7 @@
 #include "options/command.h"
 #include "options/idle_flags.h"
 #include "options/option_values.h"
+#include "options/preset.h"
 #include "output/interrupt.h"
 #include "output/output_file.h"
 #include "output/progress.h"
@@ -359,6 +360,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         ->type_name("FILE");
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");
+    add_preset_option(*drop);
     drop->footer(
         "The seed also moves and turns the bodies at the start.\n"
         "Example: terrane drop --dem tools/data/jacksboro.tif --shape mixed --count 100 --speed "

@@ -2,6 +2,7 @@
 #include "flight/flight_options.h"
 
 #include "camera/terrain_track.h"
+#include "options/preset.h"
 #include "options/spelling.h"
 #include "source/limits.h"
 
@@ -64,6 +65,7 @@ void add_flight_options(CLI::App& app, FlightOptions& options) {
         "Wait for the clock at every frame, so that loaders get the time of a real flight");
     app.add_flag("--window", options.window, "Show the flight in a window, as long as it is open");
     app.add_flag("--json", options.json, "Print the summary as one JSON object, the last line");
+    add_preset_option(app);
 }
 
 void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius) {

@@ -2,6 +2,7 @@
 #include "mesh/mesh_file.h"
 #include "options/command.h"
 #include "options/option_values.h"
+#include "options/preset.h"
 #include "output/progress.h"
 #include "output/summary.h"
 #include "source/limits.h"
@@ -178,6 +179,7 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
                      "counter-clockwise from above. A file of that name is replaced")
         ->type_name("FILE");
     mesh->add_flag("--json", options->json, "Print one JSON object");
+    add_preset_option(*mesh);
     mesh->footer(
         "Example: terrane mesh --dem tools/data/jacksboro.tif --budget 20000 --out jacksboro.ply");
     mesh->callback([&context, options] { context.run = [options] { return run_mesh(*options); }; });

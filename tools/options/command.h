@@ -73,5 +73,6 @@ void add_bodies_command(CLI::App& app, CommandContext& context);
 void add_bake_command(CLI::App& app, CommandContext& context);
 void add_simplify_command(CLI::App& app, CommandContext& context);
 void add_heightmap_command(CLI::App& app, CommandContext& context);
+void add_trade_command(CLI::App& app, CommandContext& context);
 
 }  // namespace terrane::tools

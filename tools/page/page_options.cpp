@@ -3,6 +3,7 @@
 
 #include "flight/flight_options.h"
 #include "options/idle_flags.h"
+#include "options/preset.h"
 #include "source/limits.h"
 
 #include <terrane/playback/track.h>
@@ -117,6 +118,7 @@ void add_page_options(CLI::App& app, PageOptions& options) {
            "written over")
         ->type_name("DIR");
     app.add_flag("--json", options.json, "Print one JSON object a line for each flight");
+    add_preset_option(app);
 }
 
 PathItem parse_path_item(const std::string& text) {

@@ -12,6 +12,7 @@ extern const std::string_view flight_js;
 extern const std::string_view paging_js;
 extern const std::string_view study_js;
 extern const std::string_view culling_js;
+extern const std::string_view trade_js;
 extern const std::string_view chart_js;
 
 }  // namespace terrane::tools::assets

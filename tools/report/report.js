@@ -78,7 +78,7 @@ function drawPlot({time, series}, canvas) {
   });
 }
 
-// Draws the charts that makeCharts returns, and redraws them when the colour scheme changes.
+// Draws the charts that makeCharts returns, and redraws them when the colour scheme changes, for the printer too.
 function keepDrawn(makeCharts) {
   let charts = [];
   const draw = () => {
@@ -89,7 +89,7 @@ function keepDrawn(makeCharts) {
     charts = makeCharts();
   };
   draw();
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) window.matchMedia(media).addEventListener("change", draw);
 }
 
 // A card with a plot and a table below it, and the text of a note between them where there is one. Returns the canvas.

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "flight/flight_options.h"
+#include "page/page_options.h"
+#include "page/paging_run.h"
+#include "trade/dials/dial_list.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+/// Chunks and path of the flights over one terrain.
+struct PagingPlace {
+    std::shared_ptr<const HeightSource> source;
+    std::shared_ptr<ChunkCache> chunks;
+    CameraPath path;
+};
+
+PageOptions usual_flight(bool is_quick) {
+    PageOptions options;
+    options.speeds = {250.0};
+    options.seconds = is_quick ? 2.0 : 6.0;
+    options.fps = 10.0;
+    options.budget = is_quick ? 30'000 : 100'000;
+    options.latencies_ms = {20.0};
+    options.bandwidths_mb = {10.0};
+    options.memories_mb = {64.0};
+    return options;
+}
+
+// The command line of a flight: what differs from the defaults of `page`.
+std::string page_command(const PageOptions& options, const std::string& terrain_flags) {
+    return fmt::format(
+        "terrane page {} --path straight --speed {} --seconds {} --fps {} --budget {} "
+        "--latency-ms {} --bandwidth-mb {} --memory-mb {} --horizon-s {} --contact-share {}",
+        terrain_flags, options.speeds[0], options.seconds, options.fps, options.budget,
+        options.latencies_ms[0], options.bandwidths_mb[0], options.memories_mb[0], options.horizon,
+        options.contact_share);
+}
+
+CommandResult<TradeSample> page_once(const PagingPlace& place, const PageOptions& options) {
+    const std::vector<PagingCell> cells = list_cells(options);
+    PagingRunSettings settings = run_settings(options, cells.front(), PagingChoice::deadline, 1.0);
+    const CommandResult<std::size_t> frames = count_frames(options.fps, place.path.duration());
+    if (!frames) return pass_on(frames.error());
+    settings.frame_count = *frames;
+    const auto start = std::chrono::steady_clock::now();
+    const Result<PagingRun> run = run_paging(place.source, *place.chunks, place.path, settings);
+    if (!run) return pass_on(run.error());
+    const std::chrono::duration<double, std::milli> taken =
+        std::chrono::steady_clock::now() - start;
+    const PagingTotals& totals = run->totals;
+    return TradeSample{taken.count() / static_cast<double>(*frames),
+                       static_cast<double>(totals.peak_bytes),
+                       static_cast<double>(totals.bytes_loaded),
+                       totals.wasted_share(),
+                       totals.late_share(),
+                       totals.excess_error_px_s,
+                       static_cast<double>(totals.contact_late),
+                       totals.error_px_max};
+}
+
+/// A dial of one field of the options of `page`.
+Dial paging_dial(std::vector<double> values, std::vector<double> quick_values,
+                 const std::function<void(double, PageOptions&)>& set) {
+    Dial dial;
+    dial.columns = {{"frame_ms", "a frame with its paging", TradeUnit::ms},
+                    {"peak_bytes", "resident and in flight", TradeUnit::bytes},
+                    {"bytes_loaded", "read from storage", TradeUnit::bytes},
+                    {"wasted_share", "read and not used", TradeUnit::share},
+                    {"late_share", "late frames", TradeUnit::share},
+                    {"excess_error_px_s", "excess error of late frames", TradeUnit::px_s},
+                    {"contact_late", "bodies without ground, over frames", TradeUnit::none},
+                    {"error_px_max", "certified screen error", TradeUnit::px}};
+    dial.cost = "peak_bytes";
+    dial.loss = "error_px_max";
+    dial.prepare = [values = std::move(values), quick_values = std::move(quick_values),
+                    set](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
+        const PageOptions usual = usual_flight(place.is_quick);
+        const Result<CameraPath> path = open_path(
+            "straight", *place.terrain, {.speed = usual.speeds[0], .seconds = usual.seconds});
+        if (!path) return pass_on(path.error());
+        const auto shared = std::make_shared<PagingPlace>(PagingPlace{
+            place.terrain->source,
+            std::make_shared<ChunkCache>(place.terrain->source, std::size_t{512} << 20U), *path});
+        std::vector<TradeTrial> trials;
+        for (const double value : place.is_quick ? quick_values : values) {
+            PageOptions options = usual;
+            set(value, options);
+            trials.push_back(
+                {.label = fmt::format("{:.6g}", value),
+                 .value = value,
+                 .command = page_command(options, place.flags),
+                 .measure = [shared, options] { return page_once(*shared, options); }});
+        }
+        return trials;
+    };
+    return dial;
+}
+
+const std::string kFlight =
+    "Flight at 250 m/s over storage on a virtual clock: latency 20 ms, 10 MB/s, ceiling 64 MB, 8 "
+    "bodies on the ground, unless the dial says otherwise.";
+
+}  // namespace
+
+std::vector<Dial> paging_dials() {
+    Dial memory = paging_dial({16, 24, 32, 48, 64, 128, 512}, {16, 32, 64, 128},
+                              [](double v, PageOptions& o) { o.memories_mb = {v}; });
+    memory.key = "memory";
+    memory.title = "Ceiling of memory";
+    memory.axis = "MB";
+    memory.text = kFlight;
+    memory.preset_flag = "--memory-mb";
+    Dial latency = paging_dial({1, 5, 20, 50, 100, 300, 1000}, {5, 50, 300},
+                               [](double v, PageOptions& o) { o.latencies_ms = {v}; });
+    latency.key = "latency";
+    latency.title = "Latency of storage";
+    latency.axis = "ms";
+    latency.text = kFlight;
+    latency.cost = "bytes_loaded";
+    latency.loss = "excess_error_px_s";
+    Dial bandwidth = paging_dial({1, 2, 5, 10, 30, 100}, {2, 10, 100},
+                                 [](double v, PageOptions& o) { o.bandwidths_mb = {v}; });
+    bandwidth.key = "bandwidth";
+    bandwidth.title = "Bandwidth of storage";
+    bandwidth.axis = "MB/s";
+    bandwidth.text = kFlight;
+    bandwidth.cost = "bytes_loaded";
+    bandwidth.loss = "excess_error_px_s";
+    Dial horizon =
+        paging_dial({0, 0.25, 0.5, 1, 2, 4, 8}, {0, 0.5, 2, 4}, [](double v, PageOptions& o) {
+            o.horizon = v;
+            o.latencies_ms = {300.0};
+        });
+    horizon.key = "horizon";
+    horizon.title = "Paging horizon";
+    horizon.axis = "s";
+    horizon.text = kFlight + " Latency 300 ms here.";
+    horizon.cost = "bytes_loaded";
+    horizon.loss = "excess_error_px_s";
+    Dial share = paging_dial({0, 0.05, 0.125, 0.25, 0.5, 0.75}, {0, 0.125, 0.5},
+                             [](double v, PageOptions& o) {
+                                 o.contact_share = v;
+                                 o.memories_mb = {24.0};
+                                 o.latencies_ms = {300.0};
+                             });
+    share.key = "contact-share";
+    share.title = "Share of the ceiling for contact";
+    share.axis = "share";
+    share.text = kFlight + " Ceiling 24 MB and latency 300 ms here.";
+    share.cost = "error_px_max";
+    share.loss = "contact_late";
+    return {memory, latency, bandwidth, horizon, share};
+}
+
+}  // namespace terrane::tools

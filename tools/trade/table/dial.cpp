@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "trade/table/dial.h"
+
+#include "options/preset.h"
+#include "output/interrupt.h"
+#include "trade/table/reference_loop.h"
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+/// Repetitions of one trial.
+struct TurnLog {
+    std::vector<std::vector<double>> values;  ///< [columns][repetitions]
+    std::vector<std::vector<double>> ratios;  ///< the same, of times
+};
+
+void add_turn(TurnLog& log, const TradeSample& sample, const std::vector<TradeColumn>& columns,
+              double reference_s) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        if (!std::isfinite(sample[i])) continue;
+        log.values[i].push_back(sample[i]);
+        const double unit_s = seconds_of(columns[i].unit);
+        if (unit_s > 0.0) log.ratios[i].push_back(sample[i] * unit_s / reference_s);
+    }
+}
+
+TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& trial,
+                const TurnLog& log) {
+    TradeRow row;
+    row.label = trial.label;
+    row.value = trial.value;
+    row.command = trial.command;
+    if (row.command.empty()) {
+        row.command = "terrane trade --dial " + dial.key;
+        if (dial.needs_terrain) row.command += " " + place.flags;
+        if (place.is_quick) row.command += " --quick";
+    }
+    row.presets = presets_with(dial.preset_flag, trial.value);
+    for (std::size_t i = 0; i < dial.columns.size(); ++i) {
+        row.figures.push_back(summarize_figure(log.values[i], log.ratios[i]));
+    }
+    return row;
+}
+
+}  // namespace
+
+CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
+                                       const TradePatience& patience) {
+    using Clock = std::chrono::steady_clock;
+    const CommandResult<std::vector<TradeTrial>> trials = dial.prepare(place);
+    if (!trials) return pass_on(trials.error());
+    const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
+                        .ratios = std::vector<std::vector<double>>(dial.columns.size())};
+    std::vector<TurnLog> logs(trials->size(), empty);
+    const Clock::time_point start = Clock::now();
+    for (std::size_t turn = 0; turn <= patience.most_repetitions; ++turn) {
+        // the first turn warms up; a second one begins only where it and others fit
+        const std::chrono::duration<double> taken = Clock::now() - start;
+        if (turn > 0 && taken.count() > patience.seconds) break;
+        if (turn == 1) logs.assign(trials->size(), empty);
+        for (std::size_t i = 0; i < trials->size(); ++i) {
+            if (is_interrupted()) return failure("interrupted before the tables were whole");
+            const double reference_s = time_reference_loop();
+            const CommandResult<TradeSample> sample = (*trials)[i].measure();
+            if (!sample) return pass_on(sample.error());
+            add_turn(logs[i], *sample, dial.columns, reference_s);
+        }
+    }
+    TradeTable table{.key = dial.key,
+                     .title = dial.title,
+                     .axis = dial.axis,
+                     .text = dial.text,
+                     .terrain = dial.needs_terrain ? place.terrain->name : "",
+                     .columns = dial.columns,
+                     .cost = dial.cost,
+                     .loss = dial.loss,
+                     .rows = {},
+                     .findings = {}};
+    for (std::size_t i = 0; i < trials->size(); ++i) {
+        table.rows.push_back(row_of(dial, place, (*trials)[i], logs[i]));
+    }
+    mark_front(table);
+    if (dial.find) table.findings = dial.find(table);
+    return table;
+}
+
+}  // namespace terrane::tools

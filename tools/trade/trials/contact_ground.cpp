@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "trade/trials/contact_ground.h"
+
+#include "world/body_random.h"
+
+#include <terrane/terrain/pager.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kHalfWidth = 120.0;  // metres
+constexpr double kAround = 60.0;      // metres, for bodies that roll out of the area
+
+// Whether the true surface reaches into a sphere: samples on rings below it.
+bool reaches_into(const HeightSource& source, const WorldPos& centre, double radius) {
+    constexpr int kRings = 6, kSpokes = 12;
+    for (int ring = 0; ring <= kRings; ++ring) {
+        const double r = radius * ring / kRings;
+        for (int spoke = 0; spoke < kSpokes; ++spoke) {
+            const double angle = 2.0 * 3.14159265358979323846 * spoke / kSpokes;
+            const double x = r * std::cos(angle), y = r * std::sin(angle);
+            const double up = source.height(centre.x() + x, centre.y() + y) - centre.z();
+            // the ground is solid below its surface
+            if (up >= -std::sqrt(std::max(0.0, radius * radius - r * r))) return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+WorldRect trade_area(const Terrain& terrain) {
+    const WorldRect& all = terrain.source->extent();
+    const double x = 0.5 * (all.west + all.east), y = 0.5 * (all.south + all.north);
+    return {std::max(all.west, x - kHalfWidth), std::max(all.south, y - kHalfWidth),
+            std::min(all.east, x + kHalfWidth), std::min(all.north, y + kHalfWidth)};
+}
+
+CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact_spacing) {
+    Result<Pager> pager = Pager::create(terrain.source, {.memory_bytes = std::size_t{1} << 30U,
+                                                         .worker_count = 0,
+                                                         .contact_spacing = contact_spacing});
+    if (!pager) return pass_on(pager.error());
+    pager->update({}, {}, 0.0);
+    const WorldRect area = trade_area(terrain);
+    const Pager::Ticket ticket = pager->require(
+        {area.west - kAround, area.south - kAround, area.east + kAround, area.north + kAround},
+        0.0);
+    pager->update({}, {}, 0.0);
+    pager->finish();
+    if (!pager->is_ready(ticket)) return failure("the terrain's heights could not be read");
+    return Ground(pager->resident(), pager->contact_level());
+}
+
+std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere,
+                                   std::size_t count) {
+    constexpr std::size_t kTries = 4;
+    const WorldRect area = trade_area(terrain);
+    BodyRandom random(11, 0);
+    std::vector<ProbePose> poses;
+    for (std::size_t i = 0; i < kTries * count && poses.size() < count; ++i) {
+        const double x = random.within(area.west, area.east);
+        const double y = random.within(area.south, area.north);
+        const double above = random.within(-0.4, 0.4) * sphere.radius;
+        const double height = terrain.source->height(x, y);
+        if (!std::isfinite(height)) continue;
+        ProbePose probe;
+        probe.pose.translation = {x, y, height + sphere.radius + above};
+        probe.touches = reaches_into(*terrain.source, probe.pose.translation, sphere.radius);
+        poses.push_back(probe);
+    }
+    return poses;
+}
+
+double disorder_share(const std::vector<double>& keys, const std::vector<double>& order) {
+    std::size_t pairs = 0, unlike = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        for (std::size_t k = i + 1; k < order.size(); ++k) {
+            if (order[i] == order[k]) continue;
+            ++pairs;
+            const bool is_alike = order[i] < order[k] ? keys[i] < keys[k] : keys[i] > keys[k];
+            if (!is_alike) ++unlike;
+        }
+    }
+    return pairs > 0 ? static_cast<double>(unlike) / static_cast<double>(pairs) : 0.0;
+}
+
+}  // namespace terrane::tools
