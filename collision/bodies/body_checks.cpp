@@ -12,7 +12,6 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kMaxPlace = 2e9;        // metres
 constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
 
 Result<void> check_rotation(const Eigen::Matrix3d& rotation) {

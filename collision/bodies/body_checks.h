@@ -28,6 +28,8 @@ std::string to_string(BodyType type);
 Result<void> check_body(const BodySettings& settings, const BodyState& state);
 Result<void> check_world(const WorldSettings& settings);
 
+/// Largest component of a body's place, metres. A body that would move beyond it is parked.
+inline constexpr double kMaxPlace = 2e9;
 /// Largest component of a velocity, m/s.
 inline constexpr double kMaxSpeed = 1e6;
 /// Largest component of a spin, rad/s.

@@ -76,8 +76,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     if (!may_meet) {
         return columns::cast(shape, motion, ground, settings);
     }
-    if (!is_valid_query(shape, motion.start) || !is_finite(motion.translation) ||
-        !is_finite(motion.rotation_vector) || !(settings.tolerance > 0.0) ||
+    if (!is_valid_query(shape, motion) || !(settings.tolerance > 0.0) ||
         !std::isfinite(settings.tolerance)) {
         return {};
     }

@@ -21,7 +21,8 @@ using internal::RigidBody;
 
 constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() allows for
 constexpr double kMostImpulse = 1e18;
-constexpr double kMostPlace = 4e9;  // metres, of a point that a force acts at
+constexpr double kMostArmPlace =
+    2.0 * internal::kMaxPlace;  // metres, of a point that a force acts at
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
     hash = (hash ^ value) * 0x9e3779b97f4a7c15u;
@@ -219,7 +220,7 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
                                                      " body of index " +
                                                      std::to_string(body.index));
     }
-    if (auto ok = check_value("dt", dt, 1e-6, 1.0, "s"); !ok) return ok;
+    if (auto ok = check_value("dt", dt, 1e-6, kMostStep, "s"); !ok) return ok;
     BodyState state;
     state.pose = world_from_shape;
     const Pose& now = state_->bodies[body.index].pose;
@@ -253,7 +254,7 @@ Result<void> World::set_velocity(BodyId body, const Eigen::Vector3d& velocity,
 Result<void> World::apply_impulse(BodyId body, const WorldPos& point_world,
                                   const Eigen::Vector3d& impulse) {
     if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    if (auto ok = check_vector("point_world", point_world, kMostPlace, "m"); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, kMostArmPlace, "m"); !ok) return ok;
     if (auto ok = check_vector("impulse", impulse, kMostImpulse, "N s"); !ok) return ok;
     const RigidBody& rigid = state_->bodies[body.index];
     return state_->push(body, impulse,
@@ -284,7 +285,7 @@ Result<void> World::State::push(BodyId body, const Eigen::Vector3d& impulse,
 Result<void> World::add_force(BodyId body, const WorldPos& point_world,
                               const Eigen::Vector3d& force) {
     if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    if (auto ok = check_vector("point_world", point_world, kMostPlace, "m"); !ok) return ok;
+    if (auto ok = check_vector("point_world", point_world, kMostArmPlace, "m"); !ok) return ok;
     const Eigen::Vector3d arm = point_world - state_->bodies[body.index].pose.translation;
     const Eigen::Vector3d before = state_->forces[body.index];
     if (auto ok = add_force(body, force); !ok) return ok;

@@ -92,7 +92,7 @@ void list_body_state(Stream& stream, auto& world, std::size_t index) {
     if (!has_target) return;
     if constexpr (Stream::kReads) target.emplace();
     stream.pose("target", *target);
-    stream.number("time to the target", world.target_times[index], 0.0, 1.0);
+    stream.number("time to the target", world.target_times[index], 0.0, kMostStep);
 }
 
 template <class Stream>

@@ -5,6 +5,7 @@
 // Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
 //             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
 //             islands' solution.
+#include "bodies/body_checks.h"
 #include "bodies/step/body_depth.h"
 #include "world/world_state.h"
 
@@ -30,10 +31,16 @@ bool is_valid_gravity(const Eigen::Vector3d& gravity) {
            std::abs(gravity.z()) <= kMostGravity;
 }
 
+/// Whether a body may be there.
+bool is_in_reach(const WorldPos& place) {
+    return std::abs(place.x()) <= internal::kMaxPlace &&
+           std::abs(place.y()) <= internal::kMaxPlace && std::abs(place.z()) <= internal::kMaxPlace;
+}
+
 }  // namespace
 
 StepReport World::State::step(const Ground& ground, double dt) {
-    if (!(dt > 0.0 && dt <= 1.0)) return {.refused_steps = 1};
+    if (!(dt > 0.0 && dt <= kMostStep)) return {.refused_steps = 1};
     contacts.begin_step();
     if (is_idle) return idle_report;
     touch();
@@ -190,7 +197,12 @@ void World::State::end_body(std::size_t index, const Ground& ground,
         for (int i = 0; i < span.substep_count; ++i) {
             const Motion motion{body.pose, body.velocity.linear * span.substep(),
                                 body.velocity.angular * span.substep()};
-            body.pose = motion.at(1.0);
+            const Pose next = motion.at(1.0);
+            if (!is_in_reach(next.translation)) {
+                body.velocity = {};
+                break;
+            }
+            body.pose = next;
         }
     }
     if (!is_stepped(index)) return;
@@ -204,7 +216,7 @@ void World::State::end_body(std::size_t index, const Ground& ground,
         answer = internal::recover_for_step(body, ground, span);
     }
     totals[index].add(answer);
-    if (!answer.resident) {
+    if (!answer.resident || !is_in_reach(body.pose.translation)) {
         // The body parks for the whole step: its motion so far is undone.
         static_cast<internal::BodyMotion&>(body) = before[index];
         ground_contacts[index].undo_step();

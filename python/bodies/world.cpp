@@ -35,7 +35,7 @@ py::object step(HeldWorld& world, const Ground& ground, double dt) {
     const auto use = world.change();
     const StepReport report = without_lock([&] { return use->step(ground, dt); });
     if (report.refused_steps > 0)
-        throw py::value_error("dt must be above 0, to 1 s, got " + std::to_string(dt));
+        throw py::value_error("dt must be above 0, to 10 s, got " + std::to_string(dt));
     return make_answer("StepReport", report.awake, report.parked, report.left_world, report.asleep,
                        report.touching_pairs, report.islands, report.impacts, report.simulated_time,
                        report.lost_time, report.max_depth_m, report.too_deep, report.placed_deep,
@@ -123,7 +123,7 @@ worker_count     threads of step(), 1 to 64
 Raises ValueError for a setting out of range.)")
         .def(
             "step", &step, py::arg("ground"), py::arg("dt"),
-            R"(Moves every body by dt seconds, 0 < dt <= 1, without the lock: StepReport. ValueError for another dt.
+            R"(Moves every body by dt seconds, 0 < dt <= 10, without the lock: StepReport. ValueError for another dt.
 
 ground  the Ground of now: a body without resident ground is parked, not dropped)")
         .def("states", &states, "Every body that there ever was: BodyStates, copies.")

@@ -3,8 +3,19 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace terrane {
+namespace {
+
+// False for NaN.
+bool is_place(const WorldPos& point_world) {
+    return std::abs(point_world.x()) <= kFarthestPlace &&
+           std::abs(point_world.y()) <= kFarthestPlace &&
+           std::abs(point_world.z()) <= kFarthestPlace;
+}
+
+}  // namespace
 
 RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) const {
     return ray_after(0.0, from_world, to_world);
@@ -13,8 +24,8 @@ RayAnswer Ground::ray(const WorldPos& from_world, const WorldPos& to_world) cons
 RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
                             const WorldPos& to_world) const {
     RayAnswer answer;
+    if (!is_place(from_world) || !is_place(to_world)) return answer;
     const Eigen::Vector3d displacement = to_world - from_world;
-    if (!from_world.allFinite() || !displacement.allFinite()) return answer;
     answer.status = GroundStatus::miss;
 
     // clipped to the extent: only there is ground

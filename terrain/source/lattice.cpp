@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 namespace terrane {
 
@@ -26,12 +27,16 @@ Result<void> check(const Lattice& lattice) {
     const auto refuse = [](const std::string& what, double value) -> Result<void> {
         return fail(ErrorCode::invalid_argument, what + ", got " + number_text(value));
     };
-    if (!std::isfinite(lattice.origin_x))
-        return refuse("origin_x must be finite", lattice.origin_x);
-    if (!std::isfinite(lattice.origin_y))
-        return refuse("origin_y must be finite", lattice.origin_y);
-    if (!(lattice.spacing > 0.0) || !std::isfinite(lattice.spacing)) {
-        return refuse("spacing must be > 0 m", lattice.spacing);
+    if (!(lattice.spacing >= kLeastSpacing && lattice.spacing <= kMostSpacing)) {
+        return refuse("spacing must be 2^-30 to 2^20 m", lattice.spacing);
+    }
+    for (const auto& [name, origin] :
+         {std::pair{"origin_x", lattice.origin_x}, std::pair{"origin_y", lattice.origin_y}}) {
+        if (!(std::abs(origin) <= kMostSpacingsFromOrigin * lattice.spacing)) {
+            return refuse(std::string(name) + " must be within 2^40 spacings of 0, spacing " +
+                              number_text(lattice.spacing) + " m",
+                          origin);
+        }
     }
     int exponent = 0;
     if (!(lattice.quantum >= 0x1p-60 && lattice.quantum <= 0x1p20) ||
@@ -56,6 +61,12 @@ Result<void> check(const Lattice& lattice) {
         if (root <= -limit || root >= limit) {
             return refuse("root squares must lie within 2^31 chunks of the finest level",
                           static_cast<double>(root));
+        }
+    }
+    for (const double edge : {lattice.x(lattice.west()), lattice.x(lattice.east()),
+                              lattice.y(lattice.south()), lattice.y(lattice.north())}) {
+        if (!(std::abs(edge) <= kFarthestPlace)) {
+            return refuse("root squares must lie within 2^40 m of 0", edge);
         }
     }
     return {};

@@ -336,7 +336,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
     add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
                  "At the start, about a random axis of each body, rad/s");
-    add_in_range(*drop, "--dt", options->dt, 1e-6, 1.0, "Length of a step, seconds");
+    add_in_range(*drop, "--dt", options->dt, 1e-6, kMostStep, "Length of a step, seconds");
     add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
     add_in_range(*drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
                  "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");

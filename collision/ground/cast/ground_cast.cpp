@@ -93,8 +93,7 @@ namespace columns {
 CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
                 const CastSettings& settings) {
     CastAnswer answer;
-    if (!is_valid_query(shape, motion.start) || !is_finite(motion.translation) ||
-        !is_finite(motion.rotation_vector) || !(settings.tolerance > 0.0) ||
+    if (!is_valid_query(shape, motion) || !(settings.tolerance > 0.0) ||
         !std::isfinite(settings.tolerance)) {
         return answer;
     }

@@ -31,10 +31,7 @@ bool is_part_clear(const LocalGround& local, const LocalShape& start, const Loca
 
 bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin) {
     const double spin = length(motion.rotation_vector);
-    if (!(spin < kMostTurn) || !is_valid_query(shape, motion.start) ||
-        !is_finite(motion.translation)) {
-        return false;
-    }
+    if (!(spin < kMostTurn) || !is_valid_query(shape, motion)) return false;
     const LocalGround local(ground, motion.start.translation);
     const Eigen::Vector3d from = local.to_local(motion.start.translation);
     const LocalBody start(shape, motion.start.rotation, from);

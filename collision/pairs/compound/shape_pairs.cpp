@@ -178,9 +178,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                     const CastSettings& settings) {
     PairCastAnswer answer;
-    if (!is_valid_query(a, motion_a.start) || !is_valid_query(b, motion_b.start) ||
-        !is_finite(motion_a.translation) || !is_finite(motion_a.rotation_vector) ||
-        !is_finite(motion_b.translation) || !is_finite(motion_b.rotation_vector) ||
+    if (!is_valid_query(a, motion_a) || !is_valid_query(b, motion_b) ||
         !(settings.tolerance > 0.0) || !std::isfinite(settings.tolerance)) {
         return answer;
     }
@@ -231,7 +229,7 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const WorldPos& from,
                         const WorldPos& to) {
     ShapeRayAnswer answer;
-    if (!is_valid_query(shape, world_from_shape) || !is_finite(from) || !is_finite(to)) {
+    if (!is_valid_query(shape, world_from_shape) || !is_valid_place(from) || !is_valid_place(to)) {
         return answer;
     }
     answer.status = QueryStatus::complete;

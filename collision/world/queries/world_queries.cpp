@@ -64,7 +64,7 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
                          const QueryFilter& filter) {
     RayQueryAnswer answer;
     const Eigen::Vector3d displacement = to - from;
-    if (!is_finite(from) || !is_finite(displacement)) return answer;
+    if (!is_valid_place(from) || !is_valid_place(to)) return answer;
     answer.status = QueryStatus::complete;
     const Ground* ground = seen_ground(scene, filter);
     const RayAnswer below = ground == nullptr      ? RayAnswer{}
@@ -110,10 +110,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
                            const QueryFilter& filter) {
     const CastSettings settings{.skip_separating = true};
     CastQueryAnswer answer;
-    if (!is_valid_query(shape, motion.start) || !is_finite(motion.translation) ||
-        !is_finite(motion.rotation_vector)) {
-        return answer;
-    }
+    if (!is_valid_query(shape, motion)) return answer;
     answer.status = QueryStatus::complete;
     if (const Ground* ground = seen_ground(scene, filter); ground != nullptr) {
         const CastAnswer below = cast(shape, motion, *ground, settings);

@@ -179,8 +179,6 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     }
     const WorldRect& extent = settings.extent;
     Lattice lattice;
-    lattice.origin_x = extent.west;
-    lattice.origin_y = extent.south;
     lattice.spacing = settings.finest_spacing;
     lattice.quantum = settings.quantum;
     if (auto ok = check(lattice); !ok) return tl::unexpected(ok.error());
@@ -198,6 +196,12 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     }
     lattice.root_count_x = static_cast<std::int32_t>(roots(extent.west, extent.east));
     lattice.root_count_y = static_cast<std::int32_t>(roots(extent.south, extent.north));
+    lattice.origin_x = extent.west;
+    lattice.origin_y = extent.south;
+    if (auto ok = check(lattice); !ok) {
+        return fail(ok.error().code,
+                    "extent's south-western corner is the lattice's origin: " + ok.error().message);
+    }
     return lattice;
 }
 

@@ -33,9 +33,10 @@ struct BodySettings {
 
 /// How a body takes part in a step.
 enum class BodyCondition : std::uint8_t {
-    awake,       ///< moves
-    asleep,      ///< at rest, not stepped until something touches it
-    parked,      ///< ground that it may meet is not resident: pose and velocity are kept
+    awake,   ///< moves
+    asleep,  ///< at rest, not stepped until something touches it
+    /// Ground that it may meet is not resident, or it would move beyond the limit of places: pose and velocity are kept.
+    parked,
     left_world,  ///< outside the ground's extent: in free fall
     fixed,       ///< a static body
     removed,     ///< there is no body of this index

@@ -48,6 +48,9 @@ struct WorldSettings {
     WorldCallbacks callbacks{};  ///< what the world asks and tells during a step
 };
 
+/// Longest step of a world, seconds.
+inline constexpr double kMostStep = 10.0;
+
 /// Counts and limits of one step. Times are summed over bodies, seconds.
 struct StepReport {
     std::uint64_t awake = 0;       ///< dynamic bodies that were simulated
@@ -88,6 +91,9 @@ struct BodyMove {
 /// Overlapping bodies separate at bounded speed. Bodies that touch sleep and wake together; an island slower than 0.3
 /// m/s gets angular damping of 4 /s so that it can sleep. Parked bodies have infinite mass to others. The same calls
 /// give the same bits with any number of workers.
+///
+/// A dynamic body whose motion would take it beyond the limit of poses is parked, with its velocity; a kinematic one
+/// stops.
 ///
 /// Bodies are named by ids. A removed body's id is refused by every call, also when its slot has another body.
 /// docs/bodies.md lists the limits and the missing features.
@@ -131,8 +137,8 @@ public:
     /// Fails: also invalid_argument for a body that is not dynamic
     Result<BodyMove> move_to(BodyId body, const Pose& world_from_shape, const Ground& ground);
 
-    /// Gives a kinematic body the velocity that brings it to a pose within `dt` seconds. The next step ends it at that
-    /// pose if it lasts `dt`; the velocity is then 0 again.
+    /// Gives a kinematic body the velocity that brings it to a pose within `dt` seconds, to kMostStep. The next step
+    /// ends it at that pose if it lasts `dt`; the velocity is then 0 again.
     Result<void> move_kinematic(BodyId body, const Pose& world_from_shape, double dt);
 
     /// Sets the velocities of a dynamic or kinematic body; wakes it.
@@ -206,7 +212,7 @@ public:
 
     // ---- Steps ----
 
-    /// Moves every body by dt seconds, 0 < dt <= 1. Any other dt is refused and counted, and nothing moves.
+    /// Moves every body by dt seconds, 0 < dt <= kMostStep. Any other dt is refused and counted, and nothing moves.
     StepReport step(const Ground& ground, double dt);
 
     /// The contacts of the last step, in ascending order of (a, b), those of a body with the ground last: all that

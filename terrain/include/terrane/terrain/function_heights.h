@@ -25,7 +25,7 @@ using HeightFunction = std::function<double(double x, double y)>;
 /// source is not certified: HeightSource::is_certified().
 struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
-    double finest_spacing = 1.0;  ///< metres between samples of the finest level, > 0
+    double finest_spacing = 1.0;  ///< metres between samples of the finest level: Lattice::spacing
     double quantum = 0x1p-12;     ///< Lattice::quantum
     /// The lattice of another source, to compose with it; then finest_spacing and quantum are not used. Absent: one of
     /// its own, with lattice point (0, 0) at the extent's south-western corner.

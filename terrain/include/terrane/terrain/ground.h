@@ -18,7 +18,7 @@ enum class GroundStatus {
     miss,          ///< the ray hits nothing; there is no surface at or below the height
     outside,       ///< no ground there: beyond the extent, or nodata connected to its border
     not_resident,  ///< ground, but its chunk at contact level is absent
-    invalid,       ///< the arguments are not finite
+    invalid,       ///< the arguments are not finite, or a ray is beyond kFarthestPlace
 };
 
 /// The height and the normal at a place.

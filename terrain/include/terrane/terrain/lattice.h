@@ -18,6 +18,14 @@ inline constexpr double kMostHeight = 0x1p38;
 /// Largest absolute height in quanta, so that differences fit into 32 bits.
 inline constexpr double kMostQuanta = 0x1p30;
 
+/// Largest absolute coordinate of ground, poses and rays, metres. There doubles are 2^-12 m apart.
+inline constexpr double kFarthestPlace = 0x1p40;
+/// Least and largest spacing of the finest level, metres: where single precision holds bounds and screen errors.
+inline constexpr double kLeastSpacing = 0x1p-30;
+inline constexpr double kMostSpacing = 0x1p20;  ///< as kLeastSpacing
+/// Largest distance of a lattice's origin from the world's, in spacings: a cell is then at least 4096 doubles wide.
+inline constexpr double kMostSpacingsFromOrigin = 0x1p40;
+
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
 struct LatticePoint {
     std::int64_t x = 0;  ///< column on the finest lattice
@@ -31,9 +39,10 @@ struct LatticePoint {
 /// agree on a shared sample because they compute the same integer. Heights are integer multiples
 /// of `quantum`.
 struct Lattice {
-    double origin_x = 0.0;     ///< world x of lattice point (0, 0), metres
-    double origin_y = 0.0;     ///< world y of lattice point (0, 0), metres
-    double spacing = 1.0;      ///< between neighbours of the finest level, metres, > 0
+    /// World x of lattice point (0, 0), metres; within kMostSpacingsFromOrigin spacings of 0.
+    double origin_x = 0.0;
+    double origin_y = 0.0;     ///< world y of lattice point (0, 0), as origin_x
+    double spacing = 1.0;      ///< between neighbours of the finest level, metres, 2^-30 to 2^20
     double quantum = 0x1p-12;  ///< heights are multiples, metres, a power of two, 2^-60 to 2^20
     int finest_level = 0;      ///< 0 to 24; level 0 is a root square
     std::int32_t first_root_x = 0;  ///< ChunkKey::x of the westernmost root squares

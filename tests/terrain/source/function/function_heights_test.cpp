@@ -298,7 +298,7 @@ TEST(FunctionHeights, RefuseSettingsOutOfRange) {
         "extent must be finite and not empty, got west -4000, south -3000, east -4000, north 3000");
     settings = known(1.0, {});
     settings.finest_spacing = 0.0;
-    EXPECT_EQ(refusal(settings), "spacing must be > 0 m, got 0");
+    EXPECT_EQ(refusal(settings), "spacing must be 2^-30 to 2^20 m, got 0");
     settings.finest_spacing = 1e-9;
     EXPECT_EQ(refusal(settings),
               "finest_spacing is too small for the extent: it has more than 24 levels, got 1e-09");

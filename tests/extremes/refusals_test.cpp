@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// What lies beyond a limit is refused with the name of the thing, and what moves beyond one stops there and is counted.
+#include "extremes/rows/falls.h"
+#include "extremes/rows/grounds.h"
+
+#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/shape_pairs.h>
+#include <terrane/terrain/function_heights.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace terrane::extremes {
+namespace refusals_test {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+const double kBeyond = std::nextafter(kFarthestPlace, kInfinite);
+
+const Ground& hills() {
+    static const Ground ground = load(**make_hills({})).value();
+    return ground;
+}
+
+TEST(Refusals, NameTheFieldOfALatticeThatDoublesCannotTellApart) {
+    const auto refusal = [](const Lattice& lattice) { return message_of(check(lattice)); };
+    EXPECT_EQ(refusal({.spacing = 0.0}), "spacing must be 2^-30 to 2^20 m, got 0");
+    EXPECT_EQ(refusal({.spacing = 1e300}), "spacing must be 2^-30 to 2^20 m, got 1e+300");
+    EXPECT_EQ(refusal({.origin_x = 1e13}),
+              "origin_x must be within 2^40 spacings of 0, spacing 1 m, got 1e+13");
+    EXPECT_EQ(refusal({.origin_y = -1e10, .spacing = 1e-3}),
+              "origin_y must be within 2^40 spacings of 0, spacing 0.001 m, got -1e+10");
+    EXPECT_EQ(refusal({.spacing = 1e6, .root_count_x = 1024, .root_count_y = 1024}), "");
+    EXPECT_NE(refusal({.spacing = 1e6, .finest_level = 10, .root_count_x = 1024})
+                  .find("root squares must lie within 2^40 m of 0, got "),
+              std::string::npos);
+}
+
+TEST(Refusals, NameTheCornerOfAFunctionsExtent) {
+    const auto source =
+        heights_from_function([](double, double) { return 0.0; },
+                              {.extent = {1e15, 0.0, 1e15 + 1000.0, 1000.0}, .slope = 0.0});
+    ASSERT_FALSE(source.has_value());
+    EXPECT_NE(source.error().message.find("extent's south-western corner"), std::string::npos)
+        << source.error().message;
+}
+
+TEST(Refusals, OfRaysAndPosesBeyondTheFarthestPlaceAreStatuses) {
+    const WorldPos far(kBeyond, 0.0, 0.0);
+    EXPECT_EQ(hills().ray({0.0, 0.0, 100.0}, far).status, GroundStatus::invalid);
+    EXPECT_EQ(hills().ray(far, {0.0, 0.0, 0.0}).status, GroundStatus::invalid);
+    EXPECT_EQ(hills().ray({0.0, 0.0, 100.0}, {0.0, 0.0, -kFarthestPlace}).status, GroundStatus::ok);
+    const Shape sphere = Sphere{};
+    const Pose pose = at_place(kBeyond, 0.0, 0.0).pose;
+    EXPECT_EQ(signed_distance(sphere, pose, hills(), 1.0).status, QueryStatus::invalid);
+    EXPECT_EQ(compute_lift(sphere, pose, hills()).status, QueryStatus::invalid);
+    EXPECT_EQ(signed_distance(sphere, pose, sphere, {}).status, QueryStatus::invalid);
+}
+
+TEST(Refusals, OfMotionsThatAreTooLongOrTurnTooFarAreStatuses) {
+    const Shape sphere = Sphere{};
+    Motion motion;
+    motion.start = at_place(0.0, 0.0, 100.0).pose;
+    motion.translation.z() = -kBeyond;
+    EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::invalid);
+    EXPECT_EQ(cast(sphere, motion, sphere, {}).status, QueryStatus::invalid);
+    motion.translation.z() = -1.0;
+    EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::complete);
+    motion.rotation_vector.x() = 1e8;
+    EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::invalid);
+    EXPECT_EQ(cast(sphere, motion, sphere, {}).status, QueryStatus::invalid);
+}
+
+/// The largest coordinate at which add() accepts a body.
+double limit_of_places() {
+    World world = World::create({}).value();
+    double accepted = 1e6, refused = 1e15;
+    while (std::nextafter(accepted, kInfinite) < refused) {
+        const double middle = 0.5 * (accepted + refused);
+        (world.add({}, at_place(middle, 0.0, 0.0)) ? accepted : refused) = middle;
+    }
+    return accepted;
+}
+
+TEST(Refusals, ABodyThatFallsToTheLimitOfPlacesParksThereAndTheWorldCanBeSaved) {
+    const double limit = limit_of_places();
+    World world = World::create({}).value();
+    BodyState falling = at_place(0.3 * limit, 0.0, -0.999999 * limit);
+    falling.velocity.z() = -1e5;
+    ASSERT_TRUE(world.add({}, falling));
+    BodyState moving = at_place(0.0, 0.999999 * limit, 0.0);
+    moving.velocity.y() = 1e5;
+    ASSERT_TRUE(world.add({.type = BodyType::kinematic_body}, moving));
+    StepReport report;
+    for (int i = 0; i < 20; ++i) report = world.step(hills(), 0.01);
+    EXPECT_EQ(report.parked, 1u);
+    EXPECT_EQ(report.left_world, 0u);
+    const WorldPos parked = world.states()[0].pose.translation;
+    EXPECT_LE(-parked.z(), limit);
+    EXPECT_GE(-parked.z(), limit - 2e3);
+    EXPECT_EQ(world.states()[0].condition, BodyCondition::parked);
+    EXPECT_EQ(world.states()[1].velocity.norm(), 0.0);
+    EXPECT_LE(world.states()[1].pose.translation.y(), limit);
+    for (int i = 0; i < 20; ++i) world.step(hills(), kMostStep);
+    EXPECT_EQ(world.states()[0].pose.translation, parked);
+    EXPECT_TRUE(World::load(world.save()).has_value());
+}
+
+TEST(Refusals, AStepOfTheLongestLengthIsTakenAndALongerOneIsNot) {
+    World world = World::create({}).value();
+    ASSERT_TRUE(world.add({}, at_place(0.0, 0.0, 1e5)));
+    EXPECT_EQ(world.step(hills(), std::nextafter(kMostStep, kInfinite)).refused_steps, 1u);
+    EXPECT_EQ(world.states()[0].velocity.z(), 0.0);
+    EXPECT_EQ(world.step(hills(), kMostStep).refused_steps, 0u);
+    EXPECT_NEAR(world.states()[0].velocity.z(), -9.81 * kMostStep, 1e-9);
+}
+
+}  // namespace refusals_test
+}  // namespace terrane::extremes

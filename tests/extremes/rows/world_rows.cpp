@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "extremes/extreme_row.h"
+#include "extremes/rows/grounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terrane::extremes {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// A fractal of so many chunks of the finest level from west to east, a quarter as many from south to north.
+FractalSettings strip_settings(double chunks) {
+    int chunks_log2 = 0;
+    std::frexp(chunks, &chunks_log2);
+    --chunks_log2;
+    FractalSettings settings = fractal_settings();
+    settings.octave_count = 20;
+    settings.wavelength_log2 = 16;
+    // At most 128 root squares along, of at most 24 levels.
+    const int roots_log2 = std::clamp(chunks_log2 - 24, 2, 10);
+    settings.root_size_log2 = chunks_log2 - roots_log2 + 7;
+    settings.root_count_x = 1 << roots_log2;
+    settings.first_root_x = -settings.root_count_x / 2;
+    settings.root_count_y = settings.root_count_x / 4;
+    settings.first_root_y = -settings.root_count_y / 2;
+    return settings;
+}
+
+/// worst_error_share() near the south-western or north-eastern corner of a world.
+double share_in_corner(const HeightSource& source, bool is_north_east) {
+    const WorldRect& extent = source.extent();
+    const double x = is_north_east ? extent.east - 140.0 : extent.west + 140.0;
+    const double y = is_north_east ? extent.north - 140.0 : extent.south + 140.0;
+    const WorldRect region = square_around(x, y, 120.0);
+    const Result<Ground> ground = load(source, region);
+    return ground ? worst_error_share(source, *ground, region) : kNan;
+}
+
+ExtremeRow chunks_row() {
+    ExtremeRow row{.name = "ChunksAlongAWorld",
+                   .topic = "Size of a world",
+                   .swept = "chunks of the finest level along the world",
+                   .promise =
+                       "The true surface is within error_m of every height that the ground "
+                       "answers, and neighbouring chunks have the same samples.",
+                   .figure =
+                       "largest |answer - true height| / error_m over 2000 places in each of "
+                       "two corners",
+                   .values = {0x1p10, 0x1p20, 0x1p30, 0x1p31}};
+    row.measure = [](double chunks) {
+        const auto source = FractalHeights::create(strip_settings(chunks));
+        if (!source) return kNan;
+        return std::max(share_in_corner(**source, false), share_in_corner(**source, true));
+    };
+    row.refusal = [](double chunks) {
+        return message_of(FractalHeights::create(strip_settings(chunks)));
+    };
+    row.ends = {{0x1p31, 0x1p34, false, "root"}};
+    row.note =
+        "Root squares are always resident: 128 by 128 of them, for a square world of 2^31 "
+        "chunks a side, take 2 GB.";
+    return row;
+}
+
+}  // namespace
+
+std::vector<ExtremeRow> world_rows() { return {chunks_row()}; }
+
+}  // namespace terrane::extremes

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "extremes/extreme_row.h"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane::extremes {
+
+/// What was measured of a row.
+struct MeasuredRow {
+    const ExtremeRow* row = nullptr;
+    std::vector<double> values;   ///< as they were measured
+    std::vector<double> figures;  ///< [values.size()]
+    std::vector<FoundEnd> ends;   ///< [row->ends.size()]
+};
+
+/// Measures a row.
+///
+/// @param is_long the values that take minutes too
+MeasuredRow measure(const ExtremeRow& row, bool is_long);
+
+/// A number of the table: three significant digits, "1e-06" for instance.
+std::string figure_text(double value);
+
+/// The table as the page docs/extremes.md, which ends with a line feed.
+std::string to_markdown(std::span<const MeasuredRow> rows);
+
+/// The table as one JSON object; figures that are not finite are null.
+std::string to_json(std::span<const MeasuredRow> rows);
+
+}  // namespace terrane::extremes
