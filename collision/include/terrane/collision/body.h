@@ -35,7 +35,7 @@ struct BodySettings {
 enum class BodyCondition : std::uint8_t {
     awake,   ///< moves
     asleep,  ///< at rest, not stepped until something touches it
-    /// Ground that it may meet is not resident, or it would move beyond the limit of places: pose and velocity are kept.
+    /// Ground that it may meet is not resident, or it would move beyond the limit of poses: its state is kept.
     parked,
     left_world,  ///< outside the ground's extent: in free fall
     fixed,       ///< a static body
