@@ -229,10 +229,13 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
     const double absent =
         std::max({displayed(residual.absent), fading_error(screen, morph, threshold_px),
                   solids.absent_px() > 0.0 ? closed + solids.absent_px() : 0.0});
-    const double finest = std::max(displayed(residual.finest), solids.drawn_px());
+    const double held = std::max(displayed(residual.held), solids.drawn_px());
+    const double finest = std::max(displayed(residual.finest), held);
     const double target = settings.max_error_px;
     const double sliding = threshold_px * residual.morphing;
     mesh.error_px = std::max({chosen, absent, finest, sliding}) * ScreenError::kRounding;
+    mesh.refinable_error_px = std::max({chosen, absent, held, sliding}) * ScreenError::kRounding;
+    mesh.finest_error_m = residual.finest_m;
     mesh.threshold_px = threshold_px;
     if (mesh.error_px <= target) {
         mesh.status = MeshStatus::error_met;
@@ -243,7 +246,8 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
     } else {
         mesh.status = MeshStatus::finest_reached;
     }
-    if (!source->is_certified()) mesh.error_px = internal::kInfinity;
+    if (source->is_certified()) return;
+    mesh.error_px = mesh.refinable_error_px = mesh.finest_error_m = internal::kInfinity;
 }
 
 const char* name_of(MeshStatus status) {
@@ -310,7 +314,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.indices = {};
     mesh.solids = {};
     mesh.triangle_count = 0;
-    mesh.error_px = 0.0;
+    mesh.error_px = mesh.refinable_error_px = mesh.finest_error_m = 0.0;
     mesh.threshold_px = state.settings.max_error_px;
     mesh.others_threshold_px = internal::kInfinity;
     mesh.others_triangles = 0;

@@ -38,8 +38,10 @@ std::string find_flaw(const TerrainMesh& mesh);
 /// Largest screen error of the displayed surface at points of the true surface inside the view's side planes, by
 /// brute force: `per_triangle` points in each triangle (corners apart), against
 /// source.height().
+///
+/// @param allowed_m vertical distance that does not count, metres
 double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSource& source,
-                        const View& view, int per_triangle);
+                        const View& view, int per_triangle, double allowed_m = 0.0);
 
 /// The same over a net of per_side x per_side points in each cell of the finest lattice.
 double measure_error_px_everywhere(const std::vector<SoupTriangle>& soup,

@@ -14,8 +14,9 @@ using Corners = std::array<WorldPos, 3>;
 // Screen errors of single points of one view.
 class PointErrors {
 public:
-    PointErrors(const HeightSource& source, const View& view)
+    PointErrors(const HeightSource& source, const View& view, double allowed_m = 0.0)
         : source_(source),
+          allowed_(allowed_m),
           eye_(view.eye_world),
           near_(view.near_distance),
           pixels_(view.pixels_per_radian()),
@@ -29,8 +30,8 @@ public:
         for (const Eigen::Vector3d& normal : frustum_.normals) {
             if (normal.dot(from_eye) < 0.0) return;
         }
-        const double error =
-            std::abs(shown_world.z() - truth) * pixels_ / std::max(near_, from_eye.norm());
+        const double metres = std::abs(shown_world.z() - truth) - allowed_;
+        const double error = metres * pixels_ / std::max(near_, from_eye.norm());
         if (!(error <= worst_) && !std::isnan(worst_)) worst_ = error;  // NaN stays
     }
 
@@ -53,6 +54,7 @@ public:
 
 private:
     const HeightSource& source_;
+    double allowed_;
     WorldPos eye_;
     double near_, pixels_;
     Frustum frustum_;
@@ -101,8 +103,8 @@ void add_net(const SoupTriangle& triangle, const Lattice& lattice, int per_side,
 }  // namespace
 
 double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSource& source,
-                        const View& view, int per_triangle) {
-    PointErrors errors(source, view);
+                        const View& view, int per_triangle, double allowed_m) {
+    PointErrors errors(source, view, allowed_m);
     for (std::size_t t = 0; t < soup.size(); ++t) {
         const Corners corners = corners_of(soup[t], source.lattice());
         for (int i = 0; i < per_triangle; ++i) {

@@ -24,7 +24,7 @@ std::string header(std::span<const std::string> extra_columns) {
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
         "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
         "chunks_evicted,late,solid_triangles,max_solid_pop_px,draw_ms,objects_drawn,objects_culled,"
-        "objects_left_out,object_triangles,objects_ms";
+        "objects_left_out,object_triangles,objects_ms,objects_occluded";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
@@ -33,7 +33,7 @@ std::string csv_line(const FrameRecord& r) {
     std::string line = fmt::format(
         "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}"
         ","
-        "{:.4f}",
+        "{:.4f},{}",
         r.time, r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget,
         r.error_px, number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
         r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
@@ -41,7 +41,8 @@ std::string csv_line(const FrameRecord& r) {
         number_or_nothing(r.points), number_or_nothing(r.holes), r.paging.in_flight_bytes,
         r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0, r.solid_triangles,
         number_or_nothing(r.max_solid_pop_px), r.draw_ms ? fmt::format("{:.4f}", *r.draw_ms) : "",
-        r.objects_drawn, r.objects_culled, r.objects_left_out, r.object_triangles, r.objects_ms);
+        r.objects_drawn, r.objects_culled, r.objects_left_out, r.object_triangles, r.objects_ms,
+        r.objects_occluded);
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -65,6 +66,7 @@ void add_objects(std::span<const FrameRecord> frames, nlohmann::ordered_json& su
     };
     summary["objects_drawn_max"] = most([](const FrameRecord& r) { return r.objects_drawn; });
     summary["objects_left_out_max"] = most([](const FrameRecord& r) { return r.objects_left_out; });
+    summary["objects_occluded_max"] = most([](const FrameRecord& r) { return r.objects_occluded; });
     summary["object_triangles_max"] = most([](const FrameRecord& r) { return r.object_triangles; });
     const auto ms = values_of(frames, [](const FrameRecord& r) { return r.objects_ms; });
     summary["objects_ms_median"] = percentile(ms, 0.5);

@@ -36,10 +36,11 @@ struct FrameRecord {
     std::optional<std::size_t> holes;
     std::optional<double> max_solid_pop_px;
     std::optional<double> draw_ms;  ///< until the picture can be read; where one is drawn
-    bool has_objects = false;       ///< of a scene: else the next five are 0
+    bool has_objects = false;       ///< of a scene: else the next six are 0
     std::size_t objects_drawn = 0;
     std::size_t objects_culled = 0;    ///< out of view
     std::size_t objects_left_out = 0;  ///< in view, and not drawn under the threshold
+    std::size_t objects_occluded = 0;  ///< behind the ground
     std::size_t object_triangles = 0;  ///< part of triangles
     double objects_ms = 0.0;           ///< part of update_ms
     std::vector<double> extra;         ///< values of FlightLog's extra columns

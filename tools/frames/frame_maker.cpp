@@ -30,19 +30,32 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
 }
 
 // The demands of objects, and the part of the triangulator's budget that the governor keeps free.
-std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view) {
-    demands_.clear();
-    if (objects_) {
-        const std::span<const TriangleDemand> demands = objects_->begin_frame(view);
-        if (!governor_) return demands;
-        demands_.assign(demands.begin(), demands.end());
-    }
-    if (governor_) {
-        const std::size_t kept_free = budget_ - std::min(budget_, governor_->budget());
-        demands_.push_back(
-            {std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(kept_free)});
-    }
+std::span<const TriangleDemand> FrameMaker::with_kept_free(
+    std::span<const TriangleDemand> of_objects) {
+    if (!governor_) return of_objects;
+    const std::size_t kept_free = budget_ - std::min(budget_, governor_->budget());
+    demands_.assign(of_objects.begin(), of_objects.end());
+    demands_.push_back(
+        {std::numeric_limits<double>::infinity(), static_cast<std::uint32_t>(kept_free)});
     return demands_;
+}
+
+std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
+                                                        const HorizonMap* horizon) {
+    if (!objects_) return with_kept_free({});
+    const std::span<const TriangleDemand> demands = objects_->begin_frame(view, horizon);
+    return with_kept_free(horizon_.pays(objects_->counts()) ? demands
+                                                            : objects_->begin_again(view));
+}
+
+// The mesh of a frame, and its objects: those that the ground hides are left out where that pays and is certain.
+TerrainMesh FrameMaker::triangulate(const View& view) {
+    const std::shared_ptr<const ResidentSet> resident = pager_.resident();
+    const HorizonMap* const horizon =
+        objects_ && objects_->can_be_hidden() ? horizon_.begin(resident, view) : nullptr;
+    const TerrainMesh mesh = triangulator_.update(resident, view, begin_frame(view, horizon));
+    if (horizon_.holds_for(mesh)) return mesh;
+    return triangulator_.update(resident, view, with_kept_free(objects_->begin_again(view)));
 }
 
 void FrameMaker::add_frame_time(const FrameRecord& frame) {
@@ -62,7 +75,9 @@ void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> b
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();
-        const TerrainMesh mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
+        const TerrainMesh mesh =
+            triangulator_.update(pager_.resident(), view, begin_frame(view, nullptr));
+        horizon_.follow(mesh);
         const bool is_settled =
             mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
         if (is_settled || pager_.stats().late_chunks > 0) return;
@@ -78,8 +93,11 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
-    frame.mesh = triangulator_.update(pager_.resident(), view, begin_frame(view));
-    if (objects_) frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
+    frame.mesh = triangulate(view);
+    if (objects_) {
+        frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
+        horizon_.end(frame.mesh, objects_->counts());
+    }
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
     threshold_px_ = frame.mesh.threshold_px;
 
@@ -94,8 +112,9 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
         record.objects_drawn = counts.drawn;
         record.objects_culled = counts.culled;
         record.objects_left_out = counts.left_out;
+        record.objects_occluded = counts.occluded;
         record.object_triangles = counts.triangles;
-        record.objects_ms = counts.ms;
+        record.objects_ms = counts.ms + horizon_.ms();
     }
     for (const MeshSolid& solid : frame.mesh.solids) {
         record.solid_triangles += solid.triangle_count();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "frames/flight_log.h"
+#include "frames/frame_horizon.h"
 #include "frames/verify.h"
 #include "objects/object_field.h"
 
@@ -66,12 +67,15 @@ public:
 
 private:
     FrameMaker(Pager pager, Triangulator triangulator);
-    std::span<const TriangleDemand> begin_frame(const View& view);
+    std::span<const TriangleDemand> with_kept_free(std::span<const TriangleDemand> of_objects);
+    std::span<const TriangleDemand> begin_frame(const View& view, const HorizonMap* horizon);
+    TerrainMesh triangulate(const View& view);
 
     Pager pager_;
     Triangulator triangulator_;
     std::optional<Verifier> verifier_;
     std::unique_ptr<ObjectField> objects_;  // null: none
+    FrameHorizon horizon_;                  // of objects_
     std::optional<FrameGovernor> governor_;
     std::vector<TriangleDemand> demands_;  // scratch
     std::size_t budget_ = 0;

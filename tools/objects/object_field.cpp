@@ -23,6 +23,12 @@ constexpr std::size_t kMostPending = 64;
 constexpr double kKeepRange = 1.1;
 constexpr double kMostInSight = 4194304.0;  // 2^22 objects of a scatter
 
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
 std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
     return {static_cast<float>(wxyz[1]), static_cast<float>(wxyz[2]), static_cast<float>(wxyz[3]),
             static_cast<float>(wxyz[0])};
@@ -187,26 +193,37 @@ void ObjectField::load_all(const View& view) {
     add_made(kAll);
 }
 
-std::span<const TriangleDemand> ObjectField::begin_frame(const View& view) {
-    const auto start = std::chrono::steady_clock::now();
-    // requests wait for the thread where it is behind
-    if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
-    add_made(kSquaresAFrame * scattered_.size());
+std::span<const TriangleDemand> ObjectField::cull(const View& view, const HorizonMap* horizon) {
+    const Clock::time_point start = Clock::now();
     const std::span<const TriangleDemand> demands =
-        scene_.begin_frame(view, max_error_px_, shadows_);
-    counts_.ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        scene_.begin_frame(view, max_error_px_, shadows_, horizon);
+    counts_.occluded = scene_.counts().occluded;
+    counts_.occluded_share = scene_.counts().occluded_share;
+    counts_.ms += ms_since(start);
     return demands;
 }
 
+std::span<const TriangleDemand> ObjectField::begin_frame(const View& view,
+                                                         const HorizonMap* horizon) {
+    const Clock::time_point start = Clock::now();
+    // requests wait for the thread where it is behind
+    if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
+    add_made(kSquaresAFrame * scattered_.size());
+    counts_.ms = ms_since(start);
+    return cull(view, horizon);
+}
+
+std::span<const TriangleDemand> ObjectField::begin_again(const View& view) {
+    return cull(view, nullptr);
+}
+
 SceneDraws ObjectField::end_frame(double threshold_px) {
-    const auto start = std::chrono::steady_clock::now();
+    const Clock::time_point start = Clock::now();
     const SceneDraws draws = scene_.end_frame(threshold_px);
-    counts_.ms +=
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    counts_.ms += ms_since(start);
     const SceneCounts& counts = scene_.counts();
     counts_.drawn = counts.drawn;
-    counts_.culled = counts.objects - counts.in_view;
+    counts_.culled = counts.objects - counts.in_view - counts.occluded;
     counts_.left_out = counts.left_out;
     counts_.triangles = counts.triangles;
     return draws;

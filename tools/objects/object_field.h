@@ -22,8 +22,10 @@ namespace terrane::tools {
 /// Statistics of the objects of a frame.
 struct ObjectCounts {
     std::size_t drawn = 0;
-    std::size_t culled = 0;    ///< out of view
-    std::size_t left_out = 0;  ///< in view, too small for the threshold
+    std::size_t culled = 0;       ///< out of view
+    std::size_t left_out = 0;     ///< in view, too small for the threshold
+    std::size_t occluded = 0;     ///< behind the ground; in none of the others
+    double occluded_share = 0.0;  ///< SceneCounts::occluded_share
     std::size_t triangles = 0;
     std::size_t failed_squares = 0;  ///< so far: their heights could not be read
     double ms = 0.0;                 ///< of squares, culling and levels together
@@ -52,12 +54,20 @@ public:
     /// Waits until all squares that a view can show are there.
     void load_all(const View& view);
 
+    /// Whether what the ground hides may be left out: not while it can cast shadows.
+    bool can_be_hidden() const { return !(shadows_ && has_shadows(*shadows_)); }
+
     /// Begins a frame: squares, culling. A square whose heights cannot be read stays empty, and is counted.
-    std::span<const TriangleDemand> begin_frame(const View& view);
+    ///
+    /// @param horizon see Scene::begin_frame()
+    std::span<const TriangleDemand> begin_frame(const View& view,
+                                                const HorizonMap* horizon = nullptr);
+    /// Begins the same frame again, with the objects that the ground hides.
+    std::span<const TriangleDemand> begin_again(const View& view);
     /// Ends it: see Scene::end_frame().
     SceneDraws end_frame(double threshold_px);
 
-    /// Of the last frame.
+    /// Of the last frame; before end_frame() only of what the ground hides.
     const ObjectCounts& counts() const { return counts_; }
 
 private:
@@ -76,6 +86,7 @@ private:
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);
+    std::span<const TriangleDemand> cull(const View& view, const HorizonMap* horizon);
 
     Scene scene_;
     double max_error_px_;

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye; e is the error of
-// the drawn ground as an angle, ground_error_px over pixels per radian.
+// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye. The drawn ground is
+// at most e d + f below a point of the true surface at distance d (TerrainMesh): e is GroundError::refinable_px over
+// pixels per radian, f is finest_m. The horizon is that of the lowered surface: the true one, lowered by f / (1 - e).
 //
 //   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
-//      the slope of the true surface goes from -infinity below the eye to at least U, continuously, as all is ground.
-//   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The true surface there is
+//      the slope of the lowered surface goes from -infinity below the eye to at least U, continuously: all is ground.
+//   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The lowered surface there is
 //      e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
-//   3. If that point of the true surface is in view, the drawn one is at most as much below it (the certificate of
-//      docs/triangulation.md), so not below the ray. Distances are not below near_distance, because the ground is
-//      farther than that from the eye.
-//   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object.
+//   3. The true point above it is farther away by at most f / (1 - e). If it is in view, the drawn ground is at most
+//      e d + e f / (1 - e) + f = e d + f / (1 - e) below it, d being the distance of the lowered point: not below the
+//      ray. Distances are not below near_distance, because the true surface is farther than that from the eye.
+//   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object. It has met
+//      the true surface, too, which is above the ray in 3 and below the eye.
 //
 // For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
 #include "base/vector_math.h"
 #include "culling/extents.h"
+#include "horizon/drawn_ground.h"
 #include "horizon/horizon_rows.h"
 
 #include <terrane/scene/horizon_map.h>
@@ -128,7 +131,9 @@ struct HorizonMap::State {
     bool is_clear = true;
     View view;
     Frustum frustum;
+    GroundError largest;
     double error = 0.0;  // radians
+    double depth = 0.0;  // of the lowered surface below the true one, metres
     HorizonRows rows;
 
     template <class Reach>
@@ -161,7 +166,7 @@ bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const 
     if (!(horizon - error * std::sqrt(1.0 + horizon * horizon) > most_slope)) return false;
 
     const double steepest = std::max(std::abs(least_slope), std::abs(horizon));
-    const double raise = error * std::sqrt(1.0 + steepest * steepest) * farthest;
+    const double raise = error * std::sqrt(1.0 + steepest * steepest) * farthest + depth;
     for (const Eigen::Vector3d& normal : frustum.normals) {
         if (normal.z() >= 0.0) continue;
         if (!(internal::dot(normal, object.centre) - reach(normal) + normal.z() * raise >= 0.0))
@@ -178,12 +183,16 @@ HorizonMap::~HorizonMap() = default;
 void HorizonMap::clear() { state_->is_clear = true; }
 
 void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const View& view,
-                       double ground_error_px) {
+                       const GroundError& largest) {
     State& state = *state_;
     state.is_clear = true;
-    if (resident == nullptr || !check(view) || !(ground_error_px >= 0.0)) return;
-    state.error = (ground_error_px + kMargin_px) / view.pixels_per_radian();
-    if (!(state.error < kMostError) || !resident->has_roots()) return;
+    if (resident == nullptr || !check(view)) return;
+    if (!(largest.refinable_px >= 0.0) || !(largest.finest_m >= 0.0)) return;
+    state.largest = largest;
+    state.error = (largest.refinable_px + kMargin_px) / view.pixels_per_radian();
+    if (!(state.error < kMostError) || !std::isfinite(largest.finest_m) || !resident->has_roots())
+        return;
+    state.depth = largest.finest_m / (1.0 - state.error);
     for (const ResidentChunk& chunk : resident->chunks()) {
         if (chunk->key.level > 0) break;
         if (!chunk->is_certified) return;
@@ -194,8 +203,18 @@ void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const
         return;
     state.view = view;
     state.frustum = make_frustum(view);
-    state.rows.build(*resident, eye, sectors_of(view, state.frustum));
+    // seen from a higher eye, the surface is lower by as much
+    state.rows.build(*resident, eye + Eigen::Vector3d(0.0, 0.0, state.depth),
+                     sectors_of(view, state.frustum));
     state.is_clear = false;
+}
+
+bool HorizonMap::holds_for(const TerrainMesh& mesh) const {
+    const State& state = *state_;
+    if (state.is_clear) return true;
+    return mesh.refinable_error_px <= state.largest.refinable_px &&
+           mesh.finest_error_m <= state.largest.finest_m &&
+           internal::is_above_drawn_ground(mesh, state.view.eye_world);
 }
 
 bool HorizonMap::is_of(const View& view) const {

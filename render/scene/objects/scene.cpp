@@ -202,6 +202,11 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
     state.histogram.append_to(state.demands);
     state.counts.in_view = state.objects.size() + state.objects.left_out();
     state.counts.occluded = state.objects.occluded();
+    const std::size_t large = state.objects.size() + state.objects.occluded();
+    if (large > 0) {
+        state.counts.occluded_share =
+            static_cast<double>(state.objects.occluded()) / static_cast<double>(large);
+    }
     if (has_casters) state.find_casters(view, volume, *shadows);
     return state.demands;
 }

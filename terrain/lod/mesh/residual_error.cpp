@@ -30,10 +30,14 @@ public:
           residual_(residual) {}
 
     double visit_cells(double most);
+    void visit_finest_cells();
     void visit_held_vertices();
 
 private:
     double cell_error(int column, int row, double most) const;
+    double pixels_per_metre(int area) const;
+    template <class Take>
+    void for_each_drawn_cell(int area, const Take& take) const;
     double area_error(int area, double most) const;
     void visit_held_area(int area);
     void visit_held_sides();
@@ -85,16 +89,20 @@ double ResidualErrorSearch::cell_error(int column, int row, double most) const {
     return error_of_square(column, row, 1, bound, most);
 }
 
-// The cells of an area that are drawn undivided over an absent child.
-double ResidualErrorSearch::area_error(int area, double most) const {
+// Largest screen error of a metre over the cells of an area; 0 if none of it is in view.
+double ResidualErrorSearch::pixels_per_metre(int area) const {
     const Chunk& chunk = *chunk_.chunk;
     const auto at_most =
         static_cast<double>(chunk.areas[static_cast<std::size_t>(area)].max_cell_bound);
     ScreenError::WorldBox box = screen_.box_of_area(chunk, area);
     box.low.z() -= at_most;
     box.high.z() += at_most;
-    const double pixels_per_metre = screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
-    if (!(at_most * pixels_per_metre > most)) return most;
+    return screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
+}
+
+// Visits the cells of an area that are drawn undivided, with their bounds: void(int column, int row, double bound).
+template <class Take>
+void ResidualErrorSearch::for_each_drawn_cell(int area, const Take& take) const {
     const AreaBits bits = area_bits(chunk_, area);
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
@@ -106,10 +114,21 @@ double ResidualErrorSearch::area_error(int area, double most) const {
             const int square = std::countr_zero(cells);
             const int column = west + 2 * (square % kAreaSquares) + kEast[k];
             const int row = south + 2 * (square / kAreaSquares) + kNorth[k];
-            const auto bound = static_cast<double>(chunk.cell_bounds[cell_index(column, row)]);
-            if (bound * pixels_per_metre > most) most = cell_error(column, row, most);
+            take(column, row,
+                 static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]));
         }
     }
+}
+
+// The cells of an area that are drawn undivided over an absent child.
+double ResidualErrorSearch::area_error(int area, double most) const {
+    const auto at_most =
+        static_cast<double>(chunk_.chunk->areas[static_cast<std::size_t>(area)].max_cell_bound);
+    const double scale = pixels_per_metre(area);
+    if (!(at_most * scale > most)) return most;
+    for_each_drawn_cell(area, [&](int column, int row, double bound) {
+        if (bound * scale > most) most = cell_error(column, row, most);
+    });
     return most;
 }
 
@@ -121,6 +140,17 @@ double ResidualErrorSearch::visit_cells(double most) {
         most = area_error(area, most);
     });
     return most;
+}
+
+// The largest bound of the cells that are drawn at the finest spacing in areas that are in view.
+void ResidualErrorSearch::visit_finest_cells() {
+    double& most = residual_.finest_m;
+    for_each_bit(chunk_.active_areas, [&](int area) {
+        const Chunk::Area& of_area = chunk_.chunk->areas[static_cast<std::size_t>(area)];
+        if (!(static_cast<double>(of_area.max_cell_bound) > most)) return;
+        if (!(pixels_per_metre(area) > 0.0)) return;
+        for_each_drawn_cell(area, [&](int, int, double bound) { most = std::max(most, bound); });
+    });
 }
 
 // Whether a triangle that a centre would split is drawn, with this chunk's or coarser samples.
@@ -165,7 +195,7 @@ void ResidualErrorSearch::visit_vertex(int column, int row, int stride, float ow
     } else if (key == OpenChunk::kNever) {
         residual_.absent = std::max(residual_.absent, error_px);
     } else {
-        residual_.finest = std::max(residual_.finest, error_px);
+        residual_.held = std::max(residual_.held, error_px);
     }
 }
 
@@ -249,6 +279,7 @@ void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const S
         std::find(chunk.is_absent.begin(), chunk.is_absent.end(), true) != chunk.is_absent.end();
     double& of_cells = is_finest ? residual.finest : residual.absent;
     if (any_absent) of_cells = search.visit_cells(of_cells);
+    if (is_finest) search.visit_finest_cells();
     search.visit_held_vertices();
 }
 

@@ -5,19 +5,25 @@
 #include "lod/mesh/morph.h"
 #include "lod/selection/vertex_keys.h"
 
+#include <algorithm>
+
 namespace terrane::internal {
 
 /// The largest screen errors in view, pixels, that remain because vertices are missing.
 struct ResidualError {
-    double absent = 0.0;  ///< vertices of absent chunks, and vertices with absent parents
-    double finest = 0.0;  ///< detail finer than the lattice, and vertices held by inactive parents
+    double absent = 0.0;    ///< vertices of absent chunks, and vertices with absent parents
+    double held = 0.0;      ///< vertices held by inactive parents
+    double finest = 0.0;    ///< detail finer than the lattice
+    double finest_m = 0.0;  ///< the same as a vertical distance, metres
     /// Of the displayed surface, in thresholds: vertices that morph late because of their parents' keys.
     double morphing = 0.0;
 
     void merge(const ResidualError& other) {
-        absent = absent > other.absent ? absent : other.absent;
-        finest = finest > other.finest ? finest : other.finest;
-        morphing = morphing > other.morphing ? morphing : other.morphing;
+        absent = std::max(absent, other.absent);
+        held = std::max(held, other.held);
+        finest = std::max(finest, other.finest);
+        finest_m = std::max(finest_m, other.finest_m);
+        morphing = std::max(morphing, other.morphing);
     }
 };
 

@@ -17,10 +17,10 @@ namespace {
 
 using test::Random;
 
-constexpr double kForestHalfSide = 4000.0;  // of the forest
-constexpr int kTrees = 200'000;             // 3125 a square kilometre
-constexpr double kGroundError_px = 2.0;     // of the drawn ground
-constexpr double kSmallestTree_px = 1.0;    // no smaller one is drawn
+constexpr double kForestHalfSide = 4000.0;                // of the forest
+constexpr int kTrees = 200'000;                           // 3125 a square kilometre
+constexpr GroundError kGroundError{.refinable_px = 2.0};  // of the drawn ground
+constexpr double kSmallestTree_px = 1.0;                  // no smaller one is drawn
 
 struct Forest {
     std::shared_ptr<const HeightSource> source;
@@ -75,7 +75,7 @@ void horizon_map(benchmark::State& state) {
     std::size_t frame = 0;
     for (auto _ : state) {
         const View view = horizon_view(frame++, static_cast<double>(state.range(0)));
-        horizon.build(hills.resident, view, kGroundError_px);
+        horizon.build(hills.resident, view, kGroundError);
     }
 }
 BENCHMARK(horizon_map)
@@ -94,7 +94,7 @@ void horizon_frame(benchmark::State& state) {
     const bool has_map = state.range(1) != 0;
     for (auto _ : state) {
         const View view = horizon_view(frame++, static_cast<double>(state.range(0)));
-        if (has_map) horizon.build(forest().resident, view, kGroundError_px);
+        if (has_map) horizon.build(forest().resident, view, kGroundError);
         benchmark::DoNotOptimize(
             scene.begin_frame(view, kSmallestTree_px, {}, has_map ? &horizon : nullptr).data());
         scene.end_frame(kSmallestTree_px);

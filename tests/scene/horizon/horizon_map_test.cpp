@@ -101,7 +101,7 @@ TEST(HorizonMap, NoPointOfAHiddenBallIsInSightOverTheDrawnSurface) {
         if (!surface.ray(eye, eye + down)) continue;  // the drawn ground is above the eye
         ++frames;
         HorizonMap horizon;
-        horizon.build(frame.resident, frame.view, mesh.error_px);
+        horizon.build(frame.resident, frame.view, {.refinable_px = mesh.error_px});
         const ViewVolume volume(frame.view);
         for (int i = 0; i < 200; ++i) {
             const BoundingSphere ball = random_ball(random, *frame.source, 1020.0);
@@ -145,7 +145,7 @@ TEST(HorizonMap, NothingHiddenIsInSightOverTheFinestSurfaceLoweredByTheError) {
         RandomFrame frame = random_frame(random);
         const double error_px = random.between(0.0, 20.0);
         HorizonMap horizon;
-        horizon.build(frame.resident, frame.view, error_px);
+        horizon.build(frame.resident, frame.view, {.refinable_px = error_px});
         const Ground finest(resident_chunks(*frame.source, 1), 1);
         const WorldPos& eye = frame.view.eye_world;
         const double error = error_px / frame.view.pixels_per_radian();
@@ -194,7 +194,7 @@ protected:
 
     bool hides(const std::shared_ptr<const ResidentSet>& set, const View& view,
                const BoundingSphere& ball, double error_px = 1.0) {
-        horizon.build(set, view, error_px);
+        horizon.build(set, view, {.refinable_px = error_px});
         return horizon.hides(ball);
     }
 
@@ -268,8 +268,8 @@ TEST_F(HorizonOfAWall, AbsentChunksHideNoMoreThanResidentOnes) {
     const auto roots = resident_chunks(*source, 0);
     Random random(3);
     HorizonMap coarse;
-    coarse.build(roots, eastward(), 1.0);
-    horizon.build(resident, eastward(), 1.0);
+    coarse.build(roots, eastward(), {.refinable_px = 1.0});
+    horizon.build(resident, eastward(), {.refinable_px = 1.0});
     int hidden = 0;
     for (int i = 0; i < 5000; ++i) {
         const BoundingSphere ball{{random.between(0.0, 1000.0), random.between(-500.0, 500.0),

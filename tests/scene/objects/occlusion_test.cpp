@@ -65,7 +65,7 @@ TEST_F(ForestOnHills, ObjectsThatAreLeftOutHaveNoPointInSight) {
     std::size_t occluded = 0, in_view = 0;
     for (int i = 0; i < 12; ++i) {
         const View view = low_view(0.5 * i);
-        horizon.build(resident, view, 1.0);
+        horizon.build(resident, view, {.refinable_px = 1.0});
         const std::set<Offset> all = drawn(view, nullptr);
         EXPECT_EQ(scene.counts().occluded, 0u);
         const SceneCounts without = scene.counts();
@@ -94,7 +94,7 @@ TEST_F(ForestOnHills, ObjectsThatAreLeftOutHaveNoPointInSight) {
 
 TEST_F(ForestOnHills, AMapOfAnotherViewHidesNothing) {
     HorizonMap horizon;
-    horizon.build(resident, low_view(0.5), 1.0);
+    horizon.build(resident, low_view(0.5), {.refinable_px = 1.0});
     const View view = low_view(0.6);
     EXPECT_EQ(drawn(view, &horizon), drawn(view, nullptr));
     EXPECT_EQ(scene.counts().occluded, 0u);
@@ -105,7 +105,7 @@ TEST_F(ForestOnHills, AMapOfAnotherViewHidesNothing) {
 TEST_F(ForestOnHills, NothingIsHiddenWhileShadowsAreDrawn) {
     const View view = low_view(0.5);
     HorizonMap horizon;
-    horizon.build(resident, view, 1.0);
+    horizon.build(resident, view, {.refinable_px = 1.0});
     EXPECT_LT(drawn(view, &horizon).size(), drawn(view, nullptr).size());
     const SunShadows shadows{.sun_direction = {1.0, 0.0, 0.5}, .distance = 500.0};
     scene.begin_frame(view, 1.0, shadows, nullptr);
@@ -117,8 +117,9 @@ TEST_F(ForestOnHills, NothingIsHiddenWhileShadowsAreDrawn) {
 
 TEST_F(ForestOnHills, AFrameDependsOnItsMapAlone) {
     HorizonMap fresh, used;
-    used.build(resident, low_view(2.0), 30.0);
-    for (HorizonMap* horizon : {&fresh, &used}) horizon->build(resident, low_view(0.5), 1.0);
+    used.build(resident, low_view(2.0), {.refinable_px = 30.0});
+    for (HorizonMap* horizon : {&fresh, &used})
+        horizon->build(resident, low_view(0.5), {.refinable_px = 1.0});
     const std::set<Offset> first = drawn(low_view(0.5), &fresh);
     EXPECT_GT(scene.counts().occluded, 0u);
     drawn(low_view(3.0), nullptr);

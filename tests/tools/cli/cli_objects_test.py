@@ -100,11 +100,28 @@ class Objects(Folder):
         for column in ("objects_culled", "eye_z_m"):
             self.assertTrue(np.array_equal(first[column], second[column]), column)
 
+    def test_the_ground_hides_objects_in_flights_near_it_and_equal_flights_hide_the_same(self):
+        forest = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
+        scene = self.scene(forest)
+        low = ("--path", "canyon", "--altitude", 2, "--threads", 0, "--budget", 20000)
+        summary, rows = self.fly(scene, *low)
+        self.assertGreater(rows["objects_occluded"].min(), 300)
+        self.assertEqual(summary["objects_occluded_max"], rows["objects_occluded"].max())
+        self.assertTrue((rows["objects_ms"] <= rows["update_ms"]).all())
+        _, again = self.fly(scene, *low)
+        for column in rows.dtype.names:
+            if not column.endswith("_ms"):
+                self.assertTrue(np.array_equal(rows[column], again[column], equal_nan=True), column)
+        _, high = self.fly(scene, "--altitude", 2000, "--threads", 0)
+        self.assertEqual(high["objects_occluded"].max(), 0)
+        self.assertGreater(high["objects_drawn"].min(), 300)
+
     def test_a_scene_without_objects_has_none(self):
         summary, rows = self.fly(self.scene([]))
         self.assertEqual(rows["objects_drawn"].max(), 0)
         self.assertEqual(rows["object_triangles"].max(), 0)
         self.assertEqual(rows["objects_ms"].max(), 0)
+        self.assertEqual(rows["objects_occluded"].max(), 0)
         self.assertEqual(summary["over_budget_frames"], 0)
 
     def test_wrong_objects_are_refused_by_their_path(self):

@@ -72,6 +72,13 @@ struct TerrainMesh {
     /// not drawn, the heightfield closes over them, and what that hides counts. Infinite where the source is not
     /// certified (HeightSource::is_certified()).
     double error_px = 0.0;
+    /// The same bound in two parts, for what is far from the eye: near it the detail below the lattice's finest spacing
+    /// dominates error_px. At each of those points the distance is at most
+    ///     refinable_error_px / pixels_per_radian() * distance from the eye + finest_error_m,
+    /// distances being at least near_distance. At most error_px; infinite where error_px is.
+    double refinable_error_px = 0.0;
+    /// Largest certified error, metres, of the ground in view that is drawn at the finest spacing; 0 where none is.
+    double finest_error_m = 0.0;
     /// Vertices with at most this priority, pixels, are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;
     /// For those that share the budget: the least threshold whose demands have all been granted, at least threshold_px.

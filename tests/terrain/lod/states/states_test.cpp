@@ -56,7 +56,13 @@ std::string find_fault(const TerrainMesh& mesh, const RandomWorld& world, const 
     const double measured =
         measure_error_px(make_soup(mesh), world.source(), view, std::max(1, kPoints / count));
     if (!(measured <= mesh.error_px)) {
-        out << "measured " << measured << " px, certified " << mesh.error_px;
+        out << "measured " << measured << " px, certified " << mesh.error_px << "; ";
+    }
+    const double far_px = measure_error_px(make_soup(mesh), world.source(), view,
+                                           std::max(1, kPoints / 4 / count), mesh.finest_error_m);
+    if (!(far_px <= mesh.refinable_error_px) || !(mesh.refinable_error_px <= mesh.error_px)) {
+        out << "measured " << far_px << " px beyond " << mesh.finest_error_m << " m, certified "
+            << mesh.refinable_error_px << " of " << mesh.error_px;
     }
     return out.str();
 }

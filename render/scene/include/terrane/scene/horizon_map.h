@@ -4,19 +4,25 @@
 #include <terrane/terrain/aabb.h>
 #include <terrane/terrain/bounding_sphere.h>
 #include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/triangulator.h>
 #include <terrane/terrain/view.h>
 
 #include <memory>
 
 namespace terrane {
 
+/// What a frame's drawn ground is certified to deviate from the true surface by, at most: see TerrainMesh.
+struct GroundError {
+    double refinable_px = 0.0;  ///< of TerrainMesh::refinable_error_px, >= 0
+    double finest_m = 0.0;      ///< of TerrainMesh::finest_error_m, metres, >= 0
+};
+
 /// What the ground hides from an eye: for each of 1024 sectors of azimuth and some 250 bins of distance, the slope
 /// (rise over horizontal distance) up to which everything beyond is behind the drawn ground.
 ///
-/// Conservative: what hides() is true of has no pixel that the frame's ground does not cover, provided that
-///   - the mesh that is drawn has an error_px (TerrainMesh) of at most the map's ground_error_px;
-///   - the eye is above the drawn ground.
-/// It is a matter of sight alone: what is hidden may still cast a visible shadow.
+/// Conservative: what hides() is true of has no pixel that the frame's ground does not cover, provided that holds_for()
+/// is true of the mesh that is drawn. Hidden means behind the drawn ground, and so behind the true surface where that
+/// is not lower than the drawn one. It is a matter of sight alone: what is hidden may still cast a visible shadow.
 ///
 /// Hides nothing for an eye outside the extent or within near_distance of the ground or below it; while a root square
 /// is absent; beyond ground that is nodata or has volumes; of a source that is not certified.
@@ -29,17 +35,24 @@ public:
     HorizonMap& operator=(HorizonMap&&) noexcept;
     ~HorizonMap();
 
-    /// Replaces the map by that of a view over the resident chunks. An invalid view, a null set, and an error that is
-    /// NaN, below 0 or a quarter of a radian and more give a map that hides nothing.
+    /// Replaces the map by that of a view over the resident chunks. An invalid view, a null set, and errors that are
+    /// NaN, infinite, below 0, or in pixels a quarter of a radian and more give a map that hides nothing.
     ///
-    /// @param ground_error_px largest TerrainMesh::error_px of the frame, pixels. A pixel more is left for rounding on
-    ///                        the GPU. It is not known before Triangulator::update(): take an upper limit, and where it
-    ///                        was exceeded, begin the frame again without the map
+    /// @param largest upper limits of the frame's errors, which are not known before Triangulator::update(). A pixel
+    ///                more is left for rounding on the GPU
     ///
     /// Allocates: 1 MB at first
     /// Cost:      `scene_benchmark --benchmark_filter=horizon`
     void build(const std::shared_ptr<const ResidentSet>& resident, const View& view,
-               double ground_error_px);
+               const GroundError& largest);
+
+    /// Whether the map is certain for a frame: its errors are within the limits, and the eye is above its ground. If
+    /// not, begin the frame again without the map. True where the map hides nothing.
+    ///
+    /// @param mesh of the view and the resident set of the map
+    ///
+    /// Cost: O(triangles of the chunks at the eye)
+    bool holds_for(const TerrainMesh& mesh) const;
 
     /// Hides nothing from now on.
     void clear();

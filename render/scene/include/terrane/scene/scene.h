@@ -50,6 +50,9 @@ struct SceneCounts {
     /// Culled because the ground hides them. Of clusters of objects that are hidden as a whole, all: also those that
     /// are out of view or too small.
     std::size_t occluded = 0;
+    /// Part of the objects in view, and large enough to be drawn at the least threshold, that the ground hides, 0 to 1:
+    /// what a HorizonMap is worth. Of hidden clusters all objects count.
+    double occluded_share = 0.0;
     std::size_t drawn = 0;  ///< those of them that are drawn
     std::size_t left_out =
         0;  ///< those of them whose absence is an error below the threshold: not drawn

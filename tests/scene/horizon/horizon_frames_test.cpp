@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// The horizon map against frames of random worlds, with any chunks, fades and morphs: what it hides is met neither by
+// rays over the triangles that are drawn nor by rays over the heights of the source.
+#include "scene/horizon/hill_world.h"
+#include "terrain/lod/states/random_world.h"
+
+#include <terrane/scene/horizon_map.h>
+#include <terrane/scene/view_volume.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace terrane::test::horizon_frames {
+namespace {
+
+// A place of the world, and its true height.
+WorldPos random_place(Random& random, const HeightSource& source) {
+    const WorldRect& extent = source.extent();
+    const double x = random.between(extent.west, extent.east);
+    const double y = random.between(extent.south, extent.north);
+    return {x, y, source.height(x, y)};
+}
+
+// A view from near the ground, in proportion to the size of the world.
+View low_view(Random& random, const RandomWorld& world) {
+    const double size = world.lattice().root_size();
+    WorldPos eye = random_place(random, world.source());
+    eye.z() += size * random_magnitude(random, 0.002, 0.2);
+    const double turn = random.between(0.0, 6.28);
+    const double roll = random.below(2) == 0 ? 0.0 : random.between(-1.0, 1.0);
+    View view = view_along(eye, {std::cos(turn), std::sin(turn)}, random.between(-0.6, 0.3), roll);
+    view.near_distance = 0.0005 * size;
+    view.vertical_fov = random.between(0.3, 1.5);
+    view.height_px = 100 + random.below(1000);
+    return view;
+}
+
+// Balls that stand on the ground or partly in it.
+BoundingSphere random_ball(Random& random, const RandomWorld& world) {
+    const double radius = world.lattice().root_size() * random_magnitude(random, 1e-4, 0.03);
+    WorldPos centre = random_place(random, world.source());
+    centre.z() += radius * random.between(-0.5, 1.5);
+    return {centre, radius};
+}
+
+// A point of a ball that the view shows; none where random points are not.
+std::optional<WorldPos> shown_point(Random& random, const View& view, const BoundingSphere& ball) {
+    const Frustum frustum = make_frustum(view);
+    Eigen::Vector3d direction = random.direction();
+    if (random.below(2) == 0) direction = (direction + Eigen::Vector3d(0, 0, 2)).normalized();
+    const WorldPos p = ball.centre + ball.radius * direction;
+    const bool is_shown =
+        std::all_of(frustum.normals.begin(), frustum.normals.end(),
+                    [&](const auto& normal) { return normal.dot(p - view.eye_world) >= 0.0; });
+    return is_shown ? std::optional(p) : std::nullopt;
+}
+
+// Whether a segment goes below the true surface, at one of many of its points.
+bool goes_below(const HeightSource& source, const WorldPos& from, const WorldPos& to) {
+    for (const int steps : {100, 5000}) {
+        for (int i = steps; i > 0; --i) {
+            const WorldPos p = from + (static_cast<double>(i) / steps) * (to - from);
+            if (source.height(p.x(), p.y()) >= p.z()) return true;
+        }
+    }
+    return false;
+}
+
+struct Frame {
+    RandomWorld world;
+    std::shared_ptr<const ResidentSet> resident;
+    View view;
+    Triangulator triangulator;
+    TerrainMesh mesh;
+};
+
+Frame random_frame(Random& random) {
+    RandomWorld world(random, 12);
+    RandomResidence residence(world);
+    residence.jump(random);
+    const TriangulatorSettings settings = {
+        .triangle_budget =
+            world.root_triangles() + static_cast<std::size_t>(random_magnitude(random, 10.0, 2e4)),
+        .max_error_px = random_magnitude(random, 0.3, 8.0),
+        .morph_ratio = random.below(4) == 0 ? 1.0 : random.between(1.0, 2.0)};
+    const View view = low_view(random, world);
+    Triangulator triangulator = Triangulator::create(world.source(), settings).value();
+    const TerrainMesh mesh = triangulator.update(residence.resident(), view);
+    return {std::move(world), residence.resident(), view, std::move(triangulator), mesh};
+}
+
+GroundError errors_of(const TerrainMesh& mesh) {
+    return {.refinable_px = mesh.refinable_error_px, .finest_m = mesh.finest_error_m};
+}
+
+TEST(HorizonFrames, NothingHiddenIsInSightOverTheDrawnOrTheTrueSurface) {
+    constexpr std::uint64_t kSeed = 11;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    int frames = 0, hidden = 0, by_whole_error = 0, rays = 0;
+    for (int state = 0; state < 150; ++state) {
+        const Frame frame = random_frame(random);
+        const HeightSource& source = frame.world.source();
+        const View& view = frame.view;
+        HorizonMap map, of_whole_error;
+        map.build(frame.resident, view, errors_of(frame.mesh));
+        of_whole_error.build(frame.resident, view, {.refinable_px = frame.mesh.error_px});
+        if (!map.is_of(view) || !map.holds_for(frame.mesh)) continue;
+        ++frames;
+        const MeshRays surface = drawn_surface(frame.mesh);
+        const ViewVolume volume(view);
+        for (int i = 0; i < 300; ++i) {
+            const BoundingSphere ball = random_ball(random, frame.world);
+            if (!volume.meets(ball)) continue;
+            by_whole_error += of_whole_error.hides(ball) ? 1 : 0;
+            if (!map.hides(ball)) continue;
+            ++hidden;
+            for (int k = 0; k < 6; ++k) {
+                const std::optional<WorldPos> p = shown_point(random, view, ball);
+                if (!p) continue;
+                ++rays;
+                SCOPED_TRACE(testing::Message()
+                             << "state " << state << " (" << frame.world.describe() << "), ball "
+                             << i << ", error " << frame.mesh.refinable_error_px << " px and "
+                             << frame.mesh.finest_error_m << " m");
+                ASSERT_TRUE(surface.ray(view.eye_world, *p)) << "over the drawn surface";
+                ASSERT_TRUE(goes_below(source, view.eye_world, *p)) << "over the true surface";
+            }
+        }
+    }
+    std::printf("%d frames, %d hidden balls, %d by the whole error, %d rays\n", frames, hidden,
+                by_whole_error, rays);
+    EXPECT_GT(frames, 50);
+    EXPECT_GT(hidden, 500);
+    EXPECT_GT(hidden, by_whole_error);
+}
+
+TEST(HorizonFrames, AMapHoldsForMeshesWithinItsErrorsThatAreBelowTheEye) {
+    constexpr std::uint64_t kSeed = 12;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    int below = 0, above = 0, finest = 0;
+    for (int state = 0; state < 300; ++state) {
+        const Frame frame = random_frame(random);
+        const View& view = frame.view;
+        const GroundError errors = errors_of(frame.mesh);
+        HorizonMap map;
+        map.build(frame.resident, view, errors);
+        if (!map.is_of(view)) continue;
+        const double size = frame.world.lattice().root_size();
+        const Eigen::Vector3d down(0.0, 0.0, -4.0 * size);
+        const bool is_above =
+            drawn_surface(frame.mesh).ray(view.eye_world, view.eye_world + down).has_value();
+        ASSERT_EQ(map.holds_for(frame.mesh), is_above) << "state " << state;
+        (is_above ? above : below) += 1;
+        if (errors.refinable_px > 0.0) {
+            map.build(frame.resident, view, {0.99 * errors.refinable_px, errors.finest_m});
+            EXPECT_FALSE(map.holds_for(frame.mesh));
+        }
+        if (errors.finest_m > 0.0) {
+            map.build(frame.resident, view, {errors.refinable_px, 0.99 * errors.finest_m});
+            EXPECT_FALSE(map.holds_for(frame.mesh));
+            ++finest;
+        }
+        map.clear();
+        EXPECT_TRUE(map.holds_for(frame.mesh)) << "it hides nothing";
+    }
+    std::printf("%d eyes above the drawn ground, %d below, %d with finest ground\n", above, below,
+                finest);
+    EXPECT_GT(above, 50);
+    EXPECT_GT(below, 3);
+    EXPECT_GT(finest, 10);
+}
+
+}  // namespace
+}  // namespace terrane::test::horizon_frames
