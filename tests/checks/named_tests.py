@@ -9,7 +9,7 @@ import sys
 
 GTEST = re.compile(r"^TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", re.M)
 NAMED = re.compile(r"`([A-Z]\w+\.[A-Z]\w+)(\*?)`")
-SCRIPTED = re.compile(r"`((?:install|judge|python|tools)\.[a-z_]+)`")  # tests that are scripts
+SCRIPTED = re.compile(r"`((?:cost|install|judge|python|tools)\.[a-z_]+)`")  # tests that are scripts
 
 
 def scripted_tests(root):

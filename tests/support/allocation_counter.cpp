@@ -8,8 +8,8 @@
 
 namespace {
 
-std::atomic<std::uint64_t> of_all_threads{0};
-thread_local std::uint64_t of_this_thread = 0;
+std::atomic<std::uint64_t> count_of_all_threads{0}, bytes_of_all_threads{0};
+thread_local std::uint64_t count_of_this_thread = 0, bytes_of_this_thread = 0;
 
 }  // namespace
 
@@ -17,8 +17,10 @@ thread_local std::uint64_t of_this_thread = 0;
 namespace {
 
 void* try_allocate(std::size_t size, std::size_t alignment) noexcept {
-    of_all_threads.fetch_add(1, std::memory_order_relaxed);
-    ++of_this_thread;
+    count_of_all_threads.fetch_add(1, std::memory_order_relaxed);
+    bytes_of_all_threads.fetch_add(size, std::memory_order_relaxed);
+    ++count_of_this_thread;
+    bytes_of_this_thread += size;
     if (size == 0) size = 1;
     // aligned_alloc() requires a multiple of the alignment
     return alignment <= alignof(std::max_align_t)
@@ -69,12 +71,16 @@ void operator delete[](void* memory, const std::nothrow_t&) noexcept { std::free
 
 namespace terrane::test {
 
-AllocationCounter::AllocationCounter(Of of) : of_(of), start_(total()) {}
+AllocationCounter::AllocationCounter(Of of) : of_(of), start_(totals()) {}
 
-std::uint64_t AllocationCounter::count() const { return total() - start_; }
+std::uint64_t AllocationCounter::count() const { return totals().count - start_.count; }
 
-std::uint64_t AllocationCounter::total() const {
-    return of_ == Of::this_thread ? of_this_thread : of_all_threads.load(std::memory_order_relaxed);
+std::uint64_t AllocationCounter::bytes() const { return totals().bytes - start_.bytes; }
+
+AllocationCounter::Totals AllocationCounter::totals() const {
+    if (of_ == Of::this_thread) return {count_of_this_thread, bytes_of_this_thread};
+    return {count_of_all_threads.load(std::memory_order_relaxed),
+            bytes_of_all_threads.load(std::memory_order_relaxed)};
 }
 
 }  // namespace terrane::test

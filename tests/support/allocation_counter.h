@@ -17,8 +17,8 @@
 
 namespace terrane::test {
 
-/// Counts calls of operator new during its lifetime. Compiling allocation_counter.cpp replaces a program's global
-/// operators new and delete: link it into a separate test program.
+/// Counts calls of operator new, and the bytes that they ask for, during its lifetime. Compiling allocation_counter.cpp
+/// replaces a program's global operators new and delete: link it into a separate test program.
 ///
 /// Direct calls of malloc() are not counted. Under ThreadSanitizer nothing is: see `kCounts`.
 class AllocationCounter {
@@ -28,14 +28,19 @@ public:
 
     explicit AllocationCounter(Of of = Of::all_threads);
 
-    /// Since construction.
+    /// Calls since construction.
     std::uint64_t count() const;
+    /// Bytes asked for since construction, whether they were freed or not.
+    std::uint64_t bytes() const;
 
 private:
-    std::uint64_t total() const;
+    struct Totals {
+        std::uint64_t count = 0, bytes = 0;
+    };
+    Totals totals() const;
 
     Of of_;
-    std::uint64_t start_;
+    Totals start_;
 };
 
 }  // namespace terrane::test

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: MIT
+"""A plain scene pays nothing for what it does not have.
+
+    plain_scene_test.py PLAIN_COST SCENE_COST BUILD_DIR COMPILER [--record]
+
+PLAIN_COST links heights and contact only, SCENE_COST every component. Both play the same flight and drop over a plane and
+over a fractal while callgrind counts instructions. The test fails where
+
+- the two programs differ in their meshes or bodies, in allocations or bytes, in threads, or by more than 1 % in instructions:
+  a linked component costs something that nobody asked for;
+- PLAIN_COST loads a library of a component that it does not link;
+- more than 1 % of the instructions of PLAIN_COST are in rooms of what the scene does not have (FEATURES);
+- the instructions of PLAIN_COST differ by more than 1 % from those in instructions.json: a change of the library for
+  volumes, objects or anything else made scenes without them slower. Counts depend on the compiler: for one without a
+  row this is not checked.
+
+--record writes the counts of this compiler to instructions.json. Record where the change of the plain scene's cost is meant, and
+say why in the commit.
+"""
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from room_profile import Profile, functions_of_rooms
+
+SKIPPED = 77
+FRAMES = {"plane": 60, "fractal": 12}
+MOST_DIFFERENCE = 0.01
+RECORDED = pathlib.Path(__file__).with_name("instructions.json")
+FOREIGN = re.compile(r"lib(gdal|zstd|expat|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL|Half|Imath)[^a-z]")
+# Rooms of docs/rooms.md that neither the flight nor the drop over a plane needs: volumes, objects, batches, windows of engines,
+# meshes; vehicles, characters, queries.
+FEATURES = {
+    "terrain": ["solid", "lod/pins", "lod/solids", "buffers", "batch", "window", "scatter", "simplify",
+                "simplify/bounds", "progressive"],
+    "collision": ["mesh", "proxy", "lidar", "character", "vehicles", "bodies/wheels", "world/queries"],
+}
+SAME = ("hash", "allocations", "allocated_bytes", "threads", "ground_triangles", "awake_bodies", "fell_through")
+
+
+def count(program, scene):
+    """What a program prints of a scene, and the profile of the flight and drop without setup."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder) / "callgrind.out"
+        command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--demangle=no",
+                   "--collect-atstart=no", "--toggle-collect=_ZN7terrane4test15play_cost_scene*", program, scene, str(FRAMES[scene])]
+        # Functions of shared libraries are looked up before main(), not while instructions are counted.
+        run = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "LD_BIND_NOW": "1"})
+        if run.returncode != 0:
+            sys.exit(f"plain_scene_test: {' '.join(command)} ended with {run.returncode}:\n{run.stderr}")
+        profile = Profile(out.read_text())
+        return {**json.loads(run.stdout), "profile": profile, "instructions": profile.total}
+
+
+def loaded_libraries(program):
+    listed = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
+    return [line.split()[0] for line in listed.splitlines() if line.strip()]
+
+
+def ratio_fault(what, count_now, expected):
+    if expected > 0 and abs(count_now - expected) <= MOST_DIFFERENCE * expected:
+        return []
+    return [f"{what}: {count_now} instructions, {expected} expected, {100 * (count_now / max(expected, 1) - 1):+.2f} %"]
+
+
+def feature_faults(scene, profile, features):
+    spent = profile.entered(features)
+    print(f"{scene}: {spent} of {profile.total} instructions in rooms of what it does not have, {100 * spent / profile.total:.3f} %")
+    return [] if spent <= MOST_DIFFERENCE * profile.total else [f"{scene}: rooms of what it does not have take more than 1 %"]
+
+
+def faults_of(scene, plain, full, recorded):
+    """What is wrong with the counts of a scene, one line each."""
+    faults = [f"{scene}: {key} is {plain[key]} in the plain program and {full[key]} in the one with all components"
+              for key in SAME if plain[key] != full[key]]
+    faults += ratio_fault(f"{scene} with all components linked", full["instructions"], plain["instructions"])
+    if plain["fell_through"] or not plain["awake_bodies"] or not plain["ground_triangles"]:
+        faults.append(f"{scene}: nothing was played, or bodies fell through")
+    if scene in recorded:
+        faults += ratio_fault(f"{scene}, against instructions.json", plain["instructions"], recorded[scene])
+    return faults
+
+
+def main():
+    programs, build_dir, compiler = sys.argv[1:3], pathlib.Path(sys.argv[3]), sys.argv[4]
+    if shutil.which("valgrind") is None:
+        print("plain_scene_test: skipped, because valgrind, which counts the instructions, is not installed")
+        return SKIPPED
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        runs = {(scene, program): pool.submit(count, program, scene) for scene in FRAMES for program in programs}
+        results = {key: run.result() for key, run in runs.items()}
+
+    table = json.loads(RECORDED.read_text()) if RECORDED.exists() else {}
+    recorded = table.get(compiler, {})
+    faults = [f"{programs[0]} loads {name}" for name in loaded_libraries(programs[0]) if FOREIGN.match(name)]
+    if not any(FOREIGN.match(name) for name in loaded_libraries(programs[1])):
+        faults.append(f"{programs[1]} loads no library of a component: the check of libraries cannot fail")
+    features = set().union(*(functions_of_rooms(build_dir, *rooms) for rooms in FEATURES.items()))
+    for scene in FRAMES:
+        plain, full = (results[scene, program] for program in programs)
+        print(f"{scene}: {plain['instructions']} instructions, {full['instructions']} with all components linked, "
+              f"{recorded.get(scene, 'none')} recorded")
+        faults += faults_of(scene, plain, full, {} if "--record" in sys.argv else recorded)
+        faults += feature_faults(scene, plain["profile"], features)
+    if not recorded:
+        print(f"plain_scene_test: instructions.json has no counts of {compiler}")
+    for fault in faults:
+        print(f"plain_scene_test: {fault}", file=sys.stderr)
+    if faults:
+        return 1
+    if "--record" in sys.argv:
+        table[compiler] = {scene: results[scene, programs[0]]["instructions"] for scene in FRAMES}
+        RECORDED.write_text(json.dumps(table, indent=4, sort_keys=True) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
