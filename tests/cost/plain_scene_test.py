@@ -34,8 +34,8 @@ FRAMES = {"plane": 60, "fractal": 12}
 MOST_DIFFERENCE = 0.01
 RECORDED = pathlib.Path(__file__).with_name("instructions.json")
 FOREIGN = re.compile(r"lib(gdal|zstd|expat|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL|Half|Imath)[^a-z]")
-# Rooms of docs/rooms.md that neither the flight nor the drop over a plane needs: volumes, objects, batches, windows of engines,
-# meshes; vehicles, characters, queries.
+# Rooms of docs/rooms.md that neither the flight nor the drop over a plane needs: of volumes, objects, batches, windows of
+# engines, meshes; of vehicles, characters, queries.
 FEATURES = {
     "terrain": ["solid", "lod/pins", "lod/solids", "buffers", "batch", "window", "scatter", "simplify",
                 "simplify/bounds", "progressive"],
