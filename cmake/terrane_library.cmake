@@ -20,6 +20,10 @@ if(TERRANE_SANITIZE)
             -fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitizer_ignorelist.txt)
     endif()
 endif()
+if(TERRANE_FUZZ)
+    # Counts of edges and compared values, which libFuzzer steers by.
+    target_compile_options(terrane_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)
 

@@ -182,6 +182,10 @@ Result<Track> read_track(const std::string& path, const GeoReference& reference)
         track.points.push_back({raw->has_times ? point.time - points.front().time : 0.0,
                                 WorldPos(point.x, point.y, point.z), point.forward, point.up});
     }
+    // Differences of times and sums of coordinates near the limits of a double may be infinite or vanish.
+    if (const Result<void> good = check(track); !good) {
+        return fail(ErrorCode::bad_data, path + ": " + good.error().message);
+    }
     return track;
 }
 

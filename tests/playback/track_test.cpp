@@ -119,6 +119,14 @@ TEST_F(TrackTest, MissingFilesFoldersAndOtherFormatsAreErrors) {
     EXPECT_FALSE(read_track(write("a.kml", "<kml/>")));
 }
 
+TEST_F(TrackTest, NumbersTooLargeToSubtractOrToAddAreRefused) {
+    EXPECT_NE(refusal("far.csv", "-1e308,0,0,0\n1e308,1,1,1\n").find("point 1"), std::string::npos);
+    EXPECT_NE(refusal("near.csv", "-1e20,0,0,0\n0,1,1,1\n1,2,2,2\n").find("must be later"),
+              std::string::npos);
+    EXPECT_NE(refusal("mean.csv", "0,0,0,0\n1,1e308,0,0\n1,1e308,0,0\n").find("finite position"),
+              std::string::npos);
+}
+
 TEST_F(TrackTest, GpxPointsAreProjectedByTheRaster) {
     const GeoReference reference = degrees();
     const std::string text =

@@ -23,6 +23,8 @@ namespace {
 constexpr std::array<char, 8> kMagic{'T', 'R', 'N', 'D', 'I', 'G', 'S', '\n'};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 36, kFrameBytes = 12;
+// Of a change. Numbers in a file are not trusted, and later changes get larger ones.
+constexpr std::uint32_t kMostNumber = 0x7fffffff;
 
 std::vector<std::uint8_t> header_of(const std::array<std::uint64_t, 2>& fingerprint,
                                     std::uint32_t version = kVersion) {
@@ -144,7 +146,8 @@ Result<void> DigLog::parse(std::span<const std::uint8_t> bytes) {
         }
         const auto content = bytes.subspan(at + 4, length);
         auto record = record_of(content);
-        if (!record || (!records_.empty() && record->number <= records_.back().number))
+        if (!record || record->number > kMostNumber ||
+            record->number <= (records_.empty() ? 0 : records_.back().number))
             return bad("has an impossible record at byte " + number_text(at));
         records_.push_back(std::move(*record));
         hashes_.push_back(chained(before, content));

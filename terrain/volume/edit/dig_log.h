@@ -15,7 +15,7 @@ namespace terrane::internal {
 
 /// A dig or fill, or an undo of one.
 struct LogRecord {
-    std::uint32_t number = 0;                  ///< ascending
+    std::uint32_t number = 0;                  ///< ascending, 1 to 2^31 - 1
     std::uint32_t undone = 0;                  ///< number of the edit that an undo takes back
     std::optional<VolumeOperation> operation;  ///< none: an undo
 };

@@ -13,6 +13,17 @@ namespace terrane {
 
 using internal::Edit;
 
+namespace {
+
+constexpr const char* kNoEdit =
+    "a dig or fill is a sphere, capsule, box or tube, not a mesh or file";
+
+bool can_be_edit(const VolumeShape& shape) {
+    return !std::holds_alternative<VolumeMesh>(shape) && !std::holds_alternative<VolumeFile>(shape);
+}
+
+}  // namespace
+
 VolumeEditor::State::State(std::shared_ptr<VolumeHeights> ground,
                            const VolumeEditorSettings& chosen)
     : source(std::move(ground)),
@@ -75,6 +86,7 @@ Result<void> VolumeEditor::State::replay() {
                         "change " + number_text(record.number) + " of the log: " + why);
         };
         if (record.operation) {
+            if (!can_be_edit(record.operation->shape)) return bad(kNoEdit);
             auto placed =
                 PlacedVolume::create(volumes.lattice(), volumes.level(), *record.operation);
             if (!placed) return bad(placed.error().message);
@@ -120,10 +132,7 @@ Result<std::uint32_t> VolumeEditor::fill(const VolumeShape& shape, const Pose& w
 Result<std::uint32_t> VolumeEditor::edit(VolumeOp op, const VolumeShape& shape,
                                          const Pose& world_from_shape) {
     State& state = *state_;
-    if (std::holds_alternative<VolumeMesh>(shape) || std::holds_alternative<VolumeFile>(shape)) {
-        return fail(ErrorCode::invalid_argument,
-                    "a dig or fill is a sphere, capsule, box or tube, not a mesh or file");
-    }
+    if (!can_be_edit(shape)) return fail(ErrorCode::invalid_argument, kNoEdit);
     VolumeOperation operation{op, shape, world_from_shape, state.volumes.spacing()};
     auto placed = PlacedVolume::create(state.volumes.lattice(), state.volumes.level(), operation);
     if (!placed) return tl::unexpected(placed.error());

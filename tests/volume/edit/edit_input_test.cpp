@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Digs of absurd sizes, at absurd places, too many, and in too little memory.
+#include "edit/dig_log.h"
 #include "volume/edit/edited_world.h"
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 
 namespace terrane {
@@ -49,6 +51,35 @@ TEST(EditInput, WhatCannotBeDugIsRefusedWithOneLineAndChangesNothing) {
     EXPECT_EQ(difference(*pager.resident(), *before), "");
     EXPECT_EQ(editor.stats().waiting, 0u);
     EXPECT_FALSE(editor.save()) << "without a folder";
+}
+
+TEST(EditInput, ALogOfEditsThatCannotBeDugIsRefused) {
+    const auto refusal = [](const internal::LogRecord& record) {
+        const DigFolder folder;
+        const EditedWorld world;
+        std::filesystem::create_directories(folder.path());
+        auto log =
+            internal::DigLog::open(folder.log(), world.source->volumes().fingerprint()).value();
+        log.add(record);
+        EXPECT_TRUE(log.save());
+        const auto editor =
+            VolumeEditor::create(world.source, {.worker_count = 0, .folder = folder.path()});
+        return editor ? std::string() : editor.error().message;
+    };
+    const auto edit = [](const VolumeShape& shape) {
+        return VolumeOperation{VolumeOp::remove, shape, at(256.0, 256.0, 0.0), 1.0};
+    };
+    EXPECT_EQ(refusal({1, 0, edit(VolumeSphere{5.0})}), "");
+    EXPECT_NE(refusal({1, 0, edit(VolumeFile{"a.vdb"})}).find("not a mesh or file"),
+              std::string::npos);
+    EXPECT_NE(refusal({1, 0, edit(VolumeMesh{})}).find("not a mesh or file"), std::string::npos);
+    EXPECT_NE(refusal({1, 0, edit(VolumeSphere{-5.0})}).find("radius"), std::string::npos);
+    EXPECT_NE(refusal({2, 1, std::nullopt}).find("not the last edit"), std::string::npos);
+    for (const std::uint32_t number : {0u, 0x80000000u, 0xffffffffu}) {
+        EXPECT_NE(refusal({number, 0, edit(VolumeSphere{5.0})}).find("impossible record"),
+                  std::string::npos)
+            << number;
+    }
 }
 
 TEST(EditInput, SettingsOutOfRangeAreRefused) {
