@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // Cuts a closed mesh to hulls, merges what the distance allows, and leaves out vertices of the hulls.
+#include "proxy/error_reach.h"
 #include "proxy/part_merge.h"
 #include "proxy/solid_cells.h"
 #include "shapes/hull_data.h"
 
 #include <terrane/collision/collision_proxy.h>
+#include <terrane/terrain/number_text.h>
 #include <terrane/terrain/simplify.h>
 
 #include <algorithm>
@@ -46,6 +48,15 @@ Result<void> check_proxy_settings(const CollisionProxySettings& settings) {
                      std::to_string(settings.max_hull_vertices));
     }
     return {};
+}
+
+/// Why there is no proxy within the error.
+tl::unexpected<Error> out_of_reach(const CollisionProxySettings& settings, const char* relation,
+                                   double error) {
+    return fail(ErrorCode::bad_data, "a proxy of " + number_text(settings.max_parts) +
+                                         " hulls needs an error of " + relation + " " +
+                                         number_text(error) + " m, got " +
+                                         number_text(settings.proxy_error));
 }
 
 /// The triangles, simplified within the error.
@@ -113,6 +124,8 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
         volume += internal::volume_of(reduced.hull);
         shapes.push_back({reduced.hull, {}});
     }
+    if (settings.must_be_within_error && !(std::max(inside, outside) <= error))
+        return out_of_reach(settings, "at least", std::max(inside, outside));
     Result<Compound> shape = Compound::create(shapes);
     if (!shape) return passed_on(shape.error());
     const double rounding = kHullRounding * mesh.extent;
@@ -162,6 +175,10 @@ Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
     Result<std::vector<ProxyPart>> cut =
         internal::cut_to_parts(solid, settings.proxy_error, 4 * settings.max_parts);
     if (!cut) return passed_on(cut.error());
+    if (settings.must_be_within_error) {
+        const double least = internal::least_error(solid, *cut);
+        if (least > settings.proxy_error) return out_of_reach(settings, "more than", least);
+    }
     Result<std::vector<ProxyPart>> merged =
         internal::merge_parts(solid, *std::move(cut), settings.proxy_error, settings.max_parts);
     if (!merged) return passed_on(merged.error());

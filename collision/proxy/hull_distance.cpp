@@ -82,6 +82,7 @@ public:
         }
         if (pieces_.empty()) found_.high = 0.0;
         found_.high = std::max(found_.high, found_.low);
+        found_.pieces = count_;
         return found_;
     }
 

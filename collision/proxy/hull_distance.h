@@ -13,6 +13,7 @@ struct HullDistance {
     double high =
         0.0;  ///< certified: no point of the hull's faces is farther from the solid, metres
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< on the hull
+    std::size_t pieces = 0;                           ///< sub-triangles that were made
 };
 
 /// Branch and bound over the hull's faces. Ends where `high` is at most max(enough, low + precision), where `low` is

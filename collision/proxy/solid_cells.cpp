@@ -24,6 +24,10 @@ namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
+// Of the distances that decide which piece is cut next: a quarter of the error, or this share of the extent, if that is
+// more. Whether a piece is within the error is decided whatever the precision.
+constexpr double kCutPrecision = 1e-5;
+
 /// The solid within a box.
 struct Cell {
     Aabb box;
@@ -196,6 +200,7 @@ Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points) {
 
 Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
                                             std::size_t max_parts) {
+    const double precision = std::max(0.25 * error, kCutPrecision * solid.extent);
     // The part of a cell; the cell's box shrinks to it, because nothing of the solid is outside.
     const auto finish = [&](Cell& cell) -> Result<void> {
         const std::vector<Eigen::Vector3d> points = extreme_points(solid, cell);
@@ -203,7 +208,7 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
         Result<ProxyPart> part = make_part(points);
         if (!part) return tl::unexpected<Error>(part.error());
         cell.box = part->bounds;
-        part->distance = distance_outside(solid, part->hull, error, 0.25 * error, kInfinity);
+        part->distance = distance_outside(solid, part->hull, error, precision, kInfinity);
         cell.part.emplace(*std::move(part));
         return {};
     };

@@ -41,6 +41,7 @@ Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& fil
     settings.proxy_error = proxy_error;
     settings.max_parts = 256;
     settings.max_hull_vertices = 256;
+    settings.must_be_within_error = true;
     const Result<CollisionProxy> proxy = make_collision_proxy(mesh, settings);
     if (!proxy)
         return fail(proxy.error().code, fmt::format("'{}': {}", file, proxy.error().message));
@@ -52,11 +53,6 @@ Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& fil
         return fail(
             ErrorCode::bad_data,
             fmt::format("'{}' is not convex: as a body it needs a proxy error above 0", file));
-    }
-    if (!proxy->is_within_error) {
-        return fail(ErrorCode::bad_data,
-                    fmt::format("'{}' needs a proxy error of {:.4g} m for {} hulls, got {:.6g}",
-                                file, proxy->distance_m, settings.max_parts, proxy_error));
     }
     if (!(default_contact_tolerance(proxy->shape) > 0.0)) {
         return fail(ErrorCode::bad_data, fmt::format("'{}' has parts without thickness", file));

@@ -19,6 +19,8 @@ struct CollisionProxySettings {
     std::size_t max_parts = 64;
     /// Most vertices of a hull, 4 to 4096.
     std::size_t max_hull_vertices = 64;
+    /// Fails in place of a proxy that is not within proxy_error; early, where that is known before pieces are merged.
+    bool must_be_within_error = false;
 };
 
 /// Kind of geometry in a collision proxy.
@@ -60,7 +62,8 @@ struct CollisionProxy {
 ///
 /// Fails:     invalid_argument as check() of a mesh; for a mesh without a triangle that has three different corners;
 ///            for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting
-///            out of its range
+///            out of its range; bad_data with must_be_within_error, naming an error that can be reached or a lower
+///            bound of those
 /// Threads:   any number of calls at once
 /// Cost:      0.1 to 0.6 s for 1000 triangles within 5 % of the extent; 9 s for a rough mesh of 360 within 1 %
 /// Accuracy:  the same bits with every compiler; `ProxyOfMesh.DistanceHoldsAgainstDenseSampling` measures
