@@ -13,7 +13,7 @@ namespace {
 
 // What a command costs a software rasteriser, in triangles that are culled: an instance is drawn whole where it would
 // have more commands than this share of the triangles that it leaves out.
-constexpr std::size_t kCommandTriangles = 32;
+constexpr std::size_t kCommandTriangles = 64;
 
 // Roundings to float of instance.vert, relative to a vertex's distance from the object's origin and from the eye.
 constexpr double kVertexRounding = 0x1p-20;

@@ -16,7 +16,7 @@ namespace {
 using Triangle = TriangleMesh::Triangle;
 
 // Levels of fewer triangles have no clusters: a quarter of them would be culled for one more command a run.
-constexpr std::size_t kLeastClustered = 128;
+constexpr std::size_t kLeastClustered = 256;
 
 Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
     std::size_t indices = 0;
