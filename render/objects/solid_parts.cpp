@@ -11,8 +11,8 @@
 namespace terrane::internal {
 namespace {
 
-// What a command costs a software rasteriser, in triangles that are culled: an instance is drawn whole where it would
-// have more commands than this share of the triangles that it leaves out.
+// An instance is drawn whole where it would leave out fewer triangles than this for each of its commands: about what a
+// command costs a software rasteriser.
 constexpr std::size_t kCommandTriangles = 64;
 
 // Roundings to float of instance.vert, relative to a vertex's distance from the object's origin and from the eye.

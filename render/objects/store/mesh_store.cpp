@@ -15,7 +15,7 @@ namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
-// Levels of fewer triangles have no clusters: a quarter of them would be culled for one more command a run.
+// Levels of fewer triangles have no clusters: a few clusters of wide cones are rarely culled.
 constexpr std::size_t kLeastClustered = 256;
 
 Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
