@@ -26,7 +26,7 @@ using Polygon = std::vector<Eigen::Vector3d>;
 
 // Of the distances that decide which piece is cut next: a quarter of the error, or this share of the extent, if that is
 // more. Whether a piece is within the error is decided whatever the precision.
-constexpr double kCutPrecision = 1e-5;
+constexpr double kCutPrecision = 1e-4;
 
 /// The solid within a box.
 struct Cell {
