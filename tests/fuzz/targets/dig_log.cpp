@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Logs of digs: records with hashes that are right, of edits, undos and any bytes; then any bytes at the end. The log is
-// replayed, and dug on.
+// Logs of digs: records with hashes that are right, of edits, undos and any bytes; then any bytes at the end. The log
+// is replayed, and dug on.
 #include "shapes/operation_bytes.h"
 #include "support/scratch_folder.h"
 #include "support/shape_input.h"

@@ -55,8 +55,9 @@ void ask_distances(const Shape& shape, const Pose& pose, const Ground& ground, d
         require(std::isfinite(distance.distance), "a distance is finite");
         require(is_finite(distance.point_world), "the nearest point is finite");
         require(is_unit(distance.normal), "a distance's normal is unit");
-        require(distance.distance_lower_bound <= distance.distance,
-                "the lower bound is below the distance");
+        require(distance.distance_lower_bound >= 0.0 &&
+                    distance.distance_lower_bound <= std::abs(distance.distance),
+                "the lower bound is 0 to the length of the translation");
     }
     const PseudodistanceAnswer cheap = pseudodistance(shape, pose, ground);
     if (is_answer(cheap.status)) {
