@@ -32,16 +32,24 @@ Result<void> check(const View& view) {
     const auto refuse = [](const std::string& message) -> Result<void> {
         return fail(ErrorCode::invalid_argument, message);
     };
-    if (!view.eye_world.allFinite()) return refuse("the eye must be finite");
+    for (const double coordinate : {view.eye_world.x(), view.eye_world.y(), view.eye_world.z()}) {
+        if (!(std::abs(coordinate) <= kFarthestEye)) {
+            return refuse("the eye must be within 2^60 m of 0 along each axis, got " +
+                          number_text(coordinate));
+        }
+    }
     if (!view.forward.allFinite() || std::abs(view.forward.norm() - 1.0) > 1e-6) {
-        return refuse("forward must have unit length");
+        return refuse("forward must have unit length, got " + number_text(view.forward.norm()));
     }
     if (!view.up.allFinite() || std::abs(view.up.norm() - 1.0) > 1e-6 ||
         std::abs(view.up.dot(view.forward)) > 1e-6) {
-        return refuse("up must have unit length and be square to forward");
+        return refuse("up must have unit length and be square to forward, got length " +
+                      number_text(view.up.norm()) + " and cosine " +
+                      number_text(view.up.dot(view.forward)));
     }
-    if (!(view.vertical_fov > 0.0 && view.vertical_fov < std::numbers::pi)) {
-        return refuse("the vertical field of view must be between 0 and pi, got " +
+    if (!(view.vertical_fov >= kLeastFieldOfView &&
+          view.vertical_fov <= std::numbers::pi - kLeastFieldOfView)) {
+        return refuse("the vertical field of view must be 1e-06 to pi - 1e-06, got " +
                       number_text(view.vertical_fov));
     }
     if (view.width_px < 1 || view.height_px < 1) {

@@ -37,7 +37,8 @@ void append(std::vector<ExtremeRow>& rows, std::vector<ExtremeRow> more) {
 }  // namespace
 
 FoundEnd find_end(const ExtremeRow& row, const RangeEnd& end) {
-    FoundEnd found{end.accepted, end.refused, row.refusal(end.refused)};
+    FoundEnd found{end.accepted, end.refused, row.refusal(end.refused), {}};
+    found.far_message = found.message;
     for (;;) {
         const double middle = between(found.last_accepted, found.first_refused, end.is_whole);
         if (middle == found.last_accepted || middle == found.first_refused) return found;

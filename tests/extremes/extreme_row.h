@@ -40,7 +40,8 @@ struct ExtremeRow {
 struct FoundEnd {
     double last_accepted = 0.0;  ///< next to `first_refused`, as doubles or as whole numbers
     double first_refused = 0.0;
-    std::string message;  ///< of the refusal
+    std::string message;      ///< of `first_refused`
+    std::string far_message;  ///< of RangeEnd::refused
 };
 
 /// The neighbouring pair of values between which a range ends, by bisection of the values that lie between the two of

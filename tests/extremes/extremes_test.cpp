@@ -47,6 +47,7 @@ TEST_P(ExtremeRows, EndWithAMessageThatNamesTheThing) {
         const FoundEnd found = find_end(row, end);
         SCOPED_TRACE(testing::Message() << "first refused: " << found.first_refused);
         EXPECT_NE(found.message.find(end.message), std::string::npos) << found.message;
+        EXPECT_NE(found.far_message.find(end.message), std::string::npos) << found.far_message;
         // A result names the value; a status has no room for it.
         const bool is_status = found.message.find("::") != std::string::npos;
         EXPECT_TRUE(is_status || found.message.find("got ") != std::string::npos) << found.message;
@@ -129,7 +130,8 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
     EXPECT_NE(page.find("| width, m | 1 | 2 | 0.5 | 1 | - | 2 |"), std::string::npos) << page;
     EXPECT_NE(page.find("| 1 | 2 | 1.5 |\n|---|---|---|\n| 0.25 | 0.5 | 0.375 |"),
               std::string::npos);
-    EXPECT_NE(page.find("- 2 is accepted, 3 refused: \"got too much\"."), std::string::npos);
+    EXPECT_NE(page.find("- 2 is accepted, 3 refused. Far beyond: \"got too much\"."),
+              std::string::npos);
     const std::string json = to_json({&measured, 1});
     EXPECT_NE(json.find("\"figures\":[0.25,0.5,0.375]"), std::string::npos) << json;
     EXPECT_NE(json.find("share \\\"of\\\" it"), std::string::npos);

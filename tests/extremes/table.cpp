@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kHead = R"(# Extremes
 
 Each quantity is swept from one end of its range to the other: what is promised, what was measured, where the range
-ends and what is said beyond. This page is the output of
+ends and what is said far beyond. This page is the output of
 
 ```sh
 build/release/tests/extremes/extremes_table --long > docs/extremes.md
@@ -21,7 +21,7 @@ build/release/tests/extremes/extremes_table --long > docs/extremes.md
 
 The rows are in [tests/extremes](../tests/extremes/rows); the tests `ExtremeRows.*` hold every row to its promise and
 every end to its message. A range ends at the last value that is accepted; the first one beyond it, the next double or
-whole number, is refused as quoted. Figures are ratios to what is promised unless a unit is named: 1 is all of it.
+whole number, is refused. Figures are ratios to what is promised unless a unit is named: 1 is all of it.
 [numerics.md](numerics.md) says why the limits are where they are.
 
 | quantity | measured from | to | worst figure | promised | accepted from | to |
@@ -72,7 +72,7 @@ std::string section_of(const MeasuredRow& measured) {
     if (!measured.ends.empty() || !row.note.empty()) out += "\n";
     for (const FoundEnd& end : measured.ends) {
         out += "- " + end_text(end.last_accepted) + " is accepted, " + end_text(end.first_refused) +
-               " refused: \"" + end.message + "\".\n";
+               " refused. Far beyond: \"" + end.far_message + "\".\n";
     }
     if (!row.note.empty()) out += "- " + row.note + "\n";
     return out;
@@ -104,7 +104,7 @@ std::string json_of(const MeasuredRow& measured) {
         ends += (ends.empty() ? "{\"last_accepted\":" : ",{\"last_accepted\":") +
                 json_number(end.last_accepted) +
                 ",\"first_refused\":" + json_number(end.first_refused) +
-                ",\"message\":" + quoted(end.message) + "}";
+                ",\"message\":" + quoted(end.far_message) + "}";
     }
     return "{\"name\":" + quoted(row.name) + ",\"topic\":" + quoted(row.topic) +
            ",\"swept\":" + quoted(row.swept) + ",\"promise\":" + quoted(row.promise) +

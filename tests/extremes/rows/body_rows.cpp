@@ -3,6 +3,8 @@
 #include "extremes/rows/falls.h"
 #include "extremes/rows/grounds.h"
 
+#include <terrane/collision/shape_pairs.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -97,9 +99,9 @@ double stack_overlap(double ratio) {
     if (!world.add({.shape = box, .mass = 1.0}, at_place(0.3, 0.7, 5.6))) return kNan;
     if (!world.add({.shape = box, .mass = ratio}, at_place(0.3, 0.7, 6.8))) return kNan;
     for (int i = 0; i < 300; ++i) world.step(ground, 1.0 / 60.0);
-    const Eigen::Vector3d offset =
-        world.states()[1].pose.translation - world.states()[0].pose.translation;
-    return std::max(0.0, 1.0 - offset.cwiseAbs().maxCoeff());
+    const PairDistanceAnswer answer =
+        signed_distance(box, world.states()[0].pose, box, world.states()[1].pose);
+    return answer.status == QueryStatus::complete ? std::max(0.0, -answer.distance) : kNan;
 }
 
 ExtremeRow mass_row() {

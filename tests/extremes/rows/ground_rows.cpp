@@ -107,7 +107,8 @@ ExtremeRow fractal_place_row() {
     const auto settings_at = [](double place) {
         FractalSettings settings = fractal_settings();
         settings.root_size_log2 = 20;
-        settings.first_root_x = static_cast<std::int32_t>(std::floor(place * 0x1p-20)) - 1;
+        const double root = std::isfinite(place) ? std::floor(place * 0x1p-20) : 1e9;
+        settings.first_root_x = static_cast<std::int32_t>(std::clamp(root, -1e9, 1e9)) - 1;
         settings.first_root_y = settings.first_root_x;
         return settings;
     };
@@ -117,7 +118,7 @@ ExtremeRow fractal_place_row() {
     row.refusal = [settings_at](double place) {
         return message_of(FractalHeights::create(settings_at(place)));
     };
-    row.ends = {{1e9, 1e12, false, "first_root_x"}};
+    row.ends = {{1e9, 1e12, false, "root squares"}};
     row.note =
         "Beyond 1e9 m the grain of doubles shows in questions and answers: 1.5e-5 m at 1e11 m.";
     return row;

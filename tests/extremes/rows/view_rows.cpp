@@ -95,10 +95,10 @@ ExtremeRow fov_row() {
                    .swept = "vertical field of view, degrees",
                    .promise = kErrorPromise,
                    .figure = kErrorFigure,
-                   .values = {0.1, 1.0, 10.0, 60.0, 120.0, 170.0, 179.0}};
+                   .values = {1e-4, 0.1, 1.0, 10.0, 60.0, 120.0, 170.0, 179.0, 179.9999}};
     row.measure = [](double degrees) { return error_share(make_view(degrees * kDegree), 20'000); };
     row.refusal = [](double degrees) { return message_of(check(make_view(degrees * kDegree))); };
-    row.ends = {{0.1, -1.0, false, "field of view"}, {179.0, 181.0, false, "field of view"}};
+    row.ends = {{1e-4, -1.0, false, "field of view"}, {179.9999, 181.0, false, "field of view"}};
     return row;
 }
 
@@ -108,7 +108,7 @@ ExtremeRow eye_row() {
                    .swept = "distance of the eye from the ground, m",
                    .promise = kErrorPromise,
                    .figure = kErrorFigure,
-                   .values = {0.0, 1.0, 1e3, 1e6, 1e9}};
+                   .values = {0.0, 1.0, 1e3, 1e6, 1e9, 1e12, 1e15, 1e18}};
     const auto view_from = [](double distance) {
         View view = make_view(1.0);
         const double ground = small_scene().source->height(20.0, 30.0);
@@ -117,7 +117,7 @@ ExtremeRow eye_row() {
     };
     row.measure = [view_from](double distance) { return error_share(view_from(distance), 20'000); };
     row.refusal = [view_from](double distance) { return message_of(check(view_from(distance))); };
-    row.ends = {{1e9, 1e300, false, "eye"}};
+    row.ends = {{1e18, 1e300, false, "eye"}};
     return row;
 }
 

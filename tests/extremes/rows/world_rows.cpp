@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace terrane::extremes {
@@ -19,10 +20,11 @@ FractalSettings strip_settings(double chunks) {
     FractalSettings settings = fractal_settings();
     settings.octave_count = 20;
     settings.wavelength_log2 = 16;
-    // At most 128 root squares along, of at most 24 levels.
-    const int roots_log2 = std::clamp(chunks_log2 - 24, 2, 10);
-    settings.root_size_log2 = chunks_log2 - roots_log2 + 7;
-    settings.root_count_x = 1 << roots_log2;
+    // Root squares of 24 levels, and at least four of them along the world.
+    const int levels = std::min(chunks_log2 - 2, 24);
+    settings.root_size_log2 = levels + 7;
+    settings.root_count_x =
+        static_cast<std::int32_t>(std::min(std::ceil(std::ldexp(chunks, -levels)), 1024.0));
     settings.first_root_x = -settings.root_count_x / 2;
     settings.root_count_y = settings.root_count_x / 4;
     settings.first_root_y = -settings.root_count_y / 2;
@@ -58,7 +60,7 @@ ExtremeRow chunks_row() {
     row.refusal = [](double chunks) {
         return message_of(FractalHeights::create(strip_settings(chunks)));
     };
-    row.ends = {{0x1p31, 0x1p34, false, "root"}};
+    row.ends = {{0x1p31, 0x1p34, true, "root squares"}};
     row.note =
         "Root squares are always resident: 128 by 128 of them, for a square world of 2^31 "
         "chunks a side, take 2 GB.";

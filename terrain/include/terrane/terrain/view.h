@@ -8,14 +8,20 @@
 
 namespace terrane {
 
+/// Largest absolute coordinate of a viewpoint, metres: squares of distances fit single precision.
+inline constexpr double kFarthestEye = 0x1p60;
+/// Least vertical field of view, and its least difference from pi, radians.
+inline constexpr double kLeastFieldOfView = 1e-6;
+
 /// What a camera sees.
 struct View {
-    WorldPos eye_world = WorldPos::Zero();               ///< viewpoint
+    WorldPos eye_world = WorldPos::Zero();               ///< viewpoint, within kFarthestEye
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
-    double vertical_fov = 1.0471975511965976;            ///< radians, between 0 and pi
-    int width_px = 1280;                                 ///< of the picture
-    int height_px = 720;                                 ///< of the picture
+    double vertical_fov =
+        1.0471975511965976;      ///< radians, kLeastFieldOfView to pi - kLeastFieldOfView
+    int width_px = 1280;         ///< of the picture
+    int height_px = 720;         ///< of the picture
     double near_distance = 1.0;  ///< least distance in screen errors, metres
 
     /// Unit vector to the right of the picture.
@@ -25,8 +31,8 @@ struct View {
 };
 
 /// A view from an eye to a point; up is north for vertical directions.
-/// Fails: invalid_argument if eye and target coincide, the field of view is not between 0 and
-/// pi, the size is not positive, or anything is not finite.
+/// Fails: invalid_argument if eye and target coincide, the field of view or the eye is out of range, the size is not
+/// positive, or anything is not finite.
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,
                      int width_px, int height_px);
 
