@@ -34,8 +34,9 @@ std::optional<double> height_at(const MeshChunk& part, std::span<const std::uint
                                 double quantum, const ChunkPlace& place) {
     std::array<double, 3> x, y;
     for (std::size_t i = 0; i < 3; ++i) {
-        x[i] = samples[i] % kChunkSamples - place.column;
-        y[i] = samples[i] / kChunkSamples - place.row;
+        const int column = samples[i] % kChunkSamples, row = samples[i] / kChunkSamples;
+        x[i] = column - place.column;
+        y[i] = row - place.row;
     }
     std::array<double, 3> weight;  // twice the areas opposite to the corners
     for (std::size_t i = 0; i < 3; ++i) {
