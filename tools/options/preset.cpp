@@ -14,23 +14,17 @@ const std::array<Preset, 3>& presets() {
         {"fast",
          {{{"--budget", "30000"},
            {"--max-error-px", "4"},
-           {"--morph-ratio", "1.3"},
            {"--memory-mb", "128"},
-           {"--contact-spacing-m", "4"},
            {"--dt", "1/60"}}}},
         {"balanced",
          {{{"--budget", "100000"},
            {"--max-error-px", "2"},
-           {"--morph-ratio", "1.3"},
            {"--memory-mb", "512"},
-           {"--contact-spacing-m", "0"},
            {"--dt", "1/60"}}}},
         {"accurate",
          {{{"--budget", "1000000"},
            {"--max-error-px", "0.5"},
-           {"--morph-ratio", "1.3"},
            {"--memory-mb", "2048"},
-           {"--contact-spacing-m", "0"},
            {"--dt", "1/240"}}}},
     }};
     return kPresets;
@@ -68,9 +62,9 @@ void add_preset_option(CLI::App& command) {
                     option->default_str(std::string(each.value));  // for messages about memory
                 }
             },
-            "fast, balanced or accurate: values of those of --budget, --max-error-px, "
-            "--morph-ratio, --memory-mb, --contact-spacing-m and --dt that are flags of this "
-            "command and not given; see docs/trade.md")
+            "fast, balanced or accurate: values of those of --budget, --max-error-px, --memory-mb "
+            "and "
+            "--dt that are flags of this command and not given; see docs/trade.md")
         ->type_name("NAME");
 }
 

@@ -137,7 +137,7 @@ class Presets(Folder):
 
         document = run_json("trade", "--quick", "--dial", "root")
         flags = {preset["name"]: preset["flags"] for preset in document["presets"]}
-        own = {"--budget", "--max-error-px", "--morph-ratio", "--memory-mb"}
+        own = {"--budget", "--max-error-px", "--memory-mb"}
         spelled = [word for flag, value in flags["fast"].items() if flag in own for word in (flag, value)]
         self.assertEqual(figures("--preset", "fast"), figures(*spelled))
         self.assertNotEqual(figures("--preset", "fast"), figures())

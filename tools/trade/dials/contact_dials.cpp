@@ -82,7 +82,6 @@ Dial spacing_dial() {
     dial.text =
         "Spheres of radius 0.5 m near the ground, compared with the true surface by sampling; "
         "drop of such spheres, milliseconds a simulated second.";
-    dial.preset_flag = "--contact-spacing-m";
     dial.columns = {{"height_ns", "a height", TradeUnit::ns},
                     {"contact_ns", "contacts of a sphere", TradeUnit::ns},
                     {"depth_error_m", "distance from the true surface", TradeUnit::m},

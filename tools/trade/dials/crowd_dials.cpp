@@ -94,6 +94,7 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
     places->heights.resize(places->x.size());
     DropTrial drop{.count = place.is_quick ? std::size_t{100} : std::size_t{1000}, .seconds = 0.5};
     drop.world.worker_count = threads;
+    drop.world.collide_bodies = true;
     return TradeTrial{.label = fmt::format("{}", threads),
                       .value = static_cast<double>(threads),
                       .command = "",
@@ -107,7 +108,7 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
                           if (!answered) return pass_on(answered.error());
                           const std::chrono::duration<double, std::nano> taken =
                               std::chrono::steady_clock::now() - start;
-                          return TradeSample{static_cast<double>(threads), figures->ms,
+                          return TradeSample{static_cast<double>(threads), figures->wall_ms,
                                              taken.count() / static_cast<double>(places->x.size())};
                       }};
 }

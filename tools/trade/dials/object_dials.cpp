@@ -31,7 +31,7 @@ Dial culling_dial() {
     dial.prepare = [](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
         const auto field =
             std::make_shared<const RodField>(make_rod_mesh(80), Aabb{{-10, -1, -1}, {10, 1, 1}},
-                                             place.is_quick ? 2000 : 20'000, 300.0);
+                                             place.is_quick ? 2000 : 20'000, 300.0, place.is_quick);
         const Result<FieldFrame> exact = field->make_frame(CullTest::triangles);
         if (!exact) return pass_on(exact.error());
         std::vector<TradeTrial> trials;
@@ -71,7 +71,7 @@ CommandResult<std::vector<TradeTrial>> prepare_object_meshes(const TradePlace& p
         const auto triangles = static_cast<double>(level.triangles.size());
         const auto field = std::make_shared<const RodField>(
             std::move(mesh), Aabb{{-1.3, -1.3, -1.3}, {1.3, 1.3, 1.3}},
-            place.is_quick ? std::size_t{300} : std::size_t{2000}, 60.0);
+            place.is_quick ? std::size_t{300} : std::size_t{2000}, 60.0, place.is_quick);
         trials.push_back({.label = fmt::format("{}", level.triangles.size()),
                           .value = triangles,
                           .command = "",

@@ -23,7 +23,7 @@ struct PagingPlace {
 
 PageOptions usual_flight(bool is_quick) {
     PageOptions options;
-    options.speeds = {250.0};
+    options.speeds = {1000.0};
     options.seconds = is_quick ? 2.0 : 6.0;
     options.fps = 10.0;
     options.budget = is_quick ? 30'000 : 100'000;
@@ -104,7 +104,7 @@ Dial paging_dial(std::vector<double> values, std::vector<double> quick_values,
 }
 
 const std::string kFlight =
-    "Flight at 250 m/s over storage on a virtual clock: latency 20 ms, 10 MB/s, ceiling 64 MB, 8 "
+    "Flight at 1000 m/s over storage on a virtual clock: latency 20 ms, 10 MB/s, ceiling 64 MB, 8 "
     "bodies on the ground, unless the dial says otherwise.";
 
 }  // namespace
@@ -116,6 +116,7 @@ std::vector<Dial> paging_dials() {
     memory.title = "Ceiling of memory";
     memory.axis = "MB";
     memory.text = kFlight;
+    memory.loss = "excess_error_px_s";
     memory.preset_flag = "--memory-mb";
     Dial latency = paging_dial({1, 5, 20, 50, 100, 300, 1000}, {5, 50, 300},
                                [](double v, PageOptions& o) { o.latencies_ms = {v}; });

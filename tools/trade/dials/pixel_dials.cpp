@@ -83,8 +83,7 @@ Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, std::vector<doubl
 TriangulatorSettings triangulator_of(const Preset& preset) {
     const auto value = [&preset](const char* flag) { return preset_value(preset, flag).value(); };
     return {.triangle_budget = static_cast<std::size_t>(value("--budget")),
-            .max_error_px = value("--max-error-px"),
-            .morph_ratio = value("--morph-ratio")};
+            .max_error_px = value("--max-error-px")};
 }
 
 CommandResult<std::vector<TradeTrial>> prepare_presets(FlightGrounds& grounds,
@@ -92,10 +91,9 @@ CommandResult<std::vector<TradeTrial>> prepare_presets(FlightGrounds& grounds,
     const auto flight = find_flight_ground(grounds, place);
     if (!flight) return pass_on(flight.error());
     std::vector<TradeTrial> trials;
+    const CommandResult<Ground> ground = load_contact_ground(*place.terrain, 0.0);
+    if (!ground) return pass_on(ground.error());
     for (const Preset& preset : presets()) {
-        const auto ground = load_contact_ground(
-            *place.terrain, preset_value(preset, "--contact-spacing-m").value());
-        if (!ground) return pass_on(ground.error());
         const DropTrial drop{.count = place.is_quick ? std::size_t{40} : std::size_t{200},
                              .seconds = 1.0,
                              .dt = preset_value(preset, "--dt").value()};
@@ -178,7 +176,6 @@ std::vector<Dial> pixel_dials() {
     morph.text =
         "The same flight; target 2 px. Vertices move between frames instead of jumping, for more "
         "triangles.";
-    morph.preset_flag = "--morph-ratio";
     morph.loss = "max_pop_px";
     return {budget, target, morph, preset_dial(grounds)};
 }

@@ -33,7 +33,7 @@ Dial step_dial(std::vector<double> rates, std::vector<double> quick_rates,
                     {"drift", "energy gained over lost", TradeUnit::share},
                     {"fell_through", "body steps beyond the tolerance", TradeUnit::none}};
     dial.cost = "drop_ms";
-    dial.loss = "drift";
+    dial.loss = "max_depth_m";
     dial.prepare = [rates = std::move(rates), quick_rates = std::move(quick_rates),
                     set](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
         const CommandResult<Ground> ground = load_contact_ground(*place.terrain, 0.0);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trade/table/reference_loop.h"
 
+#include "trade/table/thread_clock.h"
+
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -32,16 +33,16 @@ const ReferenceTable& reference_table() {
 
 double time_reference_loop() {
     const ReferenceTable& table = reference_table();
-    const auto start = std::chrono::steady_clock::now();
+    const double start = thread_seconds();
     std::uint64_t hash = 1;
     double sum = 1.0;
     for (int i = 0; i < kSteps; ++i) {
         hash = (hash ^ table[hash >> 49U]) * 0x9E3779B97F4A7C15U;
         sum = sum * 0.999 + static_cast<double>(hash >> 12U) * 0x1p-52;
     }
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    const double taken = thread_seconds() - start;
     // Uses the results, so that the loop is not removed; neither is ever negative.
-    return sum < 0.0 ? 0.0 : taken.count();
+    return sum < 0.0 ? 0.0 : taken;
 }
 
 }  // namespace terrane::tools

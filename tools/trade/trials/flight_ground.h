@@ -56,7 +56,7 @@ private:
     explicit FlightGround(std::shared_ptr<const HeightSource> source)
         : source_(std::move(source)) {}
     Result<double> draw(const TerrainMesh& mesh, const View& view);
-    void open_device();
+    void open_device(bool is_quick);
 
     std::shared_ptr<const HeightSource> source_;
     std::vector<Moment> moments_;

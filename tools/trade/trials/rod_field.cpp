@@ -34,7 +34,8 @@ const char* name_of(CullTest test) {
     return "";
 }
 
-RodField::RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away)
+RodField::RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away,
+                   bool is_quick)
     : mesh_(std::move(mesh)) {
     view_.width_px = 640;
     view_.height_px = 360;
@@ -50,12 +51,12 @@ RodField::RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double
         boxes_.push_back(transform(pose, 1.0, box));
         balls_.push_back(bounding_sphere(boxes_.back()));
     }
-    open_device();
+    open_device(is_quick);
 }
 
-void RodField::open_device() {
+void RodField::open_device(bool is_quick) {
     Result<EglContext> context = EglContext::create();
-    if (!context) return;
+    if (!context || (is_quick && context->is_software())) return;
     RendererSettings settings;
     settings.sample_count = 1;
     Result<TerrainRenderer> renderer =

@@ -39,7 +39,8 @@ class RodField {
 public:
     /// @param box      of the mesh
     /// @param far_away largest distance of a copy from the eye, metres
-    RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away);
+    /// @param is_quick no software rasteriser draws
+    RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away, bool is_quick);
 
     /// Tests all copies and draws what is kept.
     Result<FieldFrame> make_frame(CullTest test) const;
@@ -51,7 +52,7 @@ private:
         MeshId mesh;
     };
     bool is_kept(CullTest test, const ViewVolume& volume, std::size_t copy) const;
-    void open_device();
+    void open_device(bool is_quick);
 
     TriangleMesh mesh_;
     View view_;

@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <chrono>
+#include "trade/table/thread_clock.h"
+
 #include <cstddef>
 
 namespace terrane::tools {
 
-/// Time of one call, nanoseconds: of the calls 0 to count - 1, in as many rounds as take two milliseconds together.
+/// Processor time of one call, nanoseconds: of the calls 0 to count - 1, in as many rounds as take two milliseconds together.
 ///
 /// @param call takes an index and returns a number that depends on its result, so that the call is not removed
 template <class Call>
 double time_call_ns(std::size_t count, const Call& call) {
-    using Clock = std::chrono::steady_clock;
-    constexpr std::chrono::milliseconds kLeast(2);
+    constexpr double kLeast = 2e-3;  // seconds
     if (count == 0) return 0.0;
     double sum = 0.0;
     std::size_t calls = 0;
-    const Clock::time_point start = Clock::now();
-    Clock::duration taken{};
+    const double start = thread_seconds();
+    double taken = 0.0;
     while (taken < kLeast) {
         for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(call(i));
         calls += count;
-        taken = Clock::now() - start;
+        taken = thread_seconds() - start;
     }
     [[maybe_unused]] static volatile double sink;
     sink = sum;
-    return std::chrono::duration<double, std::nano>(taken).count() / static_cast<double>(calls);
+    return 1e9 * taken / static_cast<double>(calls);
 }
 
 }  // namespace terrane::tools
