@@ -27,7 +27,7 @@ class Trade(Folder):
         self.assertEqual([preset["name"] for preset in document["presets"]], ["fast", "balanced", "accurate"])
         for table in document["tables"]:
             columns = {column["key"]: column["unit"] for column in table["columns"]}
-            self.assertGreaterEqual(len(table["rows"]), 2)
+            self.assertGreaterEqual(len(table["rows"]), 1)
             for row in table["rows"]:
                 self.assertTrue(row["command"].startswith("terrane "), row["command"])
                 self.assertLessEqual(set(row["figures"]), set(columns))
@@ -63,7 +63,7 @@ class Trade(Folder):
         self.assertEqual(json.loads(embedded)["documents"], [document])
 
     def test_a_raster_is_measured_beside_the_fractal(self):
-        _, raster = self.hills()
+        _, raster = self.hills()  # so small that it has one level
         document = run_json("trade", "--quick", "--dial", "contact-spacing", "--seed", 3, "--dem", raster)
         self.check_document(document)
         fractal, dem = document["tables"]
@@ -78,6 +78,7 @@ class Trade(Folder):
             self.assertEqual(errors, sorted(errors))
             spacings = [row["value"] for row in table["rows"]]
             self.assertEqual(spacings, [spacings[0] * 2 ** i for i in range(len(spacings))])
+        self.assertEqual([len(table["rows"]) for table in (fractal, dem)], [4, 1])
 
     def test_two_runs_side_by_side(self):
         paths = []
@@ -102,8 +103,8 @@ class Trade(Folder):
         self.assertIn("report.html", os.listdir(self.path("both")))
 
     def test_what_makes_no_sense_is_refused(self):
-        self.assert_refused(run("trade", "--dial", "bugdet"), [2], "--dial must be", "'bugdet'", "did you mean budget?")
-        self.assert_refused(run("trade", "--dial", "root,,budget"), [2], "--dial must be names", "'root,,budget'")
+        self.assert_refused(run("trade", "--dial", "bugdet"), [2], "--dial: must be", "'bugdet'", "did you mean budget?")
+        self.assert_refused(run("trade", "--dial", "root,,budget"), [2], "--dial: must be names", "'root,,budget'")
         self.assert_refused(run("trade", "--seed", -1), [2], "--seed", "-1")
         self.assert_refused(run("trade", "--dial", "root", "--dem", self.path("no.tif")), [1], "no.tif")
         self.assert_refused(run("trade", "--compare", "a.json"), [2], "--compare needs two files, got 1")
@@ -149,13 +150,13 @@ class Presets(Folder):
         states = {name: run_json("drop", "--dem", raster, "--count", 3, "--seconds", 0.2, "--preset", name)["steps"]
                   for name in ("fast", "balanced", "accurate")}
         self.assertEqual(states["accurate"], 4 * states["balanced"])
-        for command in (("drive", "--seconds", 0.2), ("walk", "--seconds", 0.2), ("page", "--seconds", 0.2),
+        for command in (("drive", "--seconds", 0.2), ("walk", "--seconds", 2), ("page", "--seconds", 0.2),
                         ("mesh", "--out", self.path("a.ply"))):
             with self.subTest(command[0]):
                 run_json(*command, "--dem", raster, "--preset", "fast")
 
     def test_another_name_is_refused(self):
-        self.assert_refused(run(*self.FLY, "--preset", "fats"), [2], "--preset must be fast, balanced or accurate", "'fats'",
+        self.assert_refused(run(*self.FLY, "--preset", "fats"), [2], "--preset: must be fast, balanced or accurate", "'fats'",
                             "did you mean fast?")
         self.assert_refused(run("info", "--seed", 5, "--preset", "fast"), [2], "--preset is not a flag of info")
 

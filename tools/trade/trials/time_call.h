@@ -7,7 +7,8 @@
 
 namespace terrane::tools {
 
-/// Processor time of one call, nanoseconds: of the calls 0 to count - 1, in as many rounds as take two milliseconds together.
+/// Processor time of one call, nanoseconds: of the calls 0 to count - 1, in as many rounds as take two milliseconds
+/// together.
 ///
 /// @param call takes an index and returns a number that depends on its result, so that the call is not removed
 template <class Call>
