@@ -70,6 +70,7 @@ using namespace internal;
 
 CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
                 const CastSettings& settings) {
+    if (!is_resolved(motion, settings.tolerance)) return {};
     const bool may_meet =
         ground.has_solids() && may_meet_volume(ground, motion.start.translation,
                                                bounding_radius(shape), motion.translation);

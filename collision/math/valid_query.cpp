@@ -33,4 +33,11 @@ bool is_valid_query(const Shape& shape, const Motion& motion) {
            is_within(motion.rotation_vector, kMostRotation);
 }
 
+bool is_resolved(const Motion& motion, double tolerance) {
+    // Neighbouring doubles at x are at most 2^-52 x apart.
+    const double limit = 0x1p50 * tolerance;
+    return is_within(motion.start.translation, limit) &&
+           is_within(motion.start.translation + motion.translation, limit);
+}
+
 }  // namespace terrane::internal

@@ -15,5 +15,8 @@ bool is_valid_place(const WorldPos& point_world);
 bool is_valid_query(const Shape& shape, const Pose& pose);
 /// The same of a motion's start; its translation is at most kFarthestPlace, its rotation kMostRotation.
 bool is_valid_query(const Shape& shape, const Motion& motion);
+/// Whether doubles at both ends of a motion are at most a quarter of a tolerance apart, metres: a cast cannot tell
+/// smaller gaps apart.
+bool is_resolved(const Motion& motion, double tolerance);
 
 }  // namespace terrane::internal

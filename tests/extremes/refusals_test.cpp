@@ -66,6 +66,12 @@ TEST(Refusals, OfMotionsThatAreTooLongOrTurnTooFarAreStatuses) {
     motion.translation.z() = -kBeyond;
     EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::invalid);
     EXPECT_EQ(cast(sphere, motion, sphere, {}).status, QueryStatus::invalid);
+    // Doubles at the end are 1.2e-4 m apart: too far for a tolerance of 1e-4 m.
+    motion.translation.z() = -1e12;
+    EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::invalid);
+    EXPECT_EQ(cast(sphere, motion, hills(), {.tolerance = 1e-2}).status, QueryStatus::complete);
+    World world = World::create({}).value();
+    EXPECT_EQ(world.cast(hills(), sphere, motion).status, QueryStatus::invalid);
     motion.translation.z() = -1.0;
     EXPECT_EQ(cast(sphere, motion, hills()).status, QueryStatus::complete);
     motion.rotation_vector.x() = 1e8;

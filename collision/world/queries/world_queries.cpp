@@ -110,7 +110,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
                            const QueryFilter& filter) {
     const CastSettings settings{.skip_separating = true};
     CastQueryAnswer answer;
-    if (!is_valid_query(shape, motion)) return answer;
+    if (!is_valid_query(shape, motion) || !is_resolved(motion, settings.tolerance)) return answer;
     answer.status = QueryStatus::complete;
     if (const Ground* ground = seen_ground(scene, filter); ground != nullptr) {
         const CastAnswer below = cast(shape, motion, *ground, settings);

@@ -28,7 +28,7 @@ ExtremeRow size_row() {
                    .swept = "diameter, m",
                    .promise = kDepthPromise,
                    .figure = kDepthFigure,
-                   .values = {1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3}};
+                   .values = {1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3}};
     row.measure = [](double diameter) {
         const double spacing = std::max(1.0, 0.1 * diameter);
         const Result<Source> source = make_hills({.side = 256.0 * spacing,

@@ -40,21 +40,24 @@ double depth_share_of(const Result<Source>& source, const Fall& fall) {
 /// Hills whose shape scales with their spacing.
 Hills hills_of_spacing(double spacing) {
     // A 4096th of spacings below a metre, as fractals have it.
-    const double quantum = spacing < 1.0 ? std::ldexp(1.0, std::ilogb(spacing) - 12) : 0x1p-12;
+    // On coarse lattices as much as the height needs.
+    const int quantum_log2 =
+        spacing < 1.0 ? std::ilogb(spacing) - 12 : std::max(-12, std::ilogb(spacing) - 25);
     return {.side = 256.0 * spacing,
             .spacing = spacing,
             .amplitude = 4.0 * spacing,
             .wavelength = 40.0 * spacing,
-            .quantum = quantum};
+            .quantum = std::ldexp(1.0, quantum_log2)};
 }
 
 ExtremeRow spacing_row() {
-    ExtremeRow row{.name = "Spacing",
-                   .topic = "Spacing of samples",
-                   .swept = "spacing, m",
-                   .promise = kErrorPromise,
-                   .figure = kErrorFigure,
-                   .values = {1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4}};
+    ExtremeRow row{
+        .name = "Spacing",
+        .topic = "Spacing of samples",
+        .swept = "spacing, m",
+        .promise = kErrorPromise,
+        .figure = kErrorFigure,
+        .values = {kLeastSpacing, 1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, kMostSpacing}};
     row.measure = [](double spacing) {
         return error_share_of(make_hills(hills_of_spacing(spacing)), 0.0, 0.0, 120.0 * spacing);
     };
@@ -68,6 +71,7 @@ ExtremeRow spacing_contact_row() {
     row.name = "SpacingUnderBodies";
     row.promise = kDepthPromise;
     row.figure = kDepthFigure;
+    row.values = {1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4};
     row.measure = [](double spacing) {
         // Bodies of two cells, and metres on coarse ground.
         const double size = std::min(spacing, 50.0);

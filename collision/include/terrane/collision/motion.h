@@ -24,7 +24,8 @@ Eigen::Matrix3d orthonormalized(const Eigen::Matrix3d& rotation);
 /// Settings of cast().
 struct CastSettings {
     /// A hit is reported at a distance between 0 and this, metres, > 0; never later than the first touch. A motion that
-    /// passes within this distance without touching may be reported as a hit.
+    /// passes within this distance without touching may be reported as a hit. A cast against the ground is `invalid`
+    /// where doubles along its motion are more than a quarter of this apart: beyond 1.1e11 m for the default.
     double tolerance = 1e-4;
     /// Contacts at the start that separate are ignored until they close again.
     bool skip_separating = false;
