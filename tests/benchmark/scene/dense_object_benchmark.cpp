@@ -123,10 +123,10 @@ int main(int argument_count, char** arguments) {
     for (int depth = 3; depth <= (is_quick ? 3 : 6); ++depth) {
         Dense dense = make_dense(*context, depth);
         std::printf("%d triangles:\n", 20 << (2 * depth));
-        for (double distance = 16.0; distance >= 0.25; distance *= is_quick ? 0.1 : 0.5) {
+        for (double distance = 16.0; distance >= 0.2; distance *= is_quick ? 0.1 : 0.25) {
             char name[64] = "";
             std::snprintf(name, sizeof(name), "/rock%d_%05.2f", depth, distance);
-            compare(dense, distance, is_quick ? 3 : 31,
+            compare(dense, distance, is_quick ? 3 : 11,
                     pictures.empty() ? std::string() : pictures + name);
         }
     }
