@@ -37,7 +37,8 @@ bool is_clear(const SolidMesh& solid, Eigen::Vector3d p, const Eigen::Vector3d& 
 
 bool has_clear_ray(const SolidMesh& solid, const Eigen::Vector3d& p, double clearance) {
     for (int code = 0; code < 27; ++code) {
-        const Eigen::Vector3d direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+        const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
+        const Eigen::Vector3d direction(x, y, z);
         if (code != 13 && is_clear(solid, p, direction / length(direction), clearance)) return true;
     }
     return false;
