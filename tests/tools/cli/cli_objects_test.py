@@ -18,9 +18,9 @@ class Objects(Folder):
             json.dump({"seed": 3, "objects": objects, **more}, file)
         return path
 
-    def fly(self, scene, *arguments):
+    def fly(self, scene, *arguments, flight=FLIGHT):
         out = self.path("out")
-        summary = run_json("fly", "--scene", scene, "--out", out, *FLIGHT, *arguments)
+        summary = run_json("fly", "--scene", scene, "--out", out, *flight, *arguments)
         rows = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
         return summary, rows
 
@@ -103,16 +103,17 @@ class Objects(Folder):
     def test_the_ground_hides_objects_in_flights_near_it_and_equal_flights_hide_the_same(self):
         forest = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
         scene = self.scene(forest)
-        low = ("--path", "canyon", "--altitude", 2, "--threads", 0, "--budget", 20000)
-        summary, rows = self.fly(scene, *low)
+        common = ["--path", "canyon", "--seconds", 1, "--fps", 5, "--size", "320x180", "--threads", 0]
+        low = [*common, "--altitude", 2, "--speed", 20, "--budget", 20000]
+        summary, rows = self.fly(scene, flight=low)
         self.assertGreater(rows["objects_occluded"].max(), 300)
         self.assertEqual(summary["objects_occluded_max"], rows["objects_occluded"].max())
         self.assertTrue((rows["objects_ms"] <= rows["update_ms"]).all())
-        _, again = self.fly(scene, *low)
+        _, again = self.fly(scene, flight=low)
         for column in rows.dtype.names:
             if not column.endswith("_ms"):
                 self.assertTrue(np.array_equal(rows[column], again[column], equal_nan=True), column)
-        _, high = self.fly(scene, "--altitude", 600, "--threads", 0)
+        _, high = self.fly(scene, flight=[*common, "--altitude", 600])
         self.assertEqual(high["objects_occluded"].max(), 0)
 
     def test_a_scene_without_objects_has_none(self):
