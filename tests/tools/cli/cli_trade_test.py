@@ -119,7 +119,8 @@ class Trade(Folder):
                    "cut.json": (text[:len(text) // 2], "no JSON"),
                    "version.json": (text.replace('"format_version":1', '"format_version":2'), "format_version"),
                    "rows.json": (text.replace('"rows":', '"lines":'), "rows"),
-                   "words.json": (text.replace('"median":', '"middle":'), "median")}
+                   "words.json": (text.replace('"median":', '"middle":'), "reference_loop_ms"),
+                   "figure.json": ('"middle":'.join(text.rsplit('"median":', 1)), "no number 'median'")}
         for name, (content, word) in foreign.items():
             with self.subTest(name):
                 with open(self.path(name), "w") as file:
