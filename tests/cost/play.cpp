@@ -25,7 +25,7 @@ View flight_view(double ground_z, int frame) {
     return look_at(eye, eye + Eigen::Vector3d(0.0, 100.0, -17.6), 1.0, 1280, 720).value();
 }
 
-// Spheres and boxes in turn, on a square grid, 2 to 4 m above the ground.
+// Spheres and boxes in turn, on a square grid, 0.1 to 0.7 m above the ground.
 Result<void> add_bodies(World& world, const Ground& ground, int count) {
     int side = 1;
     while (side * side < count) ++side;
@@ -34,7 +34,7 @@ Result<void> add_bodies(World& world, const Ground& ground, int count) {
         const double y = kBodySpacing * (i / side - 0.5 * (side - 1));
         const HeightAnswer at = ground.height(x, y);
         BodyState state;
-        state.pose.translation = {x, y, at.height + 2.0 + 0.5 * (i % 5)};
+        state.pose.translation = {x, y, at.height + 0.6 + 0.1 * (i % 5)};
         BodySettings settings;
         settings.mass = 30.0;
         if (i % 2 == 0) {

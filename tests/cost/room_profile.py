@@ -30,6 +30,11 @@ class Profile:
                 edge = caller, callee
                 self.calls[edge] = self.calls.get(edge, 0) + int(line.split()[1])
 
+    def called_by(self, caller_prefix, callee_prefix):
+        """Instructions of the calls of functions whose names begin so."""
+        return sum(cost for (caller, callee), cost in self.calls.items()
+                   if caller.startswith(caller_prefix) and callee.startswith(callee_prefix))
+
     def entered(self, functions):
         """Instructions of all calls from outside a set of functions into it."""
         return sum(cost for (caller, callee), cost in self.calls.items() if callee in functions and caller not in functions)

@@ -26,9 +26,20 @@ using Source = std::shared_ptr<const HeightSource>;
 
 Result<Source> make_plane() {
     return heights_from_function([](double, double) { return 0.0; },
-                                 {.extent = {-4096.0, -4096.0, 4096.0, 4096.0},
+                                 {.extent = {-2048.0, -2048.0, 2048.0, 2048.0},
                                   .slope = 0.0,
                                   .range = HeightInterval{0.0, 0.0}});
+}
+
+// Low hills of 4 km x 4 km.
+Result<Source> make_hills() {
+    FractalSettings settings;
+    settings.seed = 7;
+    settings.octave_count = 6;
+    settings.amplitude = 20.0;
+    settings.wavelength_log2 = 10;
+    settings.root_size_log2 = 11;
+    return FractalHeights::create(settings);
 }
 
 #if TERRANE_COST_DEM
@@ -97,7 +108,7 @@ Error unknown(std::string_view name) {
 }
 
 Result<Source> make_source(std::string_view name, [[maybe_unused]] const std::string& dem) {
-    if (name == "fractal") return FractalHeights::create({.seed = 7});
+    if (name == "fractal") return make_hills();
 #if TERRANE_COST_DEM
     if (name == "dem") return open_dem(dem, false);
     if (name == "dem_detail" || name == "all") return open_dem(dem, true);
