@@ -77,7 +77,7 @@ CommandResult<std::vector<TradeTrial>> prepare_ground_measures(const TradePlace&
     for (std::size_t i = 0; i < probes.size(); ++i) probes[i].pose.rotation = turns[i].rotation;
     const auto poses = std::make_shared<const std::vector<ProbePose>>(std::move(probes));
     const Shape box = Box{{0.6, 0.9, 0.4}};
-    const Ground ground = *loaded;
+    const Ground& ground = *loaded;  // copied by the measures
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const std::vector<NamedMeasure> measures{
         {"test",
