@@ -93,8 +93,8 @@ void probe_surface(const std::string& path, SurfaceNumbers numbers) {
 }  // namespace
 
 void keep_plain_drivers() {
-    constexpr std::array<std::string_view, 7> kKept{"GTiff", "AAIGrid", "USGSDEM", "DTED",
-                                                    "PNG",   "BMP",     "ENVI"};
+    constexpr std::array<std::string_view, 8> kKept{"VRT",  "GTiff", "AAIGrid", "USGSDEM",
+                                                    "DTED", "PNG",   "BMP",     "ENVI"};
     GDALAllRegister();
     GDALDriverManager& drivers = *GetGDALDriverManager();
     std::string skipped;
@@ -107,6 +107,11 @@ void keep_plain_drivers() {
     CPLSetConfigOption("GDAL_SKIP", skipped.c_str());
     GDALAllRegister();
     CPLSetConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR");
+}
+
+bool names_other_files(std::span<const std::uint8_t> bytes) {
+    constexpr std::string_view kRoot = "VRTDataset";
+    return std::search(bytes.begin(), bytes.end(), kRoot.begin(), kRoot.end()) != bytes.end();
 }
 
 void probe_raster(const std::string& path) {

@@ -60,9 +60,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static const std::vector<std::vector<std::uint8_t>> valid = valid_files();
     fuzz::Input input(data, size);
     const auto kind = static_cast<std::size_t>(input.below(5));
-    const std::string path =
-        kind < valid.size() ? fuzz::write_memory_file("raster", fuzz::patched(valid[kind], input))
-                            : fuzz::write_memory_file("raster", input.rest());
+    std::vector<std::uint8_t> bytes;
+    if (kind < valid.size()) {
+        bytes = fuzz::patched(valid[kind], input);
+    } else {
+        const auto rest = input.rest();
+        bytes.assign(rest.begin(), rest.end());
+    }
+    if (fuzz::names_other_files(bytes)) return -1;
+    const std::string path = fuzz::write_memory_file("raster", bytes);
     fuzz::probe_raster(path);
     VSIUnlink(path.c_str());
     return 0;
