@@ -17,7 +17,7 @@ using internal::ProxyPart;
 using internal::SolidMesh;
 using test::NamedMesh;
 
-constexpr std::size_t kMaxParts = 6;
+constexpr std::size_t kMaxParts = 3;
 
 std::vector<ProxyPart> cut(const SolidMesh& solid, double error) {
     return internal::cut_to_parts(solid, error, 4 * kMaxParts).value();
@@ -27,25 +27,23 @@ TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
     int known = 0;
     for (const NamedMesh& named : test::proxy_meshes()) {
         const SolidMesh solid = internal::make_solid_mesh(named.mesh);
-        for (const double share : {1e-9, 0.01, 0.1}) {
-            const double error = share * solid.extent;
+        for (const bool is_tiny : {true, false}) {
+            const double error = (is_tiny ? 1e-9 : 0.05) * solid.extent;
             const double least = internal::least_error(solid, cut(solid, error));
             known += least > 0.0 ? 1 : 0;
-            for (const std::size_t vertices : {8u, 64u}) {
-                const CollisionProxy proxy =
-                    make_collision_proxy(named.mesh, {.proxy_error = error,
-                                                      .max_parts = kMaxParts,
-                                                      .max_hull_vertices = vertices})
-                        .value();
-                EXPECT_LE(least, proxy.distance_m) << named.name << " within " << error;
-            }
+            // few vertices move hulls away, inwards
+            const CollisionProxySettings settings{.proxy_error = error,
+                                                  .max_parts = kMaxParts,
+                                                  .max_hull_vertices = is_tiny ? 8u : 64u};
+            const CollisionProxy proxy = make_collision_proxy(named.mesh, settings).value();
+            EXPECT_LE(least, proxy.distance_m) << named.name << " within " << error;
         }
     }
-    EXPECT_GE(known, 8);
+    EXPECT_GE(known, 4);
 }
 
 TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
-    const TriangleMesh rock = test::rock_mesh(16, 0.3, 1);
+    const TriangleMesh rock = test::rock_mesh(10, 0.3, 1);
     const SolidMesh solid = internal::make_solid_mesh(rock);
     const std::vector<ProxyPart> parts = cut(solid, 1e-9);
     const double least = internal::least_error(solid, parts);
@@ -57,7 +55,7 @@ TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
     const Result<CollisionProxy> refused = make_collision_proxy(
         rock, {.proxy_error = 1e-9, .max_parts = kMaxParts, .must_be_within_error = true});
     ASSERT_FALSE(refused);
-    const std::string start = "a proxy of 6 hulls needs an error of more than ";
+    const std::string start = "a proxy of 3 hulls needs an error of more than ";
     const std::string& message = refused.error().message;
     ASSERT_EQ(message.substr(0, start.size()), start);
     EXPECT_NE(message.find(" m, got 1e-09"), std::string::npos) << message;
@@ -65,7 +63,7 @@ TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
 }
 
 TEST(ErrorReach, IsSaidOfProxiesThatTheLimitOfVerticesKeepsAway) {
-    const TriangleMesh ball = test::rock_mesh(24, 0.0, 1);
+    const TriangleMesh ball = test::rock_mesh(10, 0.0, 1);
     const CollisionProxySettings settings{
         .proxy_error = 1e-4, .max_hull_vertices = 8, .must_be_within_error = true};
     const Result<CollisionProxy> refused = make_collision_proxy(ball, settings);
