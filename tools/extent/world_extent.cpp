@@ -19,9 +19,14 @@ int log2_above(double value) {
     return mantissa == 0.5 ? exponent - 1 : exponent;
 }
 
-// The multiple of `side` nearest to a place that keeps two squares of that side within the largest world.
-double middle_near(double place, double side) {
-    const double farthest = std::ldexp(0.5, kMostWorldLog2) - side;
+// How far from 0 a world may reach, metres: lattices lie within 2^40 spacings.
+double reach_of(int spacing_log2) {
+    return std::ldexp(1.0, std::min(kMostWorldLog2 - 1, spacing_log2 + 40));
+}
+
+// The multiple of `side` nearest to a place that keeps two squares of that side within a reach.
+double middle_near(double place, double side, double reach) {
+    const double farthest = reach - side;
     return std::clamp(std::floor(place / side + 0.5) * side, -farthest, farthest);
 }
 
@@ -44,8 +49,8 @@ CommandResult<void> lay_out_world(std::optional<double> side_m,
     settings_out.root_count_x = settings_out.root_count_y = 2;
     const double root_side = std::ldexp(1.0, settings_out.root_size_log2);
     if (!side_m && start) {
-        settings_out.origin_x = middle_near(start->x(), root_side);
-        settings_out.origin_y = middle_near(start->y(), root_side);
+        settings_out.origin_x = middle_near(start->x(), root_side, reach_of(spacing_log2));
+        settings_out.origin_y = middle_near(start->y(), root_side, reach_of(spacing_log2));
     }
     const auto is_within = [root_side](double place, double middle) {
         return std::abs(place - middle) <= root_side;
@@ -54,7 +59,7 @@ CommandResult<void> lay_out_world(std::optional<double> side_m,
                    is_within(start->y(), settings_out.origin_y))) {
         return usage_error(fmt::format(
             "--start-m must be within {:.10g} m of 0,0 along each axis, got {:.10g},{:.10g}",
-            side_m ? root_side : std::ldexp(0.5, kMostWorldLog2), start->x(), start->y()));
+            side_m ? root_side : reach_of(spacing_log2), start->x(), start->y()));
     }
     return {};
 }

@@ -125,8 +125,8 @@ TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
                                {"--detail-m 300", 256.0, 0x1p31, 0.0, 0.0},
                                {"--detail-m 0.25", 0.25, 0x1p29, 0.0, 0.0},
                                {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p29, 0x1p30, 0.0},
-                               {"--detail-m 0.001 --start-m -2147483648,2147483648", 0x1p-10,
-                                0x1p21, 0x1p21 - 0x1p31, 0x1p31 - 0x1p21},
+                               {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10,
+                                0x1p21, 0x1p21 - 0x1p30, 0x1p30 - 0x1p21},
                                {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0},
                                {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0},
                                {"--world-m 256", 1.0, 128.0, 0.0, 0.0}}) {
