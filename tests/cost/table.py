@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The table of docs/cost.md: what the same flight and drop cost in each scene.
+"""Prints a table: what the same flight and drop cost in each scene.
 
     table.py BUILD_DIR [ROUNDS [FRAMES]]
 
