@@ -63,11 +63,13 @@ std::string section_of(const MeasuredRow& measured) {
     const ExtremeRow& row = *measured.row;
     std::string out = "\n### " + row.swept + "\n\n" + row.promise + " Measured: " + row.figure +
                       "; at most " + limit_text(row) + ".\n\n|";
-    for (const double value : measured.values) out += " " + figure_text(value) + " |";
+    for (const double value : measured.values)
+        out.append(" ").append(figure_text(value)).append(" |");
     out += "\n|";
     for (std::size_t i = 0; i < measured.values.size(); ++i) out += "---|";
     out += "\n|";
-    for (const double figure : measured.figures) out += " " + figure_text(figure) + " |";
+    for (const double figure : measured.figures)
+        out.append(" ").append(figure_text(figure)).append(" |");
     out += "\n";
     if (!measured.ends.empty() || !row.note.empty()) out += "\n";
     for (const FoundEnd& end : measured.ends) {
@@ -93,7 +95,7 @@ std::string json_number(double value) {
 
 std::string json_list(std::span<const double> values) {
     std::string out;
-    for (const double value : values) out += (out.empty() ? "" : ",") + json_number(value);
+    for (const double value : values) out.append(out.empty() ? "" : ",").append(json_number(value));
     return "[" + out + "]";
 }
 
@@ -143,7 +145,7 @@ std::string to_markdown(std::span<const MeasuredRow> rows) {
 
 std::string to_json(std::span<const MeasuredRow> rows) {
     std::string out;
-    for (const MeasuredRow& row : rows) out += (out.empty() ? "" : ",") + json_of(row);
+    for (const MeasuredRow& row : rows) out.append(out.empty() ? "" : ",").append(json_of(row));
     return "{\"rows\":[" + out + "]}\n";
 }
 

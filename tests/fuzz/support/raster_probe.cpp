@@ -101,7 +101,7 @@ void keep_plain_drivers() {
     for (int i = 0; i < drivers.GetDriverCount(); ++i) {
         const char* const name = drivers.GetDriver(i)->GetDescription();
         if (std::ranges::find(kKept, name) != kKept.end()) continue;
-        skipped += (skipped.empty() ? "" : ",") + std::string(name);
+        skipped.append(skipped.empty() ? "" : ",").append(name);
     }
     // which the library's own registration heeds, too
     CPLSetConfigOption("GDAL_SKIP", skipped.c_str());

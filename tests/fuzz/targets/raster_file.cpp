@@ -9,6 +9,7 @@
 #include <ogr_spatialref.h>
 
 #include <array>
+#include <cstdlib>
 #include <vector>
 
 using namespace terrane;
@@ -33,8 +34,10 @@ std::vector<std::uint8_t> geotiff(GDALDataType type, int bands, const char* crs,
     for (int band = 1; band <= bands; ++band) {
         GDALRasterBand* const to = file->GetRasterBand(band);
         to->SetNoDataValue(3.0);
-        static_cast<void>(to->RasterIO(GF_Write, 0, 0, kSide, kSide, values.data(), kSide, kSide,
-                                       GDT_Float64, 0, 0, nullptr));
+        if (to->RasterIO(GF_Write, 0, 0, kSide, kSide, values.data(), kSide, kSide, GDT_Float64, 0,
+                         0, nullptr) != CE_None) {
+            std::abort();
+        }
     }
     GDALClose(GDALDataset::ToHandle(file));
     vsi_l_offset size = 0;

@@ -59,9 +59,11 @@ void fill(fuzz::Input& input, GDALDataset& file) {
         value = input.number(-range, range);
     }
     for (int band = 1; band <= file.GetRasterCount(); ++band) {
-        static_cast<void>(file.GetRasterBand(band)->RasterIO(GF_Write, 0, 0, columns, rows,
-                                                             values.data(), columns, rows,
-                                                             GDT_Float64, 0, 0, nullptr));
+        if (file.GetRasterBand(band)->RasterIO(GF_Write, 0, 0, columns, rows, values.data(),
+                                               columns, rows, GDT_Float64, 0, 0,
+                                               nullptr) != CE_None) {
+            return;
+        }
     }
 }
 
