@@ -3,7 +3,8 @@
 //
 //     scene_cost SCENE [FRAMES [DEM]]
 //
-// Times are those of the processor, of all threads. Bytes allocated are those of operator new; the peak is the largest
+// Times are those of the processor, of all threads. Bytes allocated are those of operator new in the flight and drop; the
+// peak is the largest
 // resident set of the process, its libraries included.
 #include "cost/play.h"
 #include "cost/scenes.h"
@@ -51,10 +52,10 @@ int main(int argc, char** argv) {
         return fail("FRAMES must be a number above 0, got '" + std::string(argv[2]) + "'");
     const std::string dem = argc > 3 ? argv[3] : TERRANE_SOURCE_DIR "/tools/data/jacksboro.tif";
 
-    const AllocationCounter allocations;
     const double before_ms = processor_ms();
     const auto scene = make_cost_scene(argv[1], dem);
     if (!scene) return fail(scene.error().message);
+    const AllocationCounter allocations;
     const double made_ms = processor_ms();
     const auto run = play_cost_scene(*scene, frames);
     if (!run) return fail(run.error().message);
@@ -63,8 +64,9 @@ int main(int argc, char** argv) {
     std::printf("{\"scene\":\"%s\",\"frames\":%d,\"setup_ms\":%.3f,\"play_ms\":%.3f,", argv[1],
                 frames, made_ms - before_ms, played_ms - made_ms);
     std::printf("\"allocations\":%" PRIu64 ",\"allocated_bytes\":%" PRIu64
-                ",\"peak_bytes\":%" PRIu64 ",\"threads\":%d,",
-                allocations.count(), allocations.bytes(), peak_bytes(), run->threads);
+                ",\"peak_bytes\":%" PRIu64 ",\"threads\":%d,\"threads_begun\":%d,",
+                allocations.count(), allocations.bytes(), peak_bytes(), run->threads,
+                run->threads_begun);
     std::printf("\"ground_triangles\":%zu,\"object_triangles\":%zu,\"late_chunks\":%" PRIu64
                 ",\"awake_bodies\":%" PRIu64 ",\"fell_through\":%" PRIu64 ",\"hash\":\"%016" PRIx64
                 "\"}\n",

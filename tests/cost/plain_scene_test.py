@@ -6,7 +6,7 @@
 PLAIN_COST links heights and contact only, SCENE_COST every component. Both play the same flight and drop over a plane and
 over a fractal while callgrind counts instructions. The test fails where
 
-- the two programs differ in their meshes or bodies, in allocations or bytes, in threads, or by more than 1 % in instructions,
+- the two programs differ in their meshes or bodies, in allocations or bytes, in threads begun, or by more than 1 % in instructions,
   of the whole or of a part: a linked component costs something that nobody asked for;
 - PLAIN_COST loads a library of a component that it does not link;
 - more than 1 % of the instructions of PLAIN_COST are in rooms of what the scene does not have (FEATURES);
@@ -51,7 +51,7 @@ FEATURES = {
                 "simplify/bounds", "progressive"],
     "collision": ["mesh", "proxy", "lidar", "character", "vehicles", "bodies/wheels", "world/queries"],
 }
-SAME = ("hash", "allocations", "allocated_bytes", "threads", "ground_triangles", "awake_bodies", "fell_through")
+SAME = ("hash", "allocations", "allocated_bytes", "threads_begun", "ground_triangles", "awake_bodies", "fell_through")
 
 
 def count(program, scene):

@@ -59,6 +59,7 @@ int count_threads() {
 }  // namespace
 
 Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
+    const int threads_before = count_threads();
     auto pager = Pager::create(scene.source, {.worker_count = 0});
     if (!pager) return tl::unexpected(pager.error());
     auto triangulator =
@@ -104,6 +105,7 @@ Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
     hash.add(world->state_hash());
     run.hash = hash.value();
     run.threads = count_threads();
+    run.threads_begun = run.threads - threads_before;
     return run;
 }
 

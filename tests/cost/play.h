@@ -18,6 +18,8 @@ struct CostRun {
         0;  ///< bodies deeper in the ground than their tolerance, summed over steps
     std::uint64_t hash = 0;  ///< of all meshes' sizes and of the bodies' states at the end
     int threads = 0;         ///< of the process at the end of the flight
+    int threads_begun =
+        0;  ///< of them, not there before; libraries begin some when they are loaded
 };
 
 /// Flies a camera over the ground around (0, 0) while bodies fall on it: a frame and a step of 1/60 s in turn. Chunks
