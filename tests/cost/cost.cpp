@@ -3,9 +3,8 @@
 //
 //     scene_cost SCENE [FRAMES [DEM]]
 //
-// Times are those of the processor, of all threads. Bytes allocated are those of operator new in the flight and drop; the
-// peak is the largest
-// resident set of the process, its libraries included.
+// Times are those of the processor, of all threads. Bytes allocated are those of operator new in the flight and drop;
+// the peak is the largest resident set of the process, its libraries included.
 #include "cost/play.h"
 #include "cost/scenes.h"
 #include "support/allocation_counter.h"
