@@ -44,10 +44,10 @@ PARTS = {
 MOST_DIFFERENCE = 0.01
 RECORDED = pathlib.Path(__file__).with_name("instructions.json")
 FOREIGN = re.compile(r"lib(gdal|zstd|expat|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL|Half|Imath)[^a-z]")
-# Rooms of docs/rooms.md that neither the flight nor the drop over a plane needs: of volumes, objects, batches, windows of
-# engines, meshes; of vehicles, characters, queries.
+# Rooms of docs/rooms.md that neither the flight nor the drop over a plane needs: those of volumes, objects, batches,
+# windows of engines, meshes, vehicles, characters and queries.
 FEATURES = {
-    "terrain": ["solid", "lod/pins", "lod/solids", "buffers", "batch", "window", "scatter", "simplify",
+    "terrain": ["solid", "lod/pins", "lod/solids", "buffers", "batch", "batch/kernels", "window", "scatter", "simplify",
                 "simplify/bounds", "progressive"],
     "collision": ["mesh", "proxy", "lidar", "character", "vehicles", "bodies/wheels", "world/queries"],
 }

@@ -72,7 +72,8 @@ ExtremeRow spacing_contact_row() {
     row.promise = kDepthPromise;
     row.figure = kDepthFigure;
     row.values = {1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4};
-    row.note = "Bodies of 1 mm on a spacing of 1 mm are not measured: the fall gave no figure there.";
+    row.note =
+        "Bodies of 1 mm on a spacing of 1 mm are not measured: the fall gave no figure there.";
     row.measure = [](double spacing) {
         // Bodies of two cells, and metres on coarse ground.
         const double size = std::min(spacing, 50.0);

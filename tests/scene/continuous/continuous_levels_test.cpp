@@ -159,7 +159,8 @@ TEST(ContinuousLevels, OfASmallStepDifferInFewTriangles) {
             ASSERT_GE(now.size(), before.size());
             const std::size_t come = now.size() - before.size();
             std::size_t changed = come;
-            for (std::size_t i = 0; i < before.size(); ++i) changed += before[i] != now[i] ? 1u : 0u;
+            for (std::size_t i = 0; i < before.size(); ++i)
+                changed += before[i] != now[i] ? 1u : 0u;
             // A contraction takes two triangles away and changes about four more.
             ASSERT_LE(changed, 10 * come) << distance;
             different += changed;
