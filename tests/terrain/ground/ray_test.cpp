@@ -330,7 +330,8 @@ TEST(GroundRay, AnswersInvalidForArgumentsThatAreNotFinite) {
         }
     }
     EXPECT_EQ(ground.ray({-kMax, 1.0, 0.0}, {kMax, 1.0, 0.0}).status, GroundStatus::invalid);
-    EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, GroundStatus::miss);
+    EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, GroundStatus::invalid);
+    EXPECT_EQ(ground.ray({-1e12, 1.0, 1e3}, {1e12, 1.0, 1e3}).status, GroundStatus::miss);
 }
 
 }  // namespace ray_test
