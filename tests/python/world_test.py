@@ -157,7 +157,7 @@ class World(unittest.TestCase):
 
     def test_bad_steps_and_closed_worlds_are_an_error(self):
         world = terrane.World()
-        for dt in (0.0, -1.0, 2.0, np.nan):
+        for dt in (0.0, -1.0, 20.0, np.nan):
             with self.assertRaisesRegex(ValueError, "dt"):
                 world.step(self.ground, dt)
         with self.assertRaises(TypeError):

@@ -148,7 +148,7 @@ ExtremeRow height_row() {
         const auto source = make_hills({.base = height, .amplitude = 0.0, .quantum = 0x1p20});
         return source ? message_of(make_chunk(**source, {0, 0, 0})) : message_of(source);
     };
-    row.ends = {{0.0, -1e15, false, "range.low"}, {0.0, 1e15, false, "range.high"}};
+    row.ends = {{0.0, -1e15, false, "range.low"}, {0.0, 1e15, false, "range.low"}};
     row.note = "The quantum has to hold the height in 2^30 quanta: 2^-12 m up to 262 km.";
     return row;
 }
@@ -165,11 +165,11 @@ ExtremeRow height_contact_row() {
             {.shapes = shapes_of_size(0.5), .gap = 0.5, .velocity = {0.0, 0.0, -10.0}});
     };
     row.refusal = [](double height) {
-        const auto source = make_hills({.base = height, .amplitude = 0.0});
+        const auto source = make_hills({.base = height, .amplitude = 0.0, .quantum = 0x1p-6});
         return source ? message_of(make_chunk(**source, {0, 0, 0})) : message_of(source);
     };
-    row.ends = {{0.0, -1e9, false, "quanta"}, {0.0, 1e9, false, "quanta"}};
-    row.note = "The ends are those of a quantum of 2^-12 m.";
+    row.ends = {{0.0, -1e9, false, "quantum"}, {0.0, 1e9, false, "quantum"}};
+    row.note = "The ends are those of a quantum of 2^-6 m.";
     return row;
 }
 

@@ -145,7 +145,7 @@ TEST(HorizonFrames, NothingHiddenIsInSightOverTheDrawnOrTheTrueSurface) {
     EXPECT_GT(split, whole);
 }
 
-// The view from a place between the true surface and drawn ground above it; none where random places have no such ground.
+// The view from between the true surface and drawn ground above it; none where random places have no such ground.
 std::optional<View> view_below_drawn_ground(Random& random, const Frame& frame,
                                             const MeshRays& surface) {
     for (int i = 0; i < 40; ++i) {

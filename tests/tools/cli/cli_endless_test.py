@@ -8,8 +8,8 @@ import unittest
 
 from program import Folder, ask, main, run, run_json
 
-FAR = ("0,0", "1e6,-1e6", "1e9,1e9", "65530,10")  # the last crosses 65536, the border of a world of 131072 m
-PICTURE = ("--fps", 10, "--size", "160x90", "--budget", 3000, "--threads", 0)
+FAR = ("0,0", "1e6,-1e6", "1e9,-1e9", "65530,10")  # the last crosses 65536, the border of a world of 131072 m
+PICTURE = ("--fps", 5, "--size", "160x90", "--budget", 3000, "--threads", 0)
 
 
 class Endless(Folder):
@@ -32,7 +32,7 @@ class Endless(Folder):
                 flight = run_json("fly", "--seed", 7, "--start-m", start, "--path", path, "--seconds", 1, *PICTURE,
                                   "--verify", "--out", self.path("out"))
                 with self.subTest((start, path)):
-                    self.assertEqual(flight["frames"], 10)
+                    self.assertEqual(flight["frames"], 5)
                     self.assertEqual(flight["late_frames"], 0)
                     self.assertLessEqual(flight["measured_error_px_max"], flight["error_px_max"])
                     with open(self.path("out/frames.csv")) as file:
@@ -42,7 +42,7 @@ class Endless(Folder):
                     if path == "straight":
                         want = [float(v) for v in start.split(",")]
                         self.assertLess(max(abs(a - b) for a, b in zip(begin, want)), 1e-3)
-                        self.assertAlmostEqual(float(last[eye]) - begin[0], 90, delta=1)
+                        self.assertAlmostEqual(float(last[eye]) - begin[0], 80, delta=1)
 
     def test_nobody_falls_at_any_place(self):
         for start in FAR:
