@@ -33,11 +33,13 @@ double middle_near(double place, double side, double reach) {
 }  // namespace
 
 CommandResult<void> lay_out_world(std::optional<double> side_m,
-                                  const std::optional<WorldVec2>& start,
+                                  const std::optional<WorldVec2>& start, bool is_whole,
                                   FractalSettings& settings_out) {
     const int spacing_log2 = settings_out.finest_spacing_log2;
     const int least_log2 = spacing_log2 + kChunkLog2 + 1;
-    const int most_log2 = std::min(spacing_log2 + kChunkLog2 + kMostLevels + 1, kMostWorldLog2);
+    const int whole_log2 = std::min(spacing_log2 + kChunkLog2 + kMostLevels + 1, kMostWorldLog2);
+    const int most_log2 =
+        is_whole ? whole_log2 : std::max(least_log2, std::min(whole_log2, log2_above(kWorkSide)));
     const double least = std::ldexp(1.0, least_log2), most = std::ldexp(1.0, most_log2);
     if (side_m && !(*side_m >= least && *side_m <= most)) {
         return usage_error(fmt::format(

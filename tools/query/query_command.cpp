@@ -26,7 +26,9 @@ struct QueryOptions {
 };
 
 CommandResult<void> run_query(const QueryOptions& options) {
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    TerrainOptions whole = options.terrain;
+    whole.is_whole = true;
+    const CommandResult<Terrain> terrain = open_terrain(whole);
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
     Result<QueryGround> ground = QueryGround::create(

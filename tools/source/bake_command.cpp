@@ -28,10 +28,6 @@ struct BakeOptions {
 CommandResult<void> run_bake(const BakeOptions& options) {
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (terrain->is_endless && options.region.empty()) {
-        return usage_error(
-            "the world of a seed is too large to bake: give --world-m SIDE or --region W,S,E,N");
-    }
     BakeSettings settings;
     const int levels = terrain->source->lattice().finest_level + 1;
     if (options.levels > static_cast<std::size_t>(levels)) {

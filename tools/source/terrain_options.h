@@ -36,7 +36,9 @@ struct TerrainOptions {
     std::optional<double> water_m = std::nullopt;        ///< of a scene
     std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
     std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
-    std::optional<WorldVec2> start = std::nullopt;       ///< where commands begin, metres
+    bool is_whole =
+        false;  ///< a fractal's world is as large as its spacing allows: lay_out_world()
+    std::optional<WorldVec2> start = std::nullopt;  ///< where commands begin, metres
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -57,8 +59,8 @@ struct Terrain {
     std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
     std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
-        {};                   ///< the source without its volumes; null: none
-    bool is_endless = false;  ///< a fractal whose world is as large as its spacing allows
+        {};                 ///< the source without its volumes; null: none
+    bool is_whole = false;  ///< a fractal whose world is as large as its spacing allows
     std::optional<WorldVec2> start =
         std::nullopt;  ///< where commands begin, inside the extent, metres
 };

@@ -55,8 +55,7 @@ public:
                              std::span<float> cell_bounds_out) const override {
         const double spacing = lattice().spacing * static_cast<double>(grid.step);
         if (spacing > bounds_.coarsest_wavelength()) {
-            fill_coarse_bounds(grid, spacing / bounds_.coarsest_wavelength(), vertex_bounds_out,
-                               cell_bounds_out);
+            fill_coarse_bounds(grid, vertex_bounds_out, cell_bounds_out);
             return {};
         }
         const FractalHead head = bounds_.head(kSqrt2 * (0.25 * spacing));
@@ -98,16 +97,11 @@ private:
                 fine};
     }
 
-    /// Samples more than a wavelength of the first octave apart do not limit the heights between them: the range of
-    /// all heights bounds the cells of these spacings. Bounds of vertices grow with the spacing, so that the error of a
-    /// coarse vertex on the screen is not below that of the vertices near the eye that depend on it.
-    ///
-    /// @param wavelengths the grid's spacing, > 1
-    void fill_coarse_bounds(const SampleGrid& grid, double wavelengths,
-                            std::span<float> vertex_bounds_out,
+    /// Samples more than a wavelength of the first octave apart tell nothing about the heights between them: one bound
+    /// for all of these spacings, so that bounds nest.
+    void fill_coarse_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                             std::span<float> cell_bounds_out) const {
-        const double range = bounds_.range().high - bounds_.range().low;
-        const float bound = round_up(range * wavelengths);
+        const float bound = round_up(bounds_.range().high - bounds_.range().low);
         if (!vertex_bounds_out.empty()) {
             for (int row = 0; row < grid.rows; ++row) {
                 for (int column = 0; column < grid.columns; ++column) {
@@ -120,7 +114,7 @@ private:
         if (cell_bounds_out.empty()) return;
         const std::size_t cell_count =
             static_cast<std::size_t>(grid.columns - 1) * static_cast<std::size_t>(grid.rows - 1);
-        std::ranges::fill(cell_bounds_out.first(cell_count), round_up(range));
+        std::ranges::fill(cell_bounds_out.first(cell_count), bound);
     }
 
     static std::uint64_t to_units(double metres) {

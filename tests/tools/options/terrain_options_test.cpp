@@ -120,16 +120,16 @@ TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
         const char* flags;
         double spacing, root_size, origin_x, origin_y;
     };
-    for (const Case& wanted : {Case{"", 1.0, 0x1p31, 0.0, 0.0},
-                               {"--start-m 1e9,-2e9", 1.0, 0x1p31, 0.0, 0.0},
-                               {"--detail-m 300", 256.0, 0x1p31, 0.0, 0.0},
-                               {"--detail-m 0.25", 0.25, 0x1p29, 0.0, 0.0},
-                               {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p29, 0x1p30, 0.0},
-                               {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10,
-                                0x1p21, 0x1p21 - 0x1p30, 0x1p30 - 0x1p21},
-                               {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0},
-                               {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0},
-                               {"--world-m 256", 1.0, 128.0, 0.0, 0.0}}) {
+    for (const Case& wanted :
+         {Case{"", 1.0, 0x1p16, 0.0, 0.0},
+          {"--start-m 1e9,-2e9", 1.0, 0x1p16, 15259 * 0x1p16, -30518 * 0x1p16},
+          {"--detail-m 300", 256.0, 0x1p16, 0.0, 0.0},
+          {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p16, 15259 * 0x1p16, -1526 * 0x1p16},
+          {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10, 0x1p16, 0x1p16 - 0x1p30,
+           0x1p30 - 0x1p16},
+          {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0},
+          {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0},
+          {"--world-m 256", 1.0, 128.0, 0.0, 0.0}}) {
         const CommandResult<Terrain> terrain = open_line(std::string("--seed 3 ") + wanted.flags);
         ASSERT_TRUE(terrain) << terrain.error().message;
         const Lattice& lattice = terrain->source->lattice();
@@ -150,11 +150,10 @@ TEST(OpenTerrain, CommandsWorkAroundTheirStart) {
     };
     EXPECT_EQ(region(""), (WorldRect{-65536.0, -65536.0, 65536.0, 65536.0}));
     EXPECT_EQ(region("--start-m 1e9,-5"),
-              (WorldRect{1e9 - 65536.0, -65541.0, 1e9 + 65536.0, 65531.0}));
+              (WorldRect{15258 * 0x1p16, -65536.0, 1e9 + 65536.0, 65531.0}));
     EXPECT_EQ(region("--start-m 2147483648,0"),
               (WorldRect{0x1p31 - 65536.0, -65536.0, 0x1p31, 65536.0}));
-    EXPECT_EQ(region("--world-m 2097152"),
-              (WorldRect{-1048576.0, -1048576.0, 1048576.0, 1048576.0}));
+    EXPECT_EQ(region("--world-m 65536"), (WorldRect{-32768.0, -32768.0, 32768.0, 32768.0}));
 }
 
 TEST(OpenTerrain, RefusesKindsThatAreNoneAndKindsWithoutAFractal) {
