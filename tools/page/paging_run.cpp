@@ -36,6 +36,7 @@ Result<void> load_first_frame(FrameMaker& maker, const View& view,
         if (maker.pager().stats().failed == failed) break;
     }
     if (maker.pager().resident()->has_roots()) return {};
+    if (is_interrupted()) return fail(ErrorCode::cancelled, "interrupted");
     return fail(ErrorCode::io, "the storage never gave the root squares");
 }
 
