@@ -8,7 +8,7 @@ import unittest
 
 from program import Folder, ask, main, run, run_json
 
-FAR = ("0,0", "1e6,-1e6", "1e9,-1e9", "65530,10")  # the last crosses 65536, the border of a world of 131072 m
+FAR = ("0,0", "1e6,-1e6", "999999000,-999998000", "65530,10")  # the last crosses 65536, the border of a world of 131072 m
 PICTURE = ("--fps", 5, "--size", "160x90", "--budget", 3000, "--threads", 0)
 
 
