@@ -2,10 +2,11 @@
 //
 // Proves that hulls cannot be near a solid.
 //
-// Let a hull contain a point x, and let a path from x to infinity keep a distance of at least 2 e from the solid. Where
-// the hull leaves out vertices that are up to e from what remains, it still has a point y within e of x. The way from y
-// to x and on to infinity keeps a distance of at least e, and leaves the hull somewhere: that point of its surface is
-// at least e from the solid. The left-out vertices make the distance e where they are farther.
+// Let the hull of a part contain a point x, and let a path from x to infinity keep a distance of at least 2 e from the
+// solid. A simplified hull omits vertices. If one of them is farther than e from the simplified hull, the error is
+// above e. If none is, the simplified hull contains a point y within e of x. The path from y to x and along the first
+// path to infinity keeps a distance of at least e from the solid, and crosses the surface of the simplified hull: the
+// error is at least e.
 //
 // Source: J. Hart. Sphere tracing: a geometric method for the antialiased ray tracing of implicit surfaces. The Visual
 //         Computer 12(10), 1996 (steps along a ray by the distance, which bounds how near the surface can be).
@@ -17,7 +18,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr std::size_t kMostParts = 16;  // those that stand out most
+constexpr std::size_t kMostParts = 16;  // those with the largest distance from the solid
 constexpr int kMostSteps = 64;          // of a ray
 // Rounding of hulls and of clipped points, of the extent: ten times of what they promise.
 constexpr double kReachRounding = 1e-8;
@@ -28,7 +29,7 @@ bool is_clear(const SolidMesh& solid, Eigen::Vector3d p, const Eigen::Vector3d& 
     for (int step = 0; step < kMostSteps; ++step) {
         const double distance = find_nearest(solid, p).distance;
         if (!(distance > clearance)) return false;
-        // Beyond all of the solid, and on the way out.
+        // The point is farther away than the solid is long, so the rest of the ray does not approach the solid.
         if (distance > 8.0 * solid.extent) return true;
         p += 0.999 * (distance - clearance) * direction;
     }

@@ -200,7 +200,8 @@ bool can_face(const MeshCluster& cluster, const FacingView& view) {
     if (cluster.cosine == 0.0) return true;
     if (!(view.vertex_error >= 0.0 && view.angle_error >= 0.0)) return true;
     const Eigen::Vector3d& centre = cluster.bounds.centre;
-    // from the eye to the apex, or for the other sides of the triangles the other way
+    // The offset leads from the eye to the apex. A mirrored mesh has its triangles' other sides in front: the axis and
+    // with it the offset change their sign.
     const double along_axis = view.is_mirrored ? cluster.ahead : -cluster.behind;
     Eigen::Vector3d offset = centre + along_axis * cluster.axis - view.eye_mesh;
     if (view.is_mirrored) offset = -offset;

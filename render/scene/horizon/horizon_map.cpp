@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Why what is below the horizon is hidden. Slopes are rises over horizontal distances from the eye. The drawn ground is
-// at most e d + f below a point of the true surface at distance d (TerrainMesh): e is GroundError::refinable_px over
-// pixels per radian, f is finest_m. The horizon is that of the lowered surface: the true one, lowered by f / (1 - e).
+// Proof that the ground hides what lies below the horizon. A slope is a rise over a horizontal distance from the eye.
+// At distance d the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
+// GroundError::refinable_px over pixels per radian, and f is finest_m. The horizon is that of the lowered surface: the
+// true surface, lowered by f / (1 - e).
 //
 //   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
 //      the slope of the lowered surface goes from -infinity below the eye to at least U, continuously: all is ground.

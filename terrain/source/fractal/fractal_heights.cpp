@@ -97,8 +97,8 @@ private:
                 fine};
     }
 
-    /// Samples more than a wavelength of the first octave apart tell nothing about the heights between them: one bound
-    /// for all of these spacings, so that bounds nest.
+    /// Samples more than a wavelength of the first octave apart do not limit the heights between them: the range of all
+    /// heights bounds all of these spacings, so that bounds nest.
     void fill_coarse_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                             std::span<float> cell_bounds_out) const {
         const float bound = round_up(bounds_.range().high - bounds_.range().low);

@@ -22,7 +22,7 @@ struct GroundError {
 ///
 /// Conservative: what hides() is true of has no pixel that the frame's ground does not cover, provided that holds_for()
 /// is true of the mesh that is drawn. Hidden means behind the drawn ground, and so behind the true surface where that
-/// is not lower than the drawn one. It is a matter of sight alone: what is hidden may still cast a visible shadow.
+/// is not lower than the drawn one. A hidden object may still cast a visible shadow.
 ///
 /// Hides nothing for an eye outside the extent or within near_distance of the ground or below it; while a root square
 /// is absent; beyond ground that is nodata or has volumes; of a source that is not certified.

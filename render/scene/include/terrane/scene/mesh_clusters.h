@@ -51,8 +51,8 @@ struct MeshCluster {
 
 /// A mesh's triangles in clusters, to find those that can face an eye. Immutable.
 ///
-/// Open meshes, and meshes that overlap themselves, are like any other: what is culled is triangles that a renderer
-/// with back-face culling does not draw. For materials that draw both sides nothing may be culled.
+/// Meshes may be open and may intersect themselves: only triangles that back-face culling would discard are culled. A
+/// mesh whose material draws both sides must not be culled.
 ///
 /// Threads: any number at once
 class MeshClusters {
