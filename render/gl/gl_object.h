@@ -7,8 +7,8 @@
 
 namespace terrane::internal {
 
-/// Owns one OpenGL name; 0 owns nothing. The context must be current in the destructor.
-template <void (*Delete)(GLuint)>
+/// Owns one OpenGL name; 0 owns nothing. The context must be current in the destructor. Kind says how to delete a name.
+template <class Kind>
 class GlObject {
 public:
     GlObject() = default;
@@ -19,7 +19,7 @@ public:
         return *this;
     }
     ~GlObject() {
-        if (name_ != 0) Delete(name_);
+        if (name_ != 0) Kind::destroy(name_);
     }
     GLuint name() const { return name_; }
 
@@ -27,21 +27,37 @@ private:
     GLuint name_ = 0;
 };
 
-inline void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
-inline void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
-inline void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
-inline void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
-inline void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
-inline void delete_shader(GLuint name) { glDeleteShader(name); }
-inline void delete_program(GLuint name) { glDeleteProgram(name); }
+// Types instead of functions as template arguments: where inline functions are hidden (-fvisibility-inlines-hidden),
+// GCC takes a type that has one as its argument for hidden, and warns about the classes that have it as a member.
+struct BufferKind {
+    static void destroy(GLuint name) { glDeleteBuffers(1, &name); }
+};
+struct TextureKind {
+    static void destroy(GLuint name) { glDeleteTextures(1, &name); }
+};
+struct VertexArrayKind {
+    static void destroy(GLuint name) { glDeleteVertexArrays(1, &name); }
+};
+struct FramebufferKind {
+    static void destroy(GLuint name) { glDeleteFramebuffers(1, &name); }
+};
+struct RenderbufferKind {
+    static void destroy(GLuint name) { glDeleteRenderbuffers(1, &name); }
+};
+struct ShaderKind {
+    static void destroy(GLuint name) { glDeleteShader(name); }
+};
+struct ProgramKind {
+    static void destroy(GLuint name) { glDeleteProgram(name); }
+};
 
-using GlBuffer = GlObject<&delete_buffer>;
-using GlTexture = GlObject<&delete_texture>;
-using GlVertexArray = GlObject<&delete_vertex_array>;
-using GlFramebuffer = GlObject<&delete_framebuffer>;
-using GlRenderbuffer = GlObject<&delete_renderbuffer>;
-using GlShader = GlObject<&delete_shader>;
-using GlProgram = GlObject<&delete_program>;
+using GlBuffer = GlObject<BufferKind>;
+using GlTexture = GlObject<TextureKind>;
+using GlVertexArray = GlObject<VertexArrayKind>;
+using GlFramebuffer = GlObject<FramebufferKind>;
+using GlRenderbuffer = GlObject<RenderbufferKind>;
+using GlShader = GlObject<ShaderKind>;
+using GlProgram = GlObject<ProgramKind>;
 
 inline GlBuffer make_buffer() {
     GLuint name = 0;

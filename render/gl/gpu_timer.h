@@ -8,8 +8,10 @@
 
 namespace terrane::internal {
 
-inline void delete_query(GLuint name) { glDeleteQueries(1, &name); }
-using GlQuery = GlObject<&delete_query>;
+struct QueryKind {
+    static void destroy(GLuint name) { glDeleteQueries(1, &name); }
+};
+using GlQuery = GlObject<QueryKind>;
 
 /// Time that the device takes for the commands of a frame, read without waiting for it.
 ///

@@ -50,6 +50,45 @@ TEST(FrameGovernor, SettlesWithinATenthOfItsTimeInThirtyFrames) {
     }
 }
 
+// Frames of a busy machine: their mean is at the time, not their longest.
+TEST(FrameGovernor, NoiseDoesNotLowerTheBudget) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        Model model;
+        model.noise = random.between(0.05, 0.2);
+        model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
+        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+        double mean = 0.0;
+        for (int frame = 0; frame < 150; ++frame) {
+            const std::size_t triangles = model.drawn(governor.budget());
+            const double ms = model.cost(triangles, random);
+            governor.add_frame(ms, triangles, triangles < model.needed);
+            if (frame >= 30) mean += ms / 120.0;
+        }
+        EXPECT_NEAR(mean, 16.0, 1.6) << "noise " << model.noise;
+    }
+}
+
+TEST(FrameGovernor, AnOutlierCostsOneFrame) {
+    Random random(4);
+    Model model;
+    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    for (int frame = 0; frame < 300; ++frame) {
+        const std::size_t triangles = model.drawn(governor.budget());
+        const bool is_outlier = frame % 20 == 19;
+        const double ms = model.cost(triangles, random) * (is_outlier ? 3.0 : 1.0);
+        governor.add_frame(ms, triangles, triangles < model.needed);
+        if (frame < 60) continue;
+        if (frame % 20 == 0) {
+            ASSERT_LT(ms, 0.7 * 16.0)
+                << "the frame after an outlier has a smaller budget, frame " << frame;
+        } else if (!is_outlier) {
+            ASSERT_NEAR(ms, 16.0, 2.4) << "frame " << frame;
+        }
+    }
+}
+
 TEST(FrameGovernor, ASuddenCrowdIsOverInFiveFrames) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);

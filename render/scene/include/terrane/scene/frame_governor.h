@@ -4,6 +4,7 @@
 #include <terrane/terrain/result.h>
 
 #include <cstddef>
+#include <optional>
 
 namespace terrane {
 
@@ -18,8 +19,9 @@ struct GovernorSettings {
 };
 
 /// Finds the largest triangle budget whose frames keep a time: least error for the time. It takes the cost of a frame
-/// for a constant and a part in proportion to the triangles, learns both from frames, and answers a budget for the next
-/// one. A frame that took too long lowers the budget at once; a larger budget comes in steps.
+/// for a constant and a part in proportion to the triangles, learns both and how much times vary from frames, and answers
+/// a budget for the next one. A frame that took longer than this noise explains lowers the budget at once, and for no
+/// more than one frame where it was an outlier; a larger budget comes in steps.
 ///
 /// Pictures depend on times then: leave it out of replays.
 ///
@@ -45,14 +47,28 @@ public:
 
 private:
     explicit FrameGovernor(const GovernorSettings& settings) : settings_(settings) {}
-    void learn(double frame_ms, double triangles);
+
+    struct CostModel {
+        // Sums of past frames, each weighted less the older it is.
+        double weight = 0.0, n = 0.0, t = 0.0, nn = 0.0, nt = 0.0;
+        double constant_ms = 0.0, ms_per_triangle = 0.0;
+
+        double cost_ms(double triangles) const { return constant_ms + ms_per_triangle * triangles; }
+    };
+    static void learn(CostModel& model, double frame_ms, double triangles, double variance);
+    static void rescale(CostModel& model, double frame_ms, double triangles);
+    static double misfit(const CostModel& model, double frame_ms, double triangles);
 
     GovernorSettings settings_;
     std::size_t budget_ = 0;
     double proven_ = 0.0;  // triangles that have been drawn in time
-    // Sums of past frames, each weighted less the older it is.
-    double weight_ = 0.0, n_ = 0.0, t_ = 0.0, nn_ = 0.0, nt_ = 0.0;
-    double constant_ms_ = 0.0, ms_per_triangle_ = 0.0;
+    CostModel model_;
+    struct Knowledge {
+        CostModel model;
+        double proven = 0.0;
+    };
+    std::optional<Knowledge> before_surprise_;  // before the last frame, if that was a surprise
+    double variance_ = 0.0;  // of the logarithm of frame_ms over what the model expected
 };
 
 }  // namespace terrane
