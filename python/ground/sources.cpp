@@ -26,7 +26,7 @@ Source make_fractal(std::uint64_t seed, const std::string& kind, int octave_coun
                     int wavelength_log2, double gain, double heterogeneity, double crest_rounding,
                     double warp, int finest_spacing_log2, int root_size_log2,
                     std::pair<std::int32_t, std::int32_t> first_root,
-                    std::pair<std::int32_t, std::int32_t> root_count,
+                    std::pair<std::int32_t, std::int32_t> root_count, std::int32_t root_window,
                     std::pair<double, double> origin) {
     const FractalSettings settings{.seed = seed,
                                    .kind = read_choice(kind, "kind", kFractalKinds),
@@ -43,6 +43,7 @@ Source make_fractal(std::uint64_t seed, const std::string& kind, int octave_coun
                                    .first_root_y = first_root.second,
                                    .root_count_x = root_count.first,
                                    .root_count_y = root_count.second,
+                                   .root_window = root_window,
                                    .origin_x = origin.first,
                                    .origin_y = origin.second};
     return {value_or_raise(without_lock([&] { return FractalHeights::create(settings); })),
@@ -62,6 +63,7 @@ void bind_fractal(py::module_& module) {
         py::arg("root_size_log2") = defaults.root_size_log2,
         py::arg("first_root") = std::pair(defaults.first_root_x, defaults.first_root_y),
         py::arg("root_count") = std::pair(defaults.root_count_x, defaults.root_count_y),
+        py::arg("root_window") = defaults.root_window,
         py::arg("origin") = std::pair(defaults.origin_x, defaults.origin_y),
         R"(Makes fractal ground: octaves of gradient noise, the same bits for a seed on every machine.
 
@@ -77,6 +79,7 @@ finest_spacing_log2  the lattice's spacing is 2**this metres, -16 to 16
 root_size_log2  the side of a root square is 2**this metres, at least 7 above the spacing
 first_root      column and row of the south-western root square
 root_count      root squares to the east and to the north
+root_window     root squares along the window around the camera that is resident, even, 4 to 64; 0: all
 origin          world x, y of lattice point (0, 0), metres, multiples of a root square's side; changes no height
 
 Raises ValueError for a setting out of range.)");

@@ -26,7 +26,7 @@ def fractal(
     *, seed: int = ..., kind: str = ..., octave_count: int = ..., amplitude: float = ...,
     wavelength_log2: int = ..., gain: float = ..., heterogeneity: float = ..., crest_rounding: float = ...,
     warp: float = ..., finest_spacing_log2: int = ..., root_size_log2: int = ...,
-    first_root: Tuple[int, int] = ..., root_count: Tuple[int, int] = ...,
+    first_root: Tuple[int, int] = ..., root_count: Tuple[int, int] = ..., root_window: int = ...,
     origin: Tuple[float, float] = ...) -> HeightSource: ...
 
 def lidar_grid(

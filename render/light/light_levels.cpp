@@ -157,9 +157,10 @@ bool LightLevels::take_layer(Record& record) {
     return true;
 }
 
-// Presence of a chunk: 0 where it is absent, 1 beyond the world, so that light does not fade towards its edge.
+// Presence of a chunk: 0 where it is absent, 1 beyond the world or its window, so that light does not fade towards the
+// edge.
 float LightLevels::presence_at(const ResidentSet& resident, const ChunkKey& key) const {
-    if (!resident.lattice().contains(key)) return 1.0f;
+    if (!resident.window().contains(key)) return 1.0f;
     const std::int32_t index = resident.find(key);
     if (index == ResidentSet::kNone) return 0.0f;
     const Record& record = *record_of_[static_cast<std::size_t>(index)];

@@ -23,7 +23,7 @@ std::shared_ptr<const ResidentSet::Structure> ResidentSet::make_structure(
     Structure none;
     none.lattice = lattice;
     none.extent = extent;
-    return Change(none).make({}, std::move(chunks));
+    return Change(none, lattice).make({}, std::move(chunks));
 }
 
 ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
@@ -44,8 +44,8 @@ ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,
 
 ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> evicted,
                          std::vector<std::shared_ptr<const Chunk>> arrived,
-                         std::vector<float> fades, std::uint64_t epoch)
-    : structure_(Change(*before.structure_).make(evicted, std::move(arrived))),
+                         std::vector<float> fades, std::uint64_t epoch, const Lattice& window)
+    : structure_(Change(*before.structure_, window).make(evicted, std::move(arrived))),
       fades_(std::move(fades)),
       epoch_(epoch) {
     TERRANE_ASSERT(fades_.size() == structure_->chunks.size() && are_fades(fades_),

@@ -15,12 +15,13 @@ std::ptrdiff_t offset(std::size_t index) { return static_cast<std::ptrdiff_t>(in
 
 }  // namespace
 
-ResidentSet::Change::Change(const Structure& before)
+ResidentSet::Change::Change(const Structure& before, const Lattice& window)
     : before_(before),
       made_(std::make_shared<Structure>()),
       own_blocks_(before.owners.size(), nullptr),
       new_indices_(before.keys.size() + 1, kNone) {
     made_->lattice = before.lattice;
+    made_->window = window;
     made_->extent = before.extent;
     made_->owners = before.owners;
     made_->free_slots = before.free_slots;
@@ -160,7 +161,7 @@ void ResidentSet::Change::link_parents() {
         made_->links[at(links.parent)].child[static_cast<std::size_t>(key.quadrant())] = i;
     }
     made_->has_roots = std::int64_t{root_count} ==
-                       std::int64_t{made_->lattice.root_count_x} * made_->lattice.root_count_y;
+                       std::int64_t{made_->window.root_count_x} * made_->window.root_count_y;
 }
 
 std::shared_ptr<const Chunk>& ResidentSet::Change::owner(std::int32_t slot) {

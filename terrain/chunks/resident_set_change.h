@@ -31,7 +31,7 @@ struct ResidentSet::Owners {
 /// Derives a structure from an older one.
 class ResidentSet::Change {
 public:
-    explicit Change(const Structure& before);
+    Change(const Structure& before, const Lattice& window);
     std::shared_ptr<const Structure> make(std::span<const ChunkKey> evicted,
                                           std::vector<std::shared_ptr<const Chunk>> arrived);
 

@@ -53,8 +53,7 @@ constexpr float kFloorMargin = 1.1f;
 constexpr float kFloorStep = 3.0f;
 
 std::size_t root_triangles(const Lattice& lattice) {
-    return 2 * static_cast<std::size_t>(lattice.root_count_x) *
-           static_cast<std::size_t>(lattice.root_count_y);
+    return 2 * static_cast<std::size_t>(lattice.resident_root_count());
 }
 
 }  // namespace

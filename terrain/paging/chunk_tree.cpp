@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "paging/chunk_tree.h"
 
+#include "paging/demand/root_window.h"
+
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/height_source.h>
 
@@ -22,9 +24,15 @@ bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect
 }
 
 ChunkTree::ChunkTree(const HeightSource& source) : source_(&source), lattice_(source.lattice()) {
-    for (std::int32_t y = 0; y < lattice_.root_count_y; ++y) {
-        for (std::int32_t x = 0; x < lattice_.root_count_x; ++x) {
-            roots_.push_back({lattice_.first_root_x + x, lattice_.first_root_y + y, 0});
+    set_window(first_root_window(lattice_));
+}
+
+void ChunkTree::set_window(const Lattice& window) {
+    window_ = window;
+    roots_.clear();
+    for (std::int32_t y = 0; y < window.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < window.root_count_x; ++x) {
+            roots_.push_back({window.first_root_x + x, window.first_root_y + y, 0});
         }
     }
 }

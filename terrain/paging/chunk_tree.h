@@ -62,7 +62,11 @@ public:
     Index capacity() const { return static_cast<Index>(nodes_.size()); }
 
     const Lattice& lattice() const { return lattice_; }
-    /// Keys of all root squares, row by row.
+    /// The lattice of the root squares that may be resident: see ResidentSet::window().
+    const Lattice& window() const { return window_; }
+    /// Requires that no chunk outside of it is resident.
+    void set_window(const Lattice& window);
+    /// Keys of the window's root squares, row by row.
     const std::vector<ChunkKey>& roots() const { return roots_; }
 
 private:
@@ -70,7 +74,7 @@ private:
     void find_quadrant(Node& node, int quadrant) const;
 
     const HeightSource* source_;
-    Lattice lattice_;
+    Lattice lattice_, window_;
     std::vector<ChunkKey> roots_;
     std::vector<Node> nodes_;
     std::vector<Index> free_;

@@ -163,10 +163,18 @@ void MemoryBudget::evict(ChunkTree::Index index) {
     evicted_keys_.push_back(node.chunk->key);
     ++stats_->evicted;
     tree_->erase(index);
+    if (parent == ChunkTree::kNone) return;
     const ChunkTree::Node& above = (*tree_)[parent];
     if (above.child_count == 0 && above.parent != ChunkTree::kNone) {
         add_candidate(parent);
     }
+}
+
+void MemoryBudget::evict_tree(ChunkTree::Index index) {
+    for (const ChunkTree::Index child : (*tree_)[index].child) {
+        if (child != ChunkTree::kNone) evict_tree(child);
+    }
+    evict(index);
 }
 
 bool MemoryBudget::claim_replacements(std::size_t bytes, ByteClaim& claim) {

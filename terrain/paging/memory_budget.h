@@ -55,6 +55,9 @@ public:
     /// Whether an earlier claim may be used for a chunk of this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
+    /// Evicts a chunk and everything below it, needed or not. Call after begin_plan().
+    void evict_tree(ChunkTree::Index index);
+
     bool has_evicted() const { return !evicted_keys_.empty(); }
     /// Keys evicted since the last call, in order of eviction.
     std::vector<ChunkKey> take_evicted() { return std::exchange(evicted_keys_, {}); }

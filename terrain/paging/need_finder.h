@@ -4,7 +4,7 @@
 #include "paging/chunk_tree.h"
 #include "paging/demand/contact_needs.h"
 #include "paging/demand/predicted_view.h"
-#include "paging/load_times.h"
+#include "paging/loaders/load_times.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/settings_check.h"
+#include "paging/demand/root_window.h"
 #include "paging/loaders/inline_loader.h"
 #include "paging/pager_state.h"
 
@@ -19,6 +20,7 @@ void Pager::State::load_until_stable() {
     for (int round = 0; round < kMostRounds; ++round) {
         queue_loads();
         const bool has_loaded = take_finished();
+        move_window();
         const bool has_evicted = budget.has_evicted();
         if (!has_loaded && !has_evicted) return;
         // evicted chunks are released with the set that held them
@@ -60,11 +62,14 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         if (!good) return tl::unexpected(good.error());
     }
     const Lattice& lattice = source->lattice();
+    // Most root squares of two windows are loaded while it moves.
+    const Lattice window = internal::first_root_window(lattice);
+    const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
     std::size_t least = 0;
-    for (std::int32_t y = 0; y < lattice.root_count_y; ++y) {
-        for (std::int32_t x = 0; x < lattice.root_count_x; ++x) {
-            least +=
-                source->max_chunk_bytes({lattice.first_root_x + x, lattice.first_root_y + y, 0});
+    for (std::int32_t y = 0; y < window.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < window.root_count_x; ++x) {
+            least += windows *
+                     source->max_chunk_bytes({window.first_root_x + x, window.first_root_y + y, 0});
         }
     }
     if (settings.memory_bytes < least) {
@@ -93,7 +98,8 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
     state.loader->advance(state.time_s);
     state.take_finished();
     state.budget.begin_update(state.observers, state.skips_fades);
-    if (is_due) {
+    const bool has_moved = state.move_window();
+    if (is_due || has_moved) {
         state.plan();
         if (state.is_inline) {
             state.load_until_stable();
@@ -114,6 +120,7 @@ void Pager::finish() {
         state.loader->wait();
         // a hanging storage: nothing queued can begin
         if (!state.take_finished() && is_busy) break;
+        state.move_window();
         state.plan();
         is_busy = state.queue_loads();
         const bool has_evicted = state.budget.has_evicted();
@@ -152,7 +159,8 @@ TicketState Pager::state_of(Ticket ticket) const {
     const Lattice& lattice = tree.lattice();
     std::vector<ChunkKey> open = tree.roots();
     bool is_failing = false;
-    bool is_ready = true;
+    bool is_ready =
+        internal::is_in_window(found->second.region, state_->source->extent(), tree.window());
     while (!open.empty()) {
         const ChunkKey key = open.back();
         open.pop_back();

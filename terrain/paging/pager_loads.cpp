@@ -79,6 +79,11 @@ void Pager::State::accept(FinishedLoad& load) {
     }
     retries.succeeded(load.key);
     times.add(load.key.level, load.seconds);
+    if (load.key.level == 0 && !tree.window().contains(load.key)) {
+        if (next_window.contains(load.key))
+            next_roots[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
+        return;
+    }
     if (!insert(*load.chunk, load.bytes_read)) {
         orphans[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
     }

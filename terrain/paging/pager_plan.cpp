@@ -120,6 +120,12 @@ void Pager::State::plan() {
     stats.bytes_used += found.used;
     stats.bytes_awaited = found.awaited;
     std::vector<LoadCandidate>& candidates = needs.candidates();
+    if (next_window != tree.window()) {
+        constexpr double kForever = std::numeric_limits<double>::infinity();
+        for (const ChunkKey& key : absent_next_roots())
+            candidates.push_back(
+                {key, {NeedClass::root, 0.0, kForever, 0.0}, -times.expected_s(0)});
+    }
     std::sort(candidates.begin(), candidates.end(), internal::has_priority_over);
     count_late();
     count_groundless();
@@ -215,7 +221,7 @@ void Pager::State::publish() {
     }
     if (!evicted.empty() || !arrived.empty()) {
         set = std::make_shared<const ResidentSet>(*set, evicted, std::move(arrived),
-                                                  std::move(fades), ++epoch);
+                                                  std::move(fades), ++epoch, tree.window());
         arrived.clear();
     } else if (!std::equal(fades.begin(), fades.end(), set->fades().begin())) {
         set = std::make_shared<const ResidentSet>(*set, std::move(fades), ++epoch);

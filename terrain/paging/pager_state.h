@@ -4,7 +4,7 @@
 #include "paging/chunk_tree.h"
 #include "paging/demand/camera_motion.h"
 #include "paging/demand/contact_needs.h"
-#include "paging/load_times.h"
+#include "paging/loaders/load_times.h"
 #include "paging/loaders/retries.h"
 #include "paging/memory_budget.h"
 #include "paging/need_finder.h"
@@ -56,9 +56,12 @@ struct Pager::State {
           needs(chosen, level),
           contact(*source, level),
           budget(tree, bytes, chosen),
-          set(std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
-                                                  std::vector<std::shared_ptr<const Chunk>>{},
-                                                  epoch)),
+          next_window(tree.window()),
+          set(std::make_shared<const ResidentSet>(
+              ResidentSet(source->lattice(), source->extent(),
+                          std::vector<std::shared_ptr<const Chunk>>{}, epoch),
+              std::span<const ChunkKey>{}, std::vector<std::shared_ptr<const Chunk>>{},
+              std::vector<float>{}, epoch, tree.window())),
           loader(std::move(chosen_loader)) {}
 
     std::shared_ptr<const HeightSource> source;
@@ -91,6 +94,9 @@ struct Pager::State {
     // loads
     std::map<ChunkKey, internal::LoadInProgress> in_flight;  // begun and not taken
     std::map<ChunkKey, internal::Orphan> orphans;
+    Lattice next_window;  // where the window of root squares will be
+    std::map<ChunkKey, internal::Orphan>
+        next_roots;  // loaded root squares of it, outside the present one
     std::map<ChunkKey, double> eviction_times_s;  // within the last horizon
     std::map<ChunkKey, double> missing_since_s;   // contact chunks that are touched and absent
     bool is_inline = false;                       // update() loads synchronously
@@ -132,6 +138,9 @@ struct Pager::State {
     void fade();
     void publish();
     void load_until_stable();
+    std::optional<WorldVec2> window_place() const;
+    bool move_window();
+    std::vector<ChunkKey> absent_next_roots() const;
 };
 
 }  // namespace terrane

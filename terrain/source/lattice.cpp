@@ -7,6 +7,12 @@
 #include <utility>
 
 namespace terrane {
+namespace {
+
+constexpr std::int32_t kMostRoots = 1024;  // along a side, all resident
+constexpr std::int32_t kLeastRootWindow = 4, kMostRootWindow = 64;
+
+}  // namespace
 
 double Lattice::x(std::int64_t index) const {
     return origin_x + spacing * static_cast<double>(index);
@@ -46,11 +52,18 @@ Result<void> check(const Lattice& lattice) {
     if (lattice.finest_level < 0 || lattice.finest_level > 24) {
         return refuse("finest_level must be 0 to 24", lattice.finest_level);
     }
-    if (lattice.root_count_x < 1 || lattice.root_count_x > 1024) {
-        return refuse("root_count_x must be 1 to 1024", lattice.root_count_x);
+    const bool has_window = lattice.root_window != 0;
+    if (has_window && (lattice.root_window % 2 != 0 || lattice.root_window < kLeastRootWindow ||
+                       lattice.root_window > kMostRootWindow)) {
+        return refuse("root_window must be 0 or an even number of 4 to 64", lattice.root_window);
     }
-    if (lattice.root_count_y < 1 || lattice.root_count_y > 1024) {
-        return refuse("root_count_y must be 1 to 1024", lattice.root_count_y);
+    for (const auto& [name, count] : {std::pair{"root_count_x", lattice.root_count_x},
+                                      std::pair{"root_count_y", lattice.root_count_y}}) {
+        if (count < 1 || (!has_window && count > kMostRoots)) {
+            return refuse(
+                std::string(name) + (has_window ? " must be 1 or more" : " must be 1 to 1024"),
+                count);
+        }
     }
     // keys of the finest level must fit their 32 bits
     const std::int64_t limit = (std::int64_t{1} << 31) >> lattice.finest_level;

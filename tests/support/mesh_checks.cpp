@@ -229,7 +229,7 @@ std::string find_flaw(const std::vector<SoupTriangle>& soup, const Lattice& latt
 }
 
 std::string find_flaw(const TerrainMesh& mesh) {
-    FlawFinder finder(mesh.resident->lattice(), mesh.triangle_count);
+    FlawFinder finder(mesh.resident->window(), mesh.triangle_count);
     std::size_t index_count = 0;
     for (const MeshChunk& part : mesh.chunks) {
         if (part.index_count % 3 != 0 || part.first_index > mesh.indices.size() ||

@@ -13,25 +13,31 @@ namespace terrane::tools {
 /// Log2 of the largest side of a fractal's world, metres: from -2^31 to 2^31 m.
 inline constexpr int kMostWorldLog2 = 32;
 
-/// Side of a world that is drawn, and of the part of a whole one that a command works in, metres.
+/// Side of the part of an endless world that a command works in, metres.
 inline constexpr double kWorkSide = 131072.0;
 
-/// Sets the root squares of a fractal's world, four around its middle, which is the multiple of a root square's side
-/// nearest to the start. The world is kWorkSide wide; a whole one, for questions that draw nothing, is as wide as its
-/// spacing allows, up to kMostWorldLog2: around (0, 0) for spacings of 1 m or more. Heights are functions of place and
-/// seed alone: no world changes them.
+/// How large the world of a fractal is where no side is asked for.
+enum class WorldKind {
+    /// As wide as its spacing allows, up to kMostWorldLog2, with a root window of at least 3 kWorkSide / 2 that moves
+    /// with the camera: for commands that draw or play.
+    windowed,
+    /// The same width in four root squares: for questions, which load little.
+    whole,
+    /// kWorkSide wide around the start, in four root squares: for commands that read all of it.
+    bounded,
+};
+
+/// Sets the root squares of a fractal's world. With a side it lies around (0, 0). Without one its middle, or the origin of
+/// its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys do not
+/// reach far, have a world there too. Heights are functions of place and seed alone: no world changes them.
 ///
-/// Worlds that are drawn are not wider, because the errors of vertices more than a wavelength of the first octave apart
-/// all have one bound: those far from the eye seem small on the screen, and those near it depend on them.
-///
-/// @param side_m  of --world-m, metres: then the side is the next power of two and the world lies around (0, 0)
+/// @param side_m  of --world-m, metres: then the side is the next power of two, in four root squares
 /// @param start   of --start-m
-/// @param is_whole whether the world is as wide as its spacing allows
 /// @param settings_out  whose spacing is read
 ///
 /// Fails: exit_usage where the side or the start is out of range
 CommandResult<void> lay_out_world(std::optional<double> side_m,
-                                  const std::optional<WorldVec2>& start, bool is_whole,
+                                  const std::optional<WorldVec2>& start, WorldKind kind,
                                   FractalSettings& settings_out);
 
 /// A square around a place, clipped to an extent that contains the place. Metres.

@@ -12,6 +12,17 @@
 namespace terrane::tools {
 namespace {
 
+// The part of the ground that a frame draws: its root squares.
+WorldRect drawn_ground(const WorldRect& extent,
+                       const std::shared_ptr<const ResidentSet>& resident) {
+    if (resident == nullptr) return extent;
+    const Lattice& window = resident->window();
+    return {std::max(extent.west, window.x(window.west())),
+            std::max(extent.south, window.y(window.south())),
+            std::min(extent.east, window.x(window.east())),
+            std::min(extent.north, window.y(window.north()))};
+}
+
 // The R2 sequence: fractional parts of the multiples of these.
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
@@ -138,6 +149,7 @@ Verifier::Verifier(const HeightSource& source, std::size_t least_points)
 
 Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
     resident_ = mesh.resident;
+    drawn_ = drawn_ground(source_.extent(), mesh.resident);
     const bool has_solids = resident_ != nullptr && !resident_->solids().empty();
     Measurement result = measure(TriangleHeap::from(mesh), view, mesh.error_px);
     if (has_solids) {
@@ -229,7 +241,7 @@ void Verifier::measure_solids(Measurement& result) const {
 }
 
 bool Verifier::is_ground(double x, double y) const {
-    if (!source_.extent().contains(x, y)) return false;
+    if (!drawn_.contains(x, y)) return false;
     const Lattice& lattice = source_.lattice();
     SampleGrid cell;
     cell.corner = {static_cast<std::int64_t>(std::floor((x - lattice.origin_x) / lattice.spacing)),
@@ -241,10 +253,9 @@ bool Verifier::is_ground(double x, double y) const {
 
 void Verifier::sample_picture(const Camera& camera, Points& points) const {
     const View& view = camera.view;
-    const WorldRect& extent = source_.extent();
     double farthest = 0.0;
-    for (const double x : {extent.west, extent.east}) {
-        for (const double y : {extent.south, extent.north}) {
+    for (const double x : {drawn_.west, drawn_.east}) {
+        for (const double y : {drawn_.south, drawn_.north}) {
             farthest =
                 std::max(farthest, (Eigen::Vector2d(x, y) - view.eye_world.head<2>()).norm());
         }

@@ -27,7 +27,7 @@ struct QueryOptions {
 
 CommandResult<void> run_query(const QueryOptions& options) {
     TerrainOptions whole = options.terrain;
-    whole.is_whole = true;
+    whole.world = WorldKind::whole;
     const CommandResult<Terrain> terrain = open_terrain(whole);
     if (!terrain) return pass_on(terrain.error());
     if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;

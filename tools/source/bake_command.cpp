@@ -26,7 +26,9 @@ struct BakeOptions {
 };
 
 CommandResult<void> run_bake(const BakeOptions& options) {
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    TerrainOptions wanted = options.terrain;
+    wanted.world = WorldKind::bounded;
+    const CommandResult<Terrain> terrain = open_terrain(wanted);
     if (!terrain) return pass_on(terrain.error());
     BakeSettings settings;
     const int levels = terrain->source->lattice().finest_level + 1;

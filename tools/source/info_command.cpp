@@ -47,6 +47,8 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     info["levels"] = lattice.finest_level + 1;
     info["root_size_m"] = lattice.root_size();
     info["roots"] = {lattice.root_count_x, lattice.root_count_y};
+    // along the square of them that is resident; 0: all are
+    info["root_window"] = lattice.root_window;
     info["finest_spacing_m"] = lattice.spacing;
     // origin of cell indices; cells with an even index sum are split from south-west to north-east
     info["lattice_origin_m"] = {lattice.origin_x, lattice.origin_y};

@@ -11,9 +11,7 @@ namespace terrane::tools {
 namespace {
 
 std::size_t count_roots(const Terrain& terrain) {
-    const Lattice& lattice = terrain.source->lattice();
-    return static_cast<std::size_t>(lattice.root_count_x) *
-           static_cast<std::size_t>(lattice.root_count_y);
+    return static_cast<std::size_t>(terrain.source->lattice().resident_root_count());
 }
 
 std::string root_squares(std::size_t count) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "source/terrain_options.h"
 
-#include "extent/world_extent.h"
 #include "options/option_values.h"
 #include "options/spelling.h"
 #include "output/progress.h"
@@ -86,7 +85,7 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     settings.octave_count =
         std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
     if (const auto laid_out =
-            lay_out_world(options.world_m, options.start, options.is_whole, settings);
+            lay_out_world(options.world_m, options.start, options.world, settings);
         !laid_out)
         return pass_on(laid_out.error());
     Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
@@ -98,7 +97,7 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     return Terrain{.source = *source,
                    .dem = std::nullopt,
                    .name = std::move(name),
-                   .is_whole = options.is_whole && !options.world_m,
+                   .is_endless = !options.world_m,
                    .start = options.start};
 }
 
@@ -277,8 +276,9 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
                }
            },
            "With --seed and no --dem: side of the world, a square around 0,0, metres, raised to a "
-           "power of two. Without it the world is 131072 m wide around --start-m; questions of "
-           "query reach to 2^31 m")
+           "power of two. Without it the world reaches to 2^31 m, and bake takes 131072 m of it "
+           "around "
+           "--start-m")
         ->type_name("SIDE")
         ->group("Terrain");
     add_place(app, "--start-m", options.start,
@@ -309,7 +309,7 @@ std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain) {
 
 WorldRect work_region(const Terrain& terrain) {
     const WorldRect& extent = terrain.source->extent();
-    if (!terrain.start && !terrain.is_whole) return extent;
+    if (!terrain.start && !terrain.is_endless) return extent;
     return square_around(terrain.start.value_or(WorldVec2(0.0, 0.0)), kWorkSide, extent);
 }
 
@@ -409,7 +409,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         if (!scene) return pass_on(scene.error());
         if (options.detail_m) scene->detail_m = options.detail_m;
         scene->world_m = options.world_m;
-        scene->is_whole = options.is_whole;
+        scene->world = options.world;
         scene->start = options.start;
         scene->dig_spacing = options.dig_spacing;
         scene->dem_memory_mb = options.dem_memory_mb;

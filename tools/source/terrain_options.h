@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "extent/world_extent.h"
 #include "options/command.h"
 #include "scene/scene_objects.h"
 #include "scene/scene_surface.h"
@@ -36,9 +37,8 @@ struct TerrainOptions {
     std::optional<double> water_m = std::nullopt;        ///< of a scene
     std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
     std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
-    bool is_whole =
-        false;  ///< a fractal's world is as large as its spacing allows: lay_out_world()
-    std::optional<WorldVec2> start = std::nullopt;  ///< where commands begin, metres
+    WorldKind world = WorldKind::windowed;               ///< of a fractal without world_m
+    std::optional<WorldVec2> start = std::nullopt;       ///< where commands begin, metres
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -59,8 +59,8 @@ struct Terrain {
     std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
     std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
-        {};                 ///< the source without its volumes; null: none
-    bool is_whole = false;  ///< a fractal whose world is as large as its spacing allows
+        {};                   ///< the source without its volumes; null: none
+    bool is_endless = false;  ///< a fractal whose world is as large as its spacing allows
     std::optional<WorldVec2> start =
         std::nullopt;  ///< where commands begin, inside the extent, metres
 };

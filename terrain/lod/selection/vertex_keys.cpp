@@ -20,8 +20,7 @@ VertexKeys::VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t o
     for (std::size_t i = 0; i < open_chunks; ++i) pool_.push_back(std::make_unique<OpenChunk>());
     open_.resize(open_chunks);
     by_index_.reserve(16 * open_chunks);
-    const std::size_t roots = static_cast<std::size_t>(lattice_.root_count_x) *
-                              static_cast<std::size_t>(lattice_.root_count_y);
+    const auto roots = static_cast<std::size_t>(lattice_.resident_root_count());
     for (std::size_t i = 0; i < std::min(roots, open_chunks); ++i) {
         pool_[i]->coarse_keys.reserve(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
     }
@@ -66,7 +65,7 @@ void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
         ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
     for (std::size_t side = 0; side < 4; ++side) {
         chunk.neighbour[side] = find(links.neighbour[side]);
-        chunk.at_world_border[side] = !lattice_.contains(beyond[side]);
+        chunk.at_world_border[side] = !resident.window().contains(beyond[side]);
     }
     for (std::size_t quadrant = 0; quadrant < 4; ++quadrant) {
         chunk.child[quadrant] = nullptr;

@@ -269,13 +269,13 @@ void SolidSelection::draw(const Solid& solid) {
                          ? MeshSolid::Triangles(triangles.triangles)
                          : MeshSolid::Triangles(triangles.levels[solid.level - 1].triangles);
     const ResidentSet& resident = *followed_;
-    const Lattice& lattice = resident.lattice();
+    const Lattice& window = resident.window();
     const ChunkKey& key = solid.chunk->key;
     const std::array<ChunkKey, 4> beyond{
         ChunkKey{key.x - 1, key.y, key.level}, ChunkKey{key.x + 1, key.y, key.level},
         ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
     for (std::size_t side = 0; side < 4; ++side) {
-        if (!lattice.contains(beyond[side])) continue;
+        if (!window.contains(beyond[side])) continue;
         if (is_drawn(resident.links(static_cast<std::size_t>(solid.index)).neighbour[side]))
             continue;
         made.caps[side] = triangles.caps[side];

@@ -208,6 +208,7 @@ Result<std::shared_ptr<const HeightSource>> FractalHeights::create(
     lattice.first_root_y = settings.first_root_y;
     lattice.root_count_x = settings.root_count_x;
     lattice.root_count_y = settings.root_count_y;
+    lattice.root_window = settings.root_window;
     if (const auto ok = terrane::check(lattice); !ok) return tl::unexpected(ok.error());
 
     const WorldRect extent = {lattice.x(lattice.west()), lattice.y(lattice.south()),

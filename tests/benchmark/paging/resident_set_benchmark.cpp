@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
         come.push_back(fake_chunk(chunks[kChunkCount - 8 - 17 * i]->key.child(0)));
     }
     add("4_come_4_gone",
-        [&] { return std::make_shared<const ResidentSet>(*set, gone, come, fades, 2); });
+        [&] { return std::make_shared<const ResidentSet>(*set, gone, come, fades, 2, lattice()); });
     add("only_fades", [&] { return std::make_shared<const ResidentSet>(*set, fades, 2); });
 
     std::vector<ChunkKey> present, absent;

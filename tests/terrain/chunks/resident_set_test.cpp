@@ -61,11 +61,12 @@ TEST(ResidentSet, KnowsWhetherAnyChunkHasASolid) {
     EXPECT_TRUE(one.has_solids());
     const std::vector<ChunkKey> key{plain[3]->key};
     const std::vector<float> fades(plain.size(), 1.0f);
-    const ResidentSet gone(one, key, {}, std::vector<float>(plain.size() - 1, 1.0f), 2);
+    const ResidentSet gone(one, key, {}, std::vector<float>(plain.size() - 1, 1.0f), 2,
+                           one.window());
     EXPECT_FALSE(gone.has_solids());
-    EXPECT_TRUE(ResidentSet(gone, {}, {with[3]}, fades, 3).has_solids());
-    EXPECT_FALSE(ResidentSet(one, key, {plain[3]}, fades, 2).has_solids());
-    EXPECT_TRUE(ResidentSet(without, key, {with[3]}, fades, 2).has_solids());
+    EXPECT_TRUE(ResidentSet(gone, {}, {with[3]}, fades, 3, gone.window()).has_solids());
+    EXPECT_FALSE(ResidentSet(one, key, {plain[3]}, fades, 2, one.window()).has_solids());
+    EXPECT_TRUE(ResidentSet(without, key, {with[3]}, fades, 2, one.window()).has_solids());
 }
 
 TEST(ResidentSet, SharesItsChunksWithASetOfOtherFades) {
@@ -202,7 +203,7 @@ struct Step {
         expected[key] = {come.back(), fade};
     }
     ResidentSet make(const ResidentSet& before, const Expected& expected) const {
-        return {before, gone, come, fades_of(expected), before.epoch() + 1};
+        return {before, gone, come, fades_of(expected), before.epoch() + 1, before.window()};
     }
 };
 

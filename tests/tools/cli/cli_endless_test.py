@@ -1,30 +1,48 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""A seed has ground to 2^31 m: flights, drives, walks, drops and questions near 0, at 1e6 and 1e9 m, over the border of
-the world around 0 and at the last one; the same ground wherever a command begins."""
+"""A seed has ground to 2^31 m: flights, drives, walks, drops and questions near 0, at 1e6 and 1e9 m, over edges of root
+squares, while the window of them moves, and at the last border; the same ground wherever a command begins."""
 
 import json
 import unittest
 
 from program import Folder, ask, main, run, run_json
 
-FAR = ("0,0", "1e6,-1e6", "999999000,-999998000", "65530,10")  # the last crosses 65536, the border of a world of 131072 m
+FAR = ("0,0", "1e6,-1e6", "999999000,-999998000", "65530,10")  # the last crosses 65536, an edge of root squares
 PICTURE = ("--fps", 5, "--size", "160x90", "--budget", 3000, "--threads", 0)
 
 
 class Endless(Folder):
-    def test_the_world_of_a_seed_lies_around_the_start(self):
-        for flags, middle, side in (((), (0, 0), 131072), (("--detail-m", 64), (0, 0), 131072),
-                                    (("--start-m", "1e9,-1e9"), (15259 * 65536, -15259 * 65536), 131072),
-                                    (("--detail-m", 2 ** -10, "--start-m", "1e9,-1e9"),
-                                     (15259 * 65536, -15259 * 65536), 131072),
-                                    (("--world-m", 5000), (0, 0), 8192)):
+    def test_the_world_of_a_seed_reaches_everywhere(self):
+        for flags, origin, spacing in (((), 0, 1), (("--detail-m", 64), 0, 64),
+                                       (("--start-m", "1e9,-1e9"), 30518 * 32768, 1),
+                                       (("--detail-m", 0.25, "--start-m", "1e9,-1e9"), 30518 * 32768, 0.25)):
             info = run_json("info", "--seed", 7, *flags)
-            west, south, east, north = info["extent_m"]
-            self.assertEqual((east - west, north - south), (side, side), flags)
-            self.assertEqual(((east + west) / 2, (north + south) / 2), middle, flags)
-            self.assertEqual(info["roots"], [2, 2])
-        self.assertEqual(info["root_size_m"], 4096)
+            self.assertEqual(info["extent_m"], [-2 ** 31, -2 ** 31, 2 ** 31, 2 ** 31], flags)
+            self.assertEqual(info["lattice_origin_m"], [origin, -origin], flags)
+            self.assertEqual((info["root_size_m"], info["root_window"]), (32768, 6))
+            self.assertEqual(info["finest_spacing_m"], spacing)
+        # keys of fine chunks do not reach as far
+        info = run_json("info", "--seed", 7, "--detail-m", 2 ** -10, "--start-m", "1e9,-1e9")
+        west, south, east, north = info["extent_m"]
+        for low, high, place in ((west, east, 1e9), (south, north, -1e9)):
+            self.assertLess(low, place - 2.6e8)
+            self.assertGreater(high, place + 2.6e8)
+        info = run_json("info", "--seed", 7, "--world-m", 5000)
+        self.assertEqual(info["extent_m"], [-4096, -4096, 4096, 4096])
+        self.assertEqual((info["root_size_m"], info["roots"], info["root_window"]), (4096, [2, 2], 0))
+
+    def test_a_flight_crosses_any_number_of_edges(self):
+        for start in ("0,0", "1e9,1e9"):
+            flight = run_json("fly", "--seed", 7, "--start-m", start, "--path", "straight", "--speed", 20000, "--altitude",
+                              2000, "--seconds", 10, *PICTURE, "--verify", "--out", self.path("out"))
+            self.assertEqual((flight["late_frames"], flight["holes"]), (0, 0))
+            self.assertLessEqual(flight["measured_error_px_max"], flight["error_px_max"])
+            with open(self.path("out/frames.csv")) as file:
+                names, *rows = (line.split(",") for line in file.read().splitlines())
+            place, status = names.index("eye_x_m"), names.index("status")
+            self.assertGreater(float(rows[-1][place]) - float(rows[0][place]), 190000)
+            self.assertNotIn("not_resident", {row[status] for row in rows})
 
     def test_flights_are_never_late_and_cross_borders(self):
         for start in FAR:

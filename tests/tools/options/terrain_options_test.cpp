@@ -119,25 +119,28 @@ TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
     struct Case {
         const char* flags;
         double spacing, root_size, origin_x, origin_y;
+        std::int32_t root_window;
     };
     for (const Case& wanted :
-         {Case{"", 1.0, 0x1p16, 0.0, 0.0},
-          {"--start-m 1e9,-2e9", 1.0, 0x1p16, 15259 * 0x1p16, -30518 * 0x1p16},
-          {"--detail-m 300", 256.0, 0x1p16, 0.0, 0.0},
-          {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p16, 15259 * 0x1p16, -1526 * 0x1p16},
-          {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10, 0x1p16, 0x1p16 - 0x1p30,
-           0x1p30 - 0x1p16},
-          {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0},
-          {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0},
-          {"--world-m 256", 1.0, 128.0, 0.0, 0.0}}) {
+         {Case{"", 1.0, 0x1p15, 0.0, 0.0, 6},
+          {"--start-m 1e9,-2e9", 1.0, 0x1p15, 30518 * 0x1p15, -61035 * 0x1p15, 6},
+          {"--detail-m 300", 256.0, 0x1p15, 0.0, 0.0, 6},
+          {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p15, 30518 * 0x1p15, -3052 * 0x1p15, 6},
+          {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10, 0x1p15, 0x1p15 - 0x1p30,
+           0x1p30 - 0x1p15, 6},
+          {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0, 0},
+          {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0, 0},
+          {"--world-m 256", 1.0, 128.0, 0.0, 0.0, 0}}) {
+        SCOPED_TRACE(wanted.flags);
         const CommandResult<Terrain> terrain = open_line(std::string("--seed 3 ") + wanted.flags);
         ASSERT_TRUE(terrain) << terrain.error().message;
         const Lattice& lattice = terrain->source->lattice();
-        EXPECT_EQ(lattice.spacing, wanted.spacing) << wanted.flags;
-        EXPECT_EQ(lattice.root_size(), wanted.root_size) << wanted.flags;
-        EXPECT_EQ(lattice.origin_x, wanted.origin_x) << wanted.flags;
-        EXPECT_EQ(lattice.origin_y, wanted.origin_y) << wanted.flags;
-        EXPECT_EQ(lattice.root_count_x * lattice.root_count_y, 4);
+        EXPECT_EQ(lattice.spacing, wanted.spacing);
+        EXPECT_EQ(lattice.root_size(), wanted.root_size);
+        EXPECT_EQ(lattice.origin_x, wanted.origin_x);
+        EXPECT_EQ(lattice.origin_y, wanted.origin_y);
+        EXPECT_EQ(lattice.root_window, wanted.root_window);
+        EXPECT_EQ(lattice.resident_root_count(), wanted.root_window == 0 ? 4 : 36);
     }
 }
 

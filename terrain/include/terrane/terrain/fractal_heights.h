@@ -42,6 +42,8 @@ struct FractalSettings {
     std::int32_t first_root_y = -1;  ///< see Lattice
     std::int32_t root_count_x = 2;   ///< root squares from west to east; see Lattice
     std::int32_t root_count_y = 2;   ///< root squares from south to north; see Lattice
+    std::int32_t root_window =
+        0;  ///< root squares along the window that is resident; 0: all; see Lattice
     /// World x of lattice point (0, 0), metres: a multiple of the side of a root square. Moves the root squares over
     /// the ground and changes no height: for fine lattices, whose root squares are small, far from the world's origin.
     double origin_x = 0.0;

@@ -38,6 +38,9 @@ struct LatticePoint {
 /// A world is a rectangle of root squares. Everything is addressed by integers, so that two chunks
 /// agree on a shared sample because they compute the same integer. Heights are integer multiples
 /// of `quantum`.
+///
+/// All root squares of a world are resident. A world of more of them than memory holds has a *root window*: a square of
+/// root squares that a pager moves with its camera.
 struct Lattice {
     /// World x of lattice point (0, 0), metres; within kMostSpacingsFromOrigin spacings of 0.
     double origin_x = 0.0;
@@ -47,8 +50,11 @@ struct Lattice {
     int finest_level = 0;      ///< 0 to 24; level 0 is a root square
     std::int32_t first_root_x = 0;  ///< ChunkKey::x of the westernmost root squares
     std::int32_t first_root_y = 0;  ///< ChunkKey::y of the southernmost root squares
-    std::int32_t root_count_x = 1;  ///< root squares from west to east, >= 1
-    std::int32_t root_count_y = 1;  ///< root squares from south to north, >= 1
+    std::int32_t root_count_x =
+        1;  ///< root squares from west to east, >= 1; <= 1024 without a window
+    std::int32_t root_count_y = 1;  ///< root squares from south to north, as root_count_x
+    std::int32_t root_window =
+        0;  ///< root squares along the window, even, 4 to 64; 0: all are resident
 
     /// Finest spacings between neighbouring samples of a level.
     constexpr std::int64_t step(int level) const {
@@ -82,6 +88,14 @@ struct Lattice {
     constexpr std::int64_t east() const { return (first_root_x + root_count_x) * chunk_side(0); }
     /// The world's northern edge in lattice indices.
     constexpr std::int64_t north() const { return (first_root_y + root_count_y) * chunk_side(0); }
+
+    /// Root squares that are resident at a time.
+    constexpr std::int64_t resident_root_count() const {
+        const auto along = [this](std::int32_t count) {
+            return std::int64_t{root_window > 0 && root_window < count ? root_window : count};
+        };
+        return along(root_count_x) * along(root_count_y);
+    }
 
     /// Whether a key names a chunk of this world.
     constexpr bool contains(const ChunkKey& key) const {

@@ -48,7 +48,8 @@ enum class PagingPolicy {
 
 /// Settings of a Pager. Fixed once it is created.
 struct PagerSettings {
-    /// Hard ceiling of the bytes of resident chunks and loads in flight together; must hold the root squares.
+    /// Hard ceiling of the bytes of resident chunks and loads in flight together; must hold the root squares, of a
+    /// lattice with a root window twice those of the window.
     std::size_t memory_bytes = std::size_t{512} << 20;
     /// Loader threads, 0 to 256; 0 loads inside update(), so that the resident set is a pure function of
     /// the calls so far.
@@ -134,8 +135,14 @@ enum class TicketState {
 /// update is a frame, and jumps are visible between frames. Ground does not fade. Loads of roots and contact evict at
 /// once, without fades.
 ///
+/// Root window. Of a lattice with a Lattice::root_window only root squares in the window are resident. It lies around
+/// the first camera; without cameras around the first body, else around the first required region. When that is
+/// not in one of the middle two root squares any more it moves, by as few root squares as necessary, as soon as those of
+/// its new place are loaded; at once where the client is outside of it. Beyond the window nothing is resident: bodies
+/// there are without ground, and regions there are not ready.
+///
 /// Threads: one calls update(), require() and finish(); any may hold and read the sets of resident(). Root squares are
-/// never evicted: the first update() requests them.
+/// never evicted while they are in the window: the first update() requests them.
 class Pager {
 public:
     /// Fails: invalid_argument for settings out of their ranges; out_of_memory if the ceiling does not hold

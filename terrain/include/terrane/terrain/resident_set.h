@@ -80,9 +80,10 @@ public:
     /// @param evicted keys of chunks of `before`, none twice, in any order
     /// @param arrived in any order; may contain a key of `evicted`
     /// @param fades [chunks().size()] of the new set, in the order of chunks(), 0 to 1
+    /// @param window of the new set: see window()
     ResidentSet(const ResidentSet& before, std::span<const ChunkKey> evicted,
                 std::vector<std::shared_ptr<const Chunk>> arrived, std::vector<float> fades,
-                std::uint64_t epoch);
+                std::uint64_t epoch, const Lattice& window);
 
     /// Another set with other fades. Shares the chunks; costs one vector.
     ///
@@ -91,6 +92,9 @@ public:
 
     /// The lattice of the source.
     const Lattice& lattice() const { return structure_->lattice; }
+    /// The lattice of the root squares that are, or will be, resident: lattice() with only those in its root window,
+    /// and without one. What is drawn ends at its edge; ground beyond it exists, and is not resident.
+    const Lattice& window() const { return structure_->window; }
     /// The rectangle of the ground; what is drawn beyond it is no ground.
     const WorldRect& extent() const { return structure_->extent; }
     /// In Order.
@@ -113,7 +117,7 @@ public:
     /// Whether two sets share their chunks and so differ at most in fades. One comparison of pointers: false for
     /// sets with equal chunks that were constructed separately.
     bool has_same_chunks(const ResidentSet& other) const { return structure_ == other.structure_; }
-    /// Whether all root squares are resident: without them nothing is drawn.
+    /// Whether all root squares of the window are resident: without them nothing is drawn.
     bool has_roots() const { return structure_->has_roots; }
     /// Whether volumes cut or add to the heightfield of any chunk: see Chunk::solid.
     bool has_solids() const { return !structure_->solids.empty(); }
@@ -122,7 +126,7 @@ private:
     class Change;
     struct Owners;
     struct Structure {
-        Lattice lattice;
+        Lattice lattice, window;
         WorldRect extent;
         std::vector<ResidentChunk> chunks;
         std::vector<ChunkKey> keys;  // of the chunks: contiguous, for look-ups

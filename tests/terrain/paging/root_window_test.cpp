@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include "paging/demand/root_window.h"
+
+#include "pager_scene.h"
+#include "support/random.h"
+
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/virtual_loader.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+
+namespace terrane::test::root_window {
+namespace {
+
+using internal::first_root_window;
+using internal::moved_root_window;
+using internal::rect_of_roots;
+
+constexpr double kSide = 512.0;  // of a root square
+constexpr int kWindow = 4;
+
+FractalSettings many_roots() {
+    return {.seed = 5,
+            .amplitude = 30.0,
+            .wavelength_log2 = 8,
+            .finest_spacing_log2 = 1,
+            .root_size_log2 = 9,
+            .first_root_x = -4000,
+            .first_root_y = -4000,
+            .root_count_x = 8000,
+            .root_count_y = 8000,
+            .root_window = kWindow};
+}
+
+std::shared_ptr<const HeightSource> endless() {
+    return FractalHeights::create(many_roots()).value();
+}
+
+std::array<CameraNeed, 1> camera_over(const HeightSource& ground, double x, double y,
+                                      double heading) {
+    const WorldPos eye(x, y, ground.height(x, y) + 40.0);
+    return {camera_at(
+        eye, eye + WorldPos(300.0 * std::cos(heading), 300.0 * std::sin(heading), -40.0), 2.0)};
+}
+
+// Column of the root square that a place is in, from the window's westernmost or southernmost one.
+int place_in_window(double place, double origin, std::int32_t first) {
+    return static_cast<int>(std::floor((place - origin) / kSide)) - first;
+}
+
+// Every chunk's root square is in the window, and all of the window's are there.
+void expect_whole(const ResidentSet& set) {
+    ASSERT_TRUE(set.has_roots());
+    std::int64_t roots = 0;
+    for (const auto& chunk : set.chunks()) {
+        ASSERT_TRUE(set.window().contains(chunk->key));
+        roots += chunk->key.level == 0 ? 1 : 0;
+    }
+    ASSERT_EQ(roots, std::int64_t{set.window().root_count_x} * set.window().root_count_y);
+}
+
+TEST(RootWindow, MovesAsLittleAsKeepsThePlaceInItsMiddle) {
+    Random random(1);
+    for (int round = 0; round < 2000; ++round) {
+        SCOPED_TRACE(testing::Message() << "seed 1, round " << round);
+        Lattice world;
+        world.finest_level = 2;
+        world.root_count_x = 1 + static_cast<int>(random.below(20));
+        world.root_count_y = 1 + static_cast<int>(random.below(20));
+        world.first_root_x = static_cast<int>(random.below(40)) - 20;
+        world.root_window = 4 + 2 * static_cast<int>(random.below(5));
+        Lattice window = first_root_window(world);
+        for (int step = 0; step < 20; ++step) {
+            const double far = random.below(10) == 0 ? 1e300 : 2e4;
+            const WorldVec2 place(random.between(-far, far), random.between(-far, far));
+            const Lattice next = moved_root_window(world, window, place);
+            ASSERT_EQ(next.root_window, 0);
+            ASSERT_EQ(next.root_count_x, std::min(world.root_count_x, world.root_window));
+            ASSERT_GE(next.first_root_x, world.first_root_x);
+            ASSERT_LE(next.first_root_x + next.root_count_x,
+                      world.first_root_x + world.root_count_x);
+            ASSERT_EQ(moved_root_window(world, next, place), next)
+                << "a second time changes nothing";
+            const double column = std::clamp(std::floor(place.x() / world.root_size()),
+                                             static_cast<double>(world.first_root_x),
+                                             world.first_root_x + world.root_count_x - 1.0) -
+                                  next.first_root_x;
+            const int middle = next.root_count_x / 2;
+            const bool is_middle = column == middle || column == middle - 1;
+            const bool is_at_edge =
+                next.first_root_x == world.first_root_x ||
+                next.first_root_x + next.root_count_x == world.first_root_x + world.root_count_x;
+            ASSERT_TRUE(is_middle || is_at_edge);
+            if (next.first_root_x != window.first_root_x && !is_at_edge) {
+                const bool is_eastward = next.first_root_x > window.first_root_x;
+                ASSERT_EQ(column, is_eastward ? middle : middle - 1)
+                    << "it moves no farther than necessary";
+            }
+            window = next;
+        }
+    }
+}
+
+// With every kind of loading: what is resident is the window's, the camera is inside of it, and every frame is drawn
+// with a certified error and without a hole.
+TEST(RootWindow, FollowsACameraOverAnyNumberOfEdges) {
+    const auto ground = endless();
+    for (const int storage : {0, 1}) {
+        const PagerSettings settings{.worker_count = 0};
+        Result<std::unique_ptr<VirtualLoader>> loader =
+            VirtualLoader::create({.latency = 0.05, .latency_spread = 1.0},
+                                  [&](const ChunkKey& key) { return make_chunk(*ground, key); });
+        Pager pager = storage == 0 ? Pager::create(ground, settings).value()
+                                   : Pager::create(ground, settings, std::move(*loader)).value();
+        Random random(static_cast<std::uint64_t>(7 + storage));
+        double x = 100.0, y = -50.0, heading = 0.4;
+        std::set<std::pair<std::int32_t, std::int32_t>> windows;
+        bool has_begun = false;
+        for (int frame = 0; frame < 160; ++frame) {
+            SCOPED_TRACE(testing::Message() << "storage " << storage << ", frame " << frame);
+            heading += random.between(-0.1, 0.1);
+            x += 60.0 * std::cos(heading);
+            y += 60.0 * std::sin(heading);
+            const auto cameras = camera_over(*ground, x, y, heading);
+            pager.update(cameras, {}, 0.05 * frame);
+            const auto set = pager.resident();
+            has_begun = has_begun || set->has_roots();
+            if (!has_begun) continue;
+            ASSERT_NO_FATAL_FAILURE(expect_whole(*set));
+            ASSERT_TRUE(rect_of_roots(set->window()).contains(x, y));
+            windows.insert({set->window().first_root_x, set->window().first_root_y});
+            if (storage == 0) {
+                const int column = place_in_window(x, 0.0, set->window().first_root_x);
+                ASSERT_TRUE(column == 1 || column == 2)
+                    << "loaded within update(), it is never behind";
+            }
+            if (frame % 20 != 0) continue;
+            const Frame drawn = draw(set, *ground, cameras[0].view, 4.0);
+            ASSERT_NE(drawn.status, MeshStatus::not_resident);
+        }
+        EXPECT_TRUE(has_begun);
+        EXPECT_GT(windows.size(), 8u);
+        EXPECT_EQ(pager.stats().failed, 0u);
+    }
+}
+
+// The same chunks, and the same bits of a frame, as over a world that has no other root squares.
+TEST(RootWindow, IsDrawnAsAWorldOfItsRootSquares) {
+    const auto ground = endless();
+    Pager pager = Pager::create(ground, {.worker_count = 0}).value();
+    for (const WorldVec2& place :
+         {WorldVec2(0.0, 0.0), WorldVec2(700.0, -3000.0), WorldVec2(1e6, 1.2e6)}) {
+        const auto cameras = camera_over(*ground, place.x(), place.y(), 1.0);
+        pager.update(cameras, {}, 0.0);
+        const auto set = pager.resident();
+        FractalSettings alone = many_roots();
+        alone.root_window = 0;
+        alone.first_root_x = set->window().first_root_x;
+        alone.first_root_y = set->window().first_root_y;
+        alone.root_count_x = alone.root_count_y = kWindow;
+        const auto small = FractalHeights::create(alone).value();
+        std::vector<std::shared_ptr<const Chunk>> chunks;
+        for (const auto& chunk : set->chunks()) {
+            chunks.push_back(make_chunk(*small, chunk->key).value());
+            ASSERT_EQ(chunks.back()->heights, chunk->heights);
+        }
+        const auto same =
+            std::make_shared<const ResidentSet>(small->lattice(), small->extent(), chunks, 1);
+        Triangulator windowed = Triangulator::create(*ground, {.triangle_budget = 20'000}).value();
+        Triangulator bounded = Triangulator::create(*small, {.triangle_budget = 20'000}).value();
+        const TerrainMesh a = windowed.update(set, cameras[0].view);
+        const TerrainMesh b = bounded.update(same, cameras[0].view);
+        EXPECT_GT(a.triangle_count, 10'000u);
+        EXPECT_EQ(a.triangle_count, b.triangle_count);
+        EXPECT_EQ(a.error_px, b.error_px);
+        EXPECT_TRUE(
+            std::equal(a.indices.begin(), a.indices.end(), b.indices.begin(), b.indices.end()));
+    }
+}
+
+TEST(RootWindow, CrossingAnEdgeToAndFroMovesItOnce) {
+    const auto ground = endless();
+    Pager pager = Pager::create(ground, {.worker_count = 0}).value();
+    std::vector<std::int32_t> firsts;
+    for (int frame = 0; frame < 40; ++frame) {
+        const double x = 2.0 * kSide + (frame % 2 == 0 ? -1.0 : 1.0);
+        pager.update(camera_over(*ground, x, 0.0, 0.0), {}, 0.1 * frame);
+        const std::int32_t first = pager.resident()->window().first_root_x;
+        if (firsts.empty() || firsts.back() != first) firsts.push_back(first);
+    }
+    EXPECT_LE(firsts.size(), 2u);
+}
+
+// Root squares that do not come leave the window where it is as long as the camera is inside.
+TEST(RootWindow, WaitsForItsRootSquaresUnlessTheCameraHasLeft) {
+    const auto ground = endless();
+    bool is_dead = false;
+    auto loader = VirtualLoader::create(
+        {.latency = 0.01}, [&](const ChunkKey& key) -> Result<std::shared_ptr<const Chunk>> {
+            if (is_dead) return fail(ErrorCode::io, "the disk has gone");
+            return make_chunk(*ground, key);
+        });
+    Pager pager = Pager::create(ground, {}, std::move(*loader)).value();
+    double time_s = 0.0;
+    const auto go = [&](double x) {
+        for (int i = 0; i < 20; ++i)
+            pager.update(camera_over(*ground, x, 10.0, 0.0), {}, time_s += 0.05);
+        return pager.resident();
+    };
+    const Lattice before = go(10.0)->window();
+    is_dead = true;
+    EXPECT_EQ(go(1.5 * kSide)->window(), before);
+    EXPECT_TRUE(pager.resident()->has_roots());
+    EXPECT_GT(pager.stats().failed, 0u);
+    const auto left = go(50.5 * kSide);
+    EXPECT_FALSE(left->has_roots());
+    Triangulator triangulator = Triangulator::create(*ground, {}).value();
+    EXPECT_EQ(
+        triangulator.update(left, camera_over(*ground, 50.5 * kSide, 10.0, 0.0)[0].view).status,
+        MeshStatus::not_resident);
+    is_dead = false;
+    time_s += 60.0;
+    ASSERT_NO_FATAL_FAILURE(expect_whole(*go(50.5 * kSide)));
+    EXPECT_EQ(place_in_window(50.5 * kSide, 0.0, pager.resident()->window().first_root_x), 2);
+}
+
+// Without cameras the first body has ground, and regions are ready where the window is.
+TEST(RootWindow, FollowsABodyAndThenARegion) {
+    const auto ground = endless();
+    Pager pager = Pager::create(ground, {.worker_count = 0}).value();
+    double time_s = 0.0;
+    for (double x = 0.0; x < 40.0 * kSide; x += 0.3 * kSide) {
+        const std::array body{
+            BodyNeed{.centre_world = {x, 5.0, ground->height(x, 5.0)}, .radius = 1.0}};
+        pager.update({}, body, time_s += 0.1);
+        ASSERT_EQ(pager.stats().groundless_bodies, 0u) << x;
+        const Ground solid(pager.resident(), pager.contact_level());
+        ASSERT_EQ(solid.height(x, 5.0).status, GroundStatus::ok);
+        ASSERT_EQ(solid.height(x + 20.0 * kSide, 5.0).status, GroundStatus::not_resident)
+            << "ground that is there, and not loaded";
+    }
+    const Pager::Ticket ticket = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
+    const std::array body{BodyNeed{.centre_world = {0.0, 0.0, 0.0}, .radius = 1.0}};
+    pager.update({}, body, time_s += 0.1);
+    EXPECT_EQ(pager.state_of(ticket), TicketState::loading) << "it is not in the body's window";
+    pager.update({}, {}, time_s += 0.1);
+    EXPECT_TRUE(pager.is_ready(ticket));
+}
+
+TEST(RootWindow, StaysUnderTheCeilingWhileItMoves) {
+    const auto ground = endless();
+    const std::size_t least = 2 * kWindow * kWindow * Chunk::max_bytes();
+    const auto refused = Pager::create(ground, {.memory_bytes = least - 1});
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("memory_bytes must hold the root squares"),
+              std::string::npos);
+    Pager pager = Pager::create(ground, {.memory_bytes = least, .worker_count = 0}).value();
+    Random random(3);
+    for (int frame = 0; frame < 30; ++frame) {
+        const double reach = frame % 4 == 0 ? 1e6 : 3e3;
+        pager.update(
+            camera_over(*ground, random.between(-reach, reach), random.between(-reach, reach), 0.0),
+            {}, 0.1 * frame);
+        ASSERT_LE(pager.stats().peak_bytes, least) << frame;
+        ASSERT_NO_FATAL_FAILURE(expect_whole(*pager.resident())) << frame;
+    }
+}
+
+TEST(RootWindow, SettingsOutOfRangeAreRefusedByName) {
+    const auto message = [](std::int32_t window, std::int32_t count) {
+        Lattice lattice;
+        lattice.root_window = window;
+        lattice.root_count_x = count;
+        const auto good = check(lattice);
+        return good ? std::string() : good.error().message;
+    };
+    for (const std::int32_t window : {-4, 1, 2, 5, 66}) {
+        EXPECT_EQ(message(window, 10), "root_window must be 0 or an even number of 4 to 64, got " +
+                                           std::to_string(window));
+    }
+    EXPECT_EQ(message(0, 1025), "root_count_x must be 1 to 1024, got 1025");
+    EXPECT_EQ(message(4, 0), "root_count_x must be 1 or more, got 0");
+    EXPECT_EQ(message(4, 1025), "");
+    EXPECT_EQ(message(64, 1), "");
+}
+
+}  // namespace
+}  // namespace terrane::test::root_window
