@@ -13,9 +13,9 @@ constexpr int kChunkLog2 = 7;     // of the cells along a chunk
 constexpr int kMostLevels = 24;   // below the root squares, as Lattice allows
 constexpr int kBoundedLog2 = 17;  // of a world that is read whole, and the most of --world-m
 // Root squares of a windowed world, and how many are resident along a side: from a camera in the middle two the edge is
-// at least two of them away.
-constexpr int kWindowRootLog2 = 15;
-constexpr int kWindow = 6;
+// at least one of them away.
+constexpr int kWindowRootLog2 = 16;
+constexpr int kWindow = 4;
 
 // Log2 of the next power of two.
 int log2_above(double value) {

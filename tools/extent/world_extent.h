@@ -18,7 +18,7 @@ inline constexpr double kWorkSide = 131072.0;
 
 /// How large the world of a fractal is where no side is asked for.
 enum class WorldKind {
-    /// As wide as its spacing allows, up to kMostWorldLog2, with a root window of at least 3 kWorkSide / 2 that moves
+    /// As wide as its spacing allows, up to kMostWorldLog2, with a root window of twice kWorkSide that moves
     /// with the camera: for commands that draw or play.
     windowed,
     /// The same width in four root squares: for questions, which load little.

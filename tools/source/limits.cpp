@@ -29,7 +29,9 @@ CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget) {
 }
 
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
-    const std::size_t roots = count_roots(terrain);
+    // those of two windows while one moves
+    const std::size_t windows = terrain.source->lattice().root_window > 0 ? 2 : 1;
+    const std::size_t roots = windows * count_roots(terrain);
     const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;
     if (memory_mb >= least) return {};
     // rounded up, so that the value in the message is enough

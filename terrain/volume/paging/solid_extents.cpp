@@ -104,24 +104,38 @@ std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
         return static_cast<std::int32_t>(
             std::clamp(std::floor((p - origin) / side), -kMost, kMost));
     };
-    std::optional<HeightInterval> heights;
-    const std::int32_t east = index(rect.east, lattice_.origin_x);
-    const std::int32_t north = index(rect.north, lattice_.origin_y);
     const std::int32_t per_root = 1 << level;
     const std::int32_t first_x = lattice_.first_root_x * per_root;
     const std::int32_t first_y = lattice_.first_root_y * per_root;
-    const std::int32_t last_x = first_x + lattice_.root_count_x * per_root - 1;
-    const std::int32_t last_y = first_y + lattice_.root_count_y * per_root - 1;
-    for (std::int32_t y = std::max(index(rect.south, lattice_.origin_y), first_y);
-         y <= std::min(north, last_y); ++y) {
-        for (std::int32_t x = std::max(index(rect.west, lattice_.origin_x), first_x);
-             x <= std::min(east, last_x); ++x) {
+    const auto last_x = static_cast<std::int32_t>(
+        (std::int64_t{lattice_.first_root_x} + lattice_.root_count_x) * per_root - 1);
+    const auto last_y = static_cast<std::int32_t>(
+        (std::int64_t{lattice_.first_root_y} + lattice_.root_count_y) * per_root - 1);
+    const std::int32_t west = std::max(index(rect.west, lattice_.origin_x), first_x);
+    const std::int32_t south = std::max(index(rect.south, lattice_.origin_y), first_y);
+    const std::int32_t east = std::min(index(rect.east, lattice_.origin_x), last_x);
+    const std::int32_t north = std::min(index(rect.north, lattice_.origin_y), last_y);
+    if (west > east || south > north) return std::nullopt;
+    std::optional<HeightInterval> heights;
+    const auto include = [&heights](const HeightInterval& own) {
+        heights = heights ? HeightInterval{std::min(heights->low, own.low),
+                                           std::max(heights->high, own.high)}
+                          : own;
+    };
+    // more squares than chunks with a surface, as of a world of many root squares: the chunks are looked through instead
+    const double squares = (double{1} + east - west) * (double{1} + north - south);
+    if (squares > static_cast<double>(chunks_.size())) {
+        for (const auto& [key, chunk] : chunks_) {
+            if (key.level == level && key.x >= west && key.x <= east && key.y >= south &&
+                key.y <= north)
+                include(chunk.solid.heights);
+        }
+        return heights;
+    }
+    for (std::int32_t y = south; y <= north; ++y) {
+        for (std::int32_t x = west; x <= east; ++x) {
             const auto found = chunks_.find({x, y, static_cast<std::uint8_t>(level)});
-            if (found == chunks_.end()) continue;
-            const HeightInterval& own = found->second.solid.heights;
-            heights = heights ? HeightInterval{std::min(heights->low, own.low),
-                                               std::max(heights->high, own.high)}
-                              : own;
+            if (found != chunks_.end()) include(found->second.solid.heights);
         }
     }
     return heights;

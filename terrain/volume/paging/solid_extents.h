@@ -52,7 +52,7 @@ public:
 
 private:
     Lattice lattice_;
-    std::unordered_map<ChunkKey, ChunkExtent, ChunkKeyHash> chunks_;  // never iterated
+    std::unordered_map<ChunkKey, ChunkExtent, ChunkKeyHash> chunks_;  // order does not matter
 };
 
 }  // namespace terrane::internal

@@ -101,12 +101,17 @@ class FlagsThatDoNothing(Folder):
 class Limits(Folder):
     def test_limits_are_called_by_their_flags(self):
         for command in ("fly", "drive", "walk", "mesh", "page"):
-            self.assert_refused(run(command, "--seed", 1, "--budget", 7), [1], "--budget", "at least 8", "7")
+            self.assert_refused(run(command, "--seed", 1, "--world-m", 131072, "--budget", 7), [1], "--budget",
+                                "at least 8", "7")
+            self.assert_refused(run(command, "--seed", 1, "--budget", 31), [1], "--budget", "at least 32", "31")
         for command in ("fly", "drive", "walk", "mesh", "page", "query", "drop"):
-            self.assert_refused(run(command, "--seed", 1, "--memory-mb", 0.01), [1], "--memory-mb",
+            self.assert_refused(run(command, "--seed", 1, "--world-m", 131072, "--memory-mb", 0.01), [1], "--memory-mb",
                                 "at least 1.072", "0.01")
         # the value in the message is enough
-        self.assertEqual(run("mesh", "--seed", 1, "--budget", 8, "--memory-mb", 1.072).returncode, 0)
+        self.assertEqual(run("mesh", "--seed", 1, "--world-m", 131072, "--budget", 8, "--memory-mb", 1.072).returncode, 0)
+        # the root squares of two windows
+        self.assert_refused(run("mesh", "--seed", 1, "--memory-mb", 8), [1], "--memory-mb", "at least 8.57")
+        self.assertEqual(run("mesh", "--seed", 1, "--budget", 32, "--memory-mb", 8.576).returncode, 0)
 
     def test_values_that_no_terrain_allows_make_no_sense(self):
         for arguments, words in (

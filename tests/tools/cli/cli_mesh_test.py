@@ -90,14 +90,14 @@ class MeshFormats(Folder):
     def test_a_file_that_the_user_names_is_replaced(self):
         with open(self.path("m.obj"), "w") as file:
             file.write("old")
-        run_json("mesh", "--seed", 5, "--budget", 8, "--out", self.path("m.obj"))
+        run_json("mesh", "--seed", 5, "--world-m", 131072, "--budget", 8, "--out", self.path("m.obj"))
         self.assertEqual(len(read_obj(self.path("m.obj"))[1]), 8)
         self.assertEqual(os.listdir(self.folder), ["m.obj"])
         self.assertIn("replaced", run("mesh", "--help").stdout)
 
     def test_a_pipe_gets_ply(self):
         os.mkfifo(self.path("pipe"))
-        process = start("mesh", "--seed", 5, "--budget", 8, "--out", self.path("pipe"))
+        process = start("mesh", "--seed", 5, "--world-m", 131072, "--budget", 8, "--out", self.path("pipe"))
         with open(self.path("pipe"), "rb") as pipe:
             self.assertTrue(pipe.read().startswith(b"ply\n"))
         _, error = process.communicate(timeout=60)

@@ -55,7 +55,7 @@ class Mesh(Folder):
         return summary
 
     def test_mesh_of_a_fractal_is_whole_and_within_budget(self):
-        for budget in (8, 1000, 50_000):
+        for budget in (32, 1000, 50_000):
             summary = self.check_mesh(["--seed", 5], budget)
             self.assertEqual(summary["status"], "budget_reached")
         summary = self.check_mesh(["--seed", 5], 1_000_000, "--max-error-px", 8)

@@ -122,12 +122,12 @@ TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
         std::int32_t root_window;
     };
     for (const Case& wanted :
-         {Case{"", 1.0, 0x1p15, 0.0, 0.0, 6},
-          {"--start-m 1e9,-2e9", 1.0, 0x1p15, 30518 * 0x1p15, -61035 * 0x1p15, 6},
-          {"--detail-m 300", 256.0, 0x1p15, 0.0, 0.0, 6},
-          {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p15, 30518 * 0x1p15, -3052 * 0x1p15, 6},
-          {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10, 0x1p15, 0x1p15 - 0x1p30,
-           0x1p30 - 0x1p15, 6},
+         {Case{"", 1.0, 0x1p16, 0.0, 0.0, 4},
+          {"--start-m 1e9,-2e9", 1.0, 0x1p16, 15259 * 0x1p16, -30518 * 0x1p16, 4},
+          {"--detail-m 300", 256.0, 0x1p16, 0.0, 0.0, 4},
+          {"--detail-m 0.25 --start-m 1e9,-1e8", 0.25, 0x1p16, 15259 * 0x1p16, -1526 * 0x1p16, 4},
+          {"--detail-m 0.001 --start-m -1073741824,1073741824", 0x1p-10, 0x1p16, 0x1p16 - 0x1p30,
+           0x1p30 - 0x1p16, 4},
           {"--world-m 131072", 1.0, 0x1p16, 0.0, 0.0, 0},
           {"--world-m 131071 --detail-m 0.001", 0x1p-10, 0x1p16, 0.0, 0.0, 0},
           {"--world-m 256", 1.0, 128.0, 0.0, 0.0, 0}}) {
@@ -140,7 +140,7 @@ TEST(OpenTerrain, TheWorldOfASeedIsEndlessOrOfTheGivenSide) {
         EXPECT_EQ(lattice.origin_x, wanted.origin_x);
         EXPECT_EQ(lattice.origin_y, wanted.origin_y);
         EXPECT_EQ(lattice.root_window, wanted.root_window);
-        EXPECT_EQ(lattice.resident_root_count(), wanted.root_window == 0 ? 4 : 36);
+        EXPECT_EQ(lattice.resident_root_count(), wanted.root_window == 0 ? 4 : 16);
     }
 }
 
