@@ -23,20 +23,22 @@ const figureText = figure => {
 function tableOf(group) {
   const made = element("table");
   const head = made.createTHead().insertRow();
-  const columns = group[0].table.columns;
+  // without those that no row has: drawing, where no device opens
+  const columns = group[0].table.columns.filter(
+    column => group.some(({table}) => table.rows.some(line => line.figures[column.key])));
   if (group.length > 1) head.append(element("th", "run"));
-  head.append(element("th", group[0].table.axis || "value"));
+  for (const text of [group[0].table.axis || "value", "front", "presets"]) head.append(element("th", text));
   for (const column of columns) {
     head.append(element("th", axisText(column)));
     if (isTime(column)) head.append(element("th", "over the reference loop"));
   }
-  for (const text of ["repetitions", "front", "presets", "command"]) head.append(element("th", text));
+  for (const text of ["repetitions", "command"]) head.append(element("th", text));
   const body = made.createTBody();
   for (const {table, machine} of group) {
     for (const line of table.rows) {
       const row = body.insertRow();
       const cells = group.length > 1 ? [machine] : [];
-      cells.push(line.label);
+      cells.push(line.label, line.on_front ? "yes" : "", line.presets.join(", "));
       let repetitions = 0;
       for (const column of columns) {
         const figure = line.figures[column.key];
@@ -44,11 +46,17 @@ function tableOf(group) {
         cells.push(figureText(figure));
         if (isTime(column)) cells.push(figure ? three(figure.ratio) : "");
       }
-      cells.push(String(repetitions), line.on_front ? "yes" : "", line.presets.join(", "), line.command);
+      cells.push(String(repetitions), line.command);
       for (const text of cells) row.append(element("td", text));
     }
   }
   return made;
+}
+
+// In two lines where one is longer than a plot is high.
+function linesOf(text) {
+  const middle = text.indexOf(" ", text.length / 2);
+  return text.length > 28 && middle > 0 ? [text.slice(0, middle), text.slice(middle + 1)] : text;
 }
 
 // A logarithmic axis where all values are positive and far apart.
@@ -82,7 +90,7 @@ function chartOf(canvas, datasets, x, y) {
       animation: false, maintainAspectRatio: false,
       interaction: {mode: "nearest", intersect: false},
       plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}, tooltip: {callbacks: hover}},
-      scales: {x: scaleOf(x, points.map(point => point.x)), y: scaleOf(y, points.map(point => point.y))},
+      scales: {x: scaleOf(x, points.map(point => point.x)), y: scaleOf(linesOf(y), points.map(point => point.y))},
     },
   });
 }
