@@ -19,6 +19,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr std::size_t kMostBodies = 10'000'000;
+constexpr const char* kMarkdownName = "study.md";
 constexpr std::size_t kMostQueries = 100'000'000;
 
 struct BodiesOptions {
@@ -29,20 +30,23 @@ struct BodiesOptions {
     bool is_study = false;
     std::size_t most_bodies = 1'000'000;  ///< of the study
     double seconds_a_point = 0.3;         ///< of the study
+    double most_seconds_a_point = 30.0;   ///< of the study
     std::string out;
     bool json = false;
 };
 
 CommandResult<void> run_study_command(const BodiesOptions& options) {
-    if (options.out.empty()) return usage_error("--study needs --out DIR for its report.html");
+    if (options.out.empty())
+        return usage_error("--study needs --out DIR for its report.html and study.md");
     Result<std::shared_ptr<OutputFolder>> folder =
-        OutputFolder::open(options.out, {kReportName}, false);
+        OutputFolder::open(options.out, {kReportName, kMarkdownName}, false);
     if (!folder) return pass_on(folder.error());
     watch_for_interrupts();
     StudySettings settings;
     settings.seed = options.seed;
     settings.most_bodies = options.most_bodies;
     settings.seconds_a_point = options.seconds_a_point;
+    settings.most_seconds_a_point = options.most_seconds_a_point;
     Progress progress("studying");
     const std::vector<StudyTable> tables =
         run_study(settings, [&](double share) { progress.show(share); });
@@ -63,6 +67,8 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
                                                      .summary = summary},
                                                     tables);
     if (!written) return pass_on(written.error());
+    const Result<void> copied = write_study_markdown(OutputPlace(*folder, kMarkdownName), tables);
+    if (!copied) return pass_on(copied.error());
     summary.update(findings);
     print_summary(summary, options.json);
     return {};
@@ -72,12 +78,15 @@ CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& com
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
         {{{"--count", "--detail", "--detail-deviation", "--radius", "--size-spread", "--aspect",
-           "--dented", "--room", "--share", "--speed", "--spin", "--dt", "--queries",
-           "--broadphase"},
+           "--size-power", "--dented", "--room", "--share", "--speed", "--spin", "--dt",
+           "--queries", "--broadphase"},
           !options.is_study,
           "goes without --study, whose tables say what they change"},
+         {{"--size-power"}, options.layout.size_spread > 1.0, "goes with --size-spread above 1"},
          {{"--share"}, options.layout.room == 0.0, "goes without --room, which sets the width"},
-         {{"--most-bodies", "--seconds-a-point", "--out"}, options.is_study, "goes with --study"}});
+         {{"--most-bodies", "--seconds-a-point", "--most-seconds-a-point", "--out"},
+          options.is_study,
+          "goes with --study"}});
     if (!no_idle_flags) return no_idle_flags;
     if (options.is_study) return run_study_command(options);
     CrowdLayout layout = options.layout;
@@ -122,7 +131,11 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
     add_in_range(*bodies, "--radius", layout.radius, 1e-3, 1e6,
                  "Of the sphere through a body's corners, metres");
     add_in_range(*bodies, "--size-spread", layout.size_spread, 1.0, 1e3,
-                 "Largest over smallest radius, log-uniform around --radius");
+                 "Largest over smallest of 100 radii in equal ratios around --radius");
+    add_in_range(
+        *bodies, "--size-power", layout.size_power, 0.0, 10.0,
+        "Bodies of at least a radius are as many as its power of minus this: 0 for as many "
+        "small as large ones, 2.5 for fragments");
     add_in_range(*bodies, "--aspect", layout.aspect, 1.0, 1e3, "Length over width of a body");
     bodies->add_flag("--dented", layout.is_dented,
                      "Bodies that are not convex: every second segment has 0.7 of the radius");
@@ -148,11 +161,13 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         "distance of bodies) or dense (40^3 cells, cleared in each update)");
     bodies->add_flag("--study", options->is_study,
                      "Tables against count, detail, radius, size and aspect, beside published "
-                     "ones: report.html in "
-                     "--out");
+                     "ones: report.html and study.md in --out");
     add_count(*bodies, "--most-bodies", options->most_bodies, 50, "Of the study's tables, at most");
     add_positive(*bodies, "--seconds-a-point", options->seconds_a_point,
                  "Time that the study measures each point and broadphase for, seconds");
+    add_positive(*bodies, "--most-seconds-a-point", options->most_seconds_a_point,
+                 "The study leaves out a broadphase at a point of more than 1000 bodies where five "
+                 "queries are estimated to take longer, seconds");
     bodies->add_option("--out", options->out, "Folder of the study's report")->type_name("DIR");
     bodies->add_flag("--json", options->json, "Print one JSON object");
     bodies->footer(

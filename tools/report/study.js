@@ -1,44 +1,75 @@
-// Content of the report of the study of many bodies: a card for each table, with a log-log plot.
+// Content of the report of the study of many bodies: a card for each table, with a log-log plot, the published times
+// beside ours, and where it says something the share of positive queries.
 const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second",
-  hashed: "--third", dense: "--fourth", convex: "--main", dented: "--second"};
+  hashed: "--third", dense: "--fourth", brute: "--text", convex: "--main", dented: "--second",
+  "convex, crowded": "--limit", "dented, crowded": "--third"};
 const series = table => Object.keys(table.slopes);
-const milliseconds = value => value === undefined ? "" : Number(value.toPrecision(3)).toString();
+const three = value => value === undefined ? "" : Number(value.toPrecision(3)).toLocaleString("en-US",
+  {maximumSignificantDigits: 3});
+const microseconds = value => value === undefined ? "" : three(1e3 * value);
+const publishedOf = table => table.points.filter(point => "published_query_ms" in point);
 
-// [heading, value of a point] of the columns of a table
+// [heading, text of what was measured] of the columns of each series
+const measures = [
+  ["queries", totals => short(totals.queries)],
+  ["positive", totals => short(totals.positive_queries)],
+  ["query, us", totals => microseconds(totals.query_ms)],
+  ["positive query, us", totals => totals.positive_queries ? microseconds(totals.positive_ms) : ""],
+  ["update, us", totals => microseconds(totals.update_ms)],
+];
+
+// [heading, text of a point] of the columns before those of the series
 function columnsOf(table) {
   const columns = [[table.x_name, point => short(point.x)]];
-  columns.push(["queries, all schemes", point => short(series(table).reduce(
-    (sum, name) => sum + (point[name]?.queries ?? 0), 0))]);
+  if (publishedOf(table).length) {
+    columns.push(["published query, us", point => microseconds(point.published_query_ms)]);
+    columns.push(["published update, us", point => microseconds(point.published_update_ms)]);
+  }
   columns.push(["positive, %", point => {
     const first = point[series(table)[0]];
-    return first ? milliseconds(100 * first.positive_queries / first.queries) : "";
+    return first ? three(100 * first.positive_queries / first.queries) : "";
   }]);
-  const isPublished = table.points.some(point => "published_query_ms" in point);
-  if (isPublished) columns.push(["published, ms", point => milliseconds(point.published_query_ms)]);
-  for (const name of series(table)) {
-    columns.push([name + " query, ms", point => milliseconds(point[name]?.query_ms)]);
-    columns.push([name + " positive, ms",
-      point => point[name]?.positive_queries ? milliseconds(point[name].positive_ms) : ""]);
-    columns.push([name + " update, ms", point => milliseconds(point[name]?.update_ms)]);
-    columns.push([name + " boxes, ms", point => milliseconds(point[name]?.boxes_ms)]);
-  }
-  if (isPublished) {
-    const best = point => Math.min(...series(table).map(name => point[name]?.query_ms ?? Infinity));
-    columns.push(["published / best", point =>
-      "published_query_ms" in point ? short(Math.round(point.published_query_ms / best(point))) : ""]);
-  }
   return columns;
 }
 
 function tableOf(table) {
   const made = element("table");
-  const head = made.createTHead().insertRow();
+  const head = made.createTHead(), groups = head.insertRow(), names = head.insertRow();
   const columns = columnsOf(table);
-  for (const [name] of columns) head.append(element("th", name));
+  for (const [name] of columns) {
+    const cell = element("th", name);
+    cell.rowSpan = 2;
+    groups.append(cell);
+  }
+  for (const name of series(table)) {
+    const cell = element("th", name, "first");
+    cell.colSpan = measures.length;
+    groups.append(cell);
+    measures.forEach(([heading], i) => names.append(element("th", heading, i ? "" : "first")));
+  }
   const body = made.createTBody();
   for (const point of table.points) {
     const row = body.insertRow();
     for (const [, show] of columns) row.append(element("td", show(point)));
+    for (const name of series(table)) {
+      measures.forEach(([, show], i) =>
+        row.append(element("td", name in point ? show(point[name]) : "-", i ? "" : "first")));
+    }
+  }
+  return made;
+}
+
+function comparisonsOf(table) {
+  const made = element("table");
+  const head = made.createTHead().insertRow();
+  for (const text of ["", "published, us", "ours, us", "published / ours", "why they differ"]) head.append(element("th", text));
+  const body = made.createTBody();
+  for (const {what, published_ms: published, our_ms: ours, reason} of table.comparisons) {
+    const row = body.insertRow();
+    for (const text of [what, microseconds(published), microseconds(ours), three(published / ours)]) {
+      row.append(element("td", text));
+    }
+    row.append(element("td", reason, "text"));
   }
   return made;
 }
@@ -58,21 +89,21 @@ function drawLogarithms(table, canvas) {
     borderWidth: 1.5, borderDash: dashed ? [6, 4] : [], pointRadius: 2.5,
   });
   const lines = [];
-  const published = table.points.filter(point => "published_query_ms" in point);
+  const published = publishedOf(table);
   if (published.length > 1) {
     lines.push(line("published", colours.published,
-      published.map(point => ({x: point.x, y: point.published_query_ms})), true));
+      published.map(point => ({x: point.x, y: 1e3 * point.published_query_ms})), true));
   }
   for (const name of series(table)) {
     lines.push(line(name, colours[name], table.points.filter(point => name in point).map(
-      point => ({x: point.x, y: point[name].query_ms})), false));
+      point => ({x: point.x, y: 1e3 * point[name].query_ms})), false));
   }
-  // y = x through the first point of the first series
-  const start = table.points.find(point => series(table)[0] in point);
+  // y = x through the first published time, or else that of the first series
+  const start = published.length > 1 ? published[0] : table.points.find(point => series(table)[0] in point);
   if (start !== undefined) {
-    const factor = start[series(table)[0]].query_ms / start.x;
-    lines.push(line("y = x, scaled", "--soft", table.points.map(point => ({x: point.x, y: factor * point.x})), true));
-    lines.at(-1).pointRadius = 0;
+    const factor = (start.published_query_ms ?? start[series(table)[0]].query_ms) / start.x;
+    lines.push(line("y = x, scaled", "--soft", table.points.map(point => ({x: point.x, y: 1e3 * factor * point.x})), false));
+    Object.assign(lines.at(-1), {pointRadius: 0, borderWidth: 1});
   }
   const axis = text => ({type: "logarithmic", title: {display: true, text},
     ticks: {maxRotation: 0, callback: value => {
@@ -84,18 +115,63 @@ function drawLogarithms(table, canvas) {
     options: {
       animation: false, maintainAspectRatio: false,
       plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}},
-      scales: {x: axis(table.x_name), y: axis("ms a query")},
+      scales: {x: axis(table.x_name), y: axis("us a query")},
     },
   });
 }
 
+function drawPositiveShare(table, canvas) {
+  const lines = series(table).map(name => ({
+    label: name, showLine: true, borderColor: colour(colours[name]), backgroundColor: colour(colours[name]),
+    borderWidth: 1.5, pointRadius: 2.5,
+    data: table.points.filter(point => name in point).map(
+      point => ({x: point.x, y: 100 * point[name].positive_queries / point[name].queries})),
+  }));
+  return new Chart(canvas, {
+    type: "scatter", data: {datasets: lines},
+    options: {
+      animation: false, maintainAspectRatio: false,
+      plugins: {legend: {align: "end", labels: {boxWidth: 18, boxHeight: 1}}},
+      scales: {x: {title: {display: true, text: table.x_name}},
+        y: {beginAtZero: true, title: {display: true, text: "positive queries, %"}}},
+    },
+  });
+}
+
+// A canvas in a box of its own after an element.
+function addPlotAfter(place) {
+  const plot = element("div", undefined, "plot");
+  const canvas = element("canvas");
+  plot.append(canvas);
+  place.after(plot);
+  return canvas;
+}
+
+function addComparisons(table, canvas) {
+  if (!table.comparisons.length) return;
+  const wide = element("div", undefined, "wide");
+  wide.append(comparisonsOf(table));
+  const note = "The published machine is not known; its share is the same in all ratios. Ours is the mean of the same scheme.";
+  canvas.closest(".card").append(element("p", note), wide);
+}
+
 const tiles = [];
 for (const table of data.tables) {
-  const fit = table.slopes[series(table)[0]].published_places;
-  if (fit !== null) tiles.push([table.title + ": slope", fit.toFixed(2), false]);
+  const fit = table.slopes[series(table)[0]].without_fixed_cost;
+  if (fit !== null && publishedOf(table).length > 1) {
+    tiles.push([`${table.title}: power of a query by ${series(table)[0]}, the fixed cost apart`, fit.toFixed(2), false]);
+  }
 }
 showTiles(tiles);
-const canvases = data.tables.map(table => addTableCard(
-  table.title, table.text, tableOf(table), [slopesOf(table), ...table.findings]));
-keepDrawn(() => data.tables.map((table, i) => drawLogarithms(table, canvases[i])));
+const charts = [];
+for (const table of data.tables) {
+  const canvas = addTableCard(table.title, table.text, tableOf(table), [slopesOf(table), ...table.findings]);
+  charts.push(() => drawLogarithms(table, canvas));
+  if (table.key === "count" || table.key === "radius") {
+    const share = addPlotAfter(canvas.parentElement);
+    charts.push(() => drawPositiveShare(table, share));
+  }
+  addComparisons(table, canvas);
+}
+keepDrawn(() => charts.map(draw => draw()));
 showSummary();

@@ -73,12 +73,14 @@ class FlagsThatDoNothing(Folder):
                 (["page", *ground, "--storage-seed", 3], "--storage-seed"),
                 (["bodies", "--most-bodies", 100], "--most-bodies"),
                 (["bodies", "--seconds-a-point", 1], "--seconds-a-point"),
+                (["bodies", "--most-seconds-a-point", 1], "--most-seconds-a-point"),
+                (["bodies", "--size-power", 2], "--size-power"),
                 (["bodies", "--out", self.path("out")], "--out"),
                 (["info", *ground, "--fractal", "ridged"], "--fractal"),
                 *((["bodies", "--study", "--out", self.path("out"), name, value], name)
                   for name, value in (("--count", 5), ("--detail", 3), ("--detail-deviation", 1),
                                       ("--radius", 1), ("--share", 0.1), ("--speed", 1), ("--spin", 1),
-                                      ("--dt", 1), ("--queries", 5), ("--broadphase", "sap")))):
+                                      ("--size-power", 2), ("--dt", 1), ("--queries", 5), ("--broadphase", "sap")))):
             with self.subTest(arguments):
                 self.assert_refused(run(*arguments), [2], flag)
                 self.assertEqual(os.listdir(self.folder), [])

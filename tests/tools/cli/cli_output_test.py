@@ -45,7 +45,8 @@ class OwnFiles(Folder):
                     (["drive", "--seed", 1, *QUICK], "frames.csv"),
                     (["drop", "--seed", 1, "--count", 2, "--seconds", 0.2], "report.html"),
                     (["page", "--seed", 1, *QUICK], "frames.csv"),
-                    (["bodies", "--study", "--most-bodies", 50, "--seconds-a-point", 0.001], "report.html")]
+                    *((["bodies", "--study", "--most-bodies", 50, "--seconds-a-point", 0.001], name)
+                      for name in ("report.html", "study.md"))]
         for command, name in commands:
             with self.subTest(command):
                 shutil.rmtree(self.path("out"), ignore_errors=True)

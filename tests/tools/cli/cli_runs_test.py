@@ -174,6 +174,12 @@ class Bodies(Folder):
             answers.append([summary[key] for key in ("pairs", "touching", "positive_queries")])
         self.assertEqual(answers, answers[:1] * 6)
 
+    def test_sizes_of_fragments_touch_alike_in_all_broadphases(self):
+        answers = [run_json("bodies", "--count", 200, "--queries", 20, "--share", 0.2, "--dt", 0.2, "--size-spread", 50,
+                            "--size-power", 2.5, "--broadphase", kind)["touching"] for kind in ("sap", "grid", "brute")]
+        self.assertGreater(answers[0], 0)
+        self.assertEqual(answers, answers[:1] * 3)
+
     def test_the_study_says_how_much_sooner_it_answers(self):
         summary = run_json("bodies", "--study", "--out", self.path("study"), "--most-bodies", 50,
                            "--seconds-a-point", 0.002)
@@ -183,6 +189,12 @@ class Bodies(Folder):
         self.assertTrue(any("hashed grid" in line for line in summary["equal_findings"]))
         with open(self.path("study/report.html")) as file:
             self.assertIn("rings of corners", file.read())
+        with open(self.path("study/study.md")) as file:
+            rows = [line.split(" | ") for line in file if line.startswith(("| query, ", "| update, "))]
+        self.assertEqual(len(rows), 11 + 2 + 7 + 5 + 4)  # of count, detail, radius and equal size
+        for what, published, ours, ratio, reason in rows:
+            self.assertAlmostEqual(float(published) / float(ours) / float(ratio), 1, delta=0.02)
+            self.assertTrue(reason.endswith(". |\n"), reason)
 
     def test_refuses_what_makes_no_sense(self):
         for arguments, line in (

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 namespace terrane::tools {
@@ -51,11 +54,13 @@ TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
 }
 
 TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
-    for (const double spread : {1.0, 100.0}) {
+    using Sizes = std::pair<double, double>;  // spread and power
+    for (const auto& [spread, power] : {Sizes(1.0, 0.0), Sizes(100.0, 0.0), Sizes(100.0, 2.5)}) {
         for (const double aspect : {1.0, 100.0}) {
             CrowdLayout layout = layout_of(200, CrowdScheme::brute);
             layout.share = 0.2;
             layout.size_spread = spread;
+            layout.size_power = power;
             layout.aspect = aspect;
             Crowd expected(layout);
             std::vector<Crowd> crowds;
@@ -71,9 +76,10 @@ TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
                 pairs += brute.pairs;
                 for (Crowd& crowd : crowds) {
                     const CrowdQuery query = crowd.query();
-                    ASSERT_EQ(query.pairs, brute.pairs) << spread << " " << aspect << " " << step;
+                    ASSERT_EQ(query.pairs, brute.pairs)
+                        << spread << " " << power << " " << aspect << " " << step;
                     ASSERT_EQ(query.touching, brute.touching)
-                        << spread << " " << aspect << " " << step;
+                        << spread << " " << power << " " << aspect << " " << step;
                     crowd.move(0.3);
                 }
                 expected.move(0.3);
@@ -105,6 +111,24 @@ TEST(Crowd, StaysInARoomOfTheWidthAskedFor) {
     // no narrower than its largest body
     layout.room = 1.0;
     EXPECT_EQ(Crowd(layout).width(), 2.0);
+}
+
+TEST(Crowd, HasSizesOfItsPower) {
+    // the room's volume is that of all spheres over the share: compares the mean cube of the radii
+    for (const double power : {0.0, 1.0, 2.5}) {
+        CrowdLayout layout = layout_of(20'000, CrowdScheme::hashed);
+        layout.size_spread = 9.0;
+        layout.size_power = power;
+        double weights = 0.0, cubes = 0.0;
+        for (int size = 0; size < 100; ++size) {
+            const double radius = std::pow(9.0, size / 99.0 - 0.5);
+            weights += std::pow(radius, -power);
+            cubes += std::pow(radius, 3.0 - power);
+        }
+        const double volume =
+            4.0 / 3.0 * std::numbers::pi * 20'000.0 * cubes / weights / layout.share;
+        EXPECT_NEAR(std::pow(Crowd(layout).width(), 3.0) / volume, 1.0, 0.05) << power;
+    }
 }
 
 TEST(Crowd, DentedBodiesTouchLessOftenThanConvexOnes) {

@@ -2,17 +2,23 @@
 #include "crowd/study/study.h"
 
 #include "crowd/study/power_law.h"
+#include "crowd/study/study_comparison.h"
 #include "crowd/study/study_findings.h"
+#include "crowd/study/study_limits.h"
 #include "crowd/study/study_plans.h"
 #include "crowd/study/study_report.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
+#include <sstream>
+#include <utility>
 
 namespace terrane::tools {
 namespace study_test {
@@ -66,30 +72,124 @@ StudyPoint point_of(double x, std::span<const std::array<double, 2>> times) {
     return point;
 }
 
-TEST(StudyFindings, JudgeTheClaimByTheMeasuredRatio) {
+// A table without points.
+StudyTable table_of(const std::string& key, std::vector<std::string> series) {
     StudyTable table;
-    table.key = "count";
+    table.key = key;
     table.x_name = "bodies";
-    table.series = {"sap"};
-    table.points.push_back(point_of(50.0, std::array<std::array<double, 2>, 1>{{{1000.0, 5.0}}}));
-    const auto claims = [&] {
-        std::string all;
-        for (const std::string& finding : study_findings(table)) all += finding;
-        return all;
-    };
-    EXPECT_NE(claims().find("so it is here"), std::string::npos);
+    table.series = std::move(series);
+    return table;
+}
+
+std::string findings_of(const StudyTable& table) {
+    std::string all;
+    for (const std::string& finding : study_findings(table)) all += finding + "\n";
+    return all;
+}
+
+bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+using Times = std::array<double, 2>;
+
+TEST(StudyFindings, JudgeTheClaimByTheMeasuredRatio) {
+    StudyTable table = table_of("count", {"sap"});
+    table.points.push_back(point_of(50.0, std::array<Times, 1>{{{1000.0, 5.0}}}));
+    table.points[0].published_query_ms = 6.0;
+    table.points[0].published_update_ms = 0.1;
+    EXPECT_TRUE(has(findings_of(table), "are 60 to 1; sap: a query of 1000 us"));
+    EXPECT_TRUE(has(findings_of(table), "so it is"));
     table.points[0].measured[0].update_ms = 1.0;
-    EXPECT_NE(claims().find("not here"), std::string::npos);
+    EXPECT_TRUE(has(findings_of(table), "not so"));
+}
+
+TEST(StudyFindings, SortPowersByTheWantedOne) {
+    StudyTable table = table_of("count", {"linear", "square", "flat"});
+    for (const double x : {1.0, 5.0, 10.0, 20.0, 50.0}) {
+        table.points.push_back(point_of(
+            x, std::array<Times, 3>{{{2.0 + x, 0.0}, {1.0 + x * x, 0.0}, {1e6 + x * x, 0.0}}}));
+    }
+    const std::string queries = study_findings(table).front();
+    EXPECT_TRUE(has(queries, "At most 1.05: linear 1.00 (2 us fixed).")) << queries;
+    EXPECT_TRUE(has(queries, "Above: square 2.00 (1 us fixed).")) << queries;
+    EXPECT_TRUE(has(queries, "Mostly fixed: flat (1000000 us fixed).")) << queries;
+}
+
+TEST(StudyFindings, SeeARiseAndAPlateauOnlyWhereTheyAre) {
+    StudyTable table = table_of("radius", {"sap"});
+    const std::array<double, 4> pairs{1.0, 50.0, 185.0, 190.0};
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const double x = static_cast<double>(1 + i);
+        table.points.push_back(point_of(x, std::array<Times, 1>{{{10.0 * x, 1.0}}}));
+        table.points.back().measured[0].pairs = static_cast<std::size_t>(pairs[i]);
+    }
+    EXPECT_TRUE(has(findings_of(table), "from radius 1 to 2 a query by sweep-and-prune takes 2 "));
+    EXPECT_TRUE(has(findings_of(table), "Plateau: from radius 3 on"));
+    table.points.pop_back();
+    table.points.pop_back();
+    EXPECT_TRUE(has(findings_of(table), "No plateau"));
 }
 
 TEST(StudyFindings, NameTheRatioOfDenseAndHashedUpdates) {
-    StudyTable table;
-    table.key = "equal";
-    table.x_name = "bodies";
-    table.series = {"hashed", "dense"};
-    table.points.push_back(
-        point_of(20.0, std::array<std::array<double, 2>, 2>{{{1.0, 0.5}, {2.0, 60.0}}}));
-    EXPECT_NE(study_findings(table).front().find("120 times less"), std::string::npos);
+    StudyTable table = table_of("equal", {"hashed", "dense"});
+    table.points.push_back(point_of(1.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 54.0}}}));
+    table.points.push_back(point_of(20.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 60.0}}}));
+    EXPECT_TRUE(has(findings_of(table), "120 times less, at least the 100"));
+    EXPECT_TRUE(has(findings_of(table), "54 us, 90 % of that with 20 bodies"));
+    table.points[1].measured[1].update_ms = 0.02;
+    EXPECT_TRUE(has(findings_of(table), "40 times less, less than the 100"));
+}
+
+TEST(StudyFindings, NameTheSchemesThatNeedSimilarBodies) {
+    StudyTable table = table_of("spread_1000", {"sap", "grid"});
+    table.points.push_back(point_of(1.0, std::array<Times, 2>{{{10.0, 0.0}, {8.0, 0.0}}}));
+    table.points.push_back(point_of(10.0, std::array<Times, 2>{{{10.0, 0.0}, {30.0, 0.0}}}));
+    table.points.push_back(point_of(100.0, std::array<Times, 2>{{{11.0, 0.0}, {110.0, 0.0}}}));
+    table.left_out.push_back({1000.0, "grid", 77.0});
+    table.most_seconds = 30.0;
+    const std::string all = findings_of(table);
+    EXPECT_TRUE(has(all, "needs similar bodies: grid 10 (from 10 on). Not so: sap 0.8.")) << all;
+    EXPECT_TRUE(has(all, "longer than 30 s by the growth from fewer bodies: grid at 1000 (77 s)"))
+        << all;
+}
+
+TEST(StepTimes, GrowWithThePowerOfTheLargestCounts) {
+    StepTimes times;
+    EXPECT_FALSE(times.seconds_at("a", "b", 1000));
+    times.add("a", 10, 1.0);
+    EXPECT_FALSE(times.seconds_at("a", "b", 10));
+    EXPECT_DOUBLE_EQ(times.seconds_at("a", "b", 100).value(), 100.0);
+    times.add("b", 10, 1.0);
+    times.add("b", 100, std::pow(10.0, 1.5));
+    EXPECT_NEAR(times.seconds_at("a", "b", 1000).value(), 1000.0, 1e-9);
+    times.add("a", 100, 10.0);
+    EXPECT_NEAR(times.seconds_at("a", "b", 1000).value(), 100.0, 1e-9);
+    // neither below linear nor above quadratic
+    times.add("a", 1000, 11.0);
+    EXPECT_NEAR(times.seconds_at("a", "b", 2000).value(), 22.0, 1e-9);
+    times.add("a", 10'000, 1e9);
+    EXPECT_NEAR(times.seconds_at("a", "b", 20'000).value(), 4e9, 1.0);
+}
+
+TEST(Study, LeavesOutWhatIsEstimatedToTakeTooLong) {
+    StudySettings settings;
+    settings.seconds_a_point = 1e-4;
+    settings.most_seconds_a_point = 1e-6;
+    settings.most_bodies = 3000;
+    std::vector<StudyPlan> plans = make_study_plans(settings);
+    std::erase_if(plans, [](const StudyPlan& plan) { return plan.table.key != "many"; });
+    const std::vector<StudyTable> tables = run_plans(std::move(plans), settings, [](double) {});
+    ASSERT_EQ(tables.size(), 1u);
+    const StudyTable* const many = tables.data();
+    ASSERT_EQ(many->left_out.size(), many->series.size());
+    for (const LeftOut& left : many->left_out) {
+        EXPECT_EQ(left.x, 3000.0);
+        EXPECT_GT(left.seconds, settings.most_seconds_a_point);
+        EXPECT_EQ(many->totals_at(3000.0, left.series), nullptr);
+        EXPECT_NE(many->totals_at(1000.0, left.series), nullptr);
+    }
+    EXPECT_TRUE(has(findings_of(*many), "Left out"));
 }
 
 TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
@@ -121,6 +221,17 @@ TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     EXPECT_EQ(tables[0].points.size(), 11u);
     EXPECT_EQ(tables[1].points.size(), 2u);  // 100 and 300
 
+    std::size_t compared = 0;
+    for (const StudyTable& table : tables) {
+        for (const Comparison& each : compare_with_published(table)) {
+            ++compared;
+            EXPECT_GT(each.published_ms, 0.0) << each.what;
+            EXPECT_GT(each.our_ms, 0.0) << each.what;
+            EXPECT_TRUE(each.reason.ends_with('.')) << each.what;
+        }
+    }
+    EXPECT_EQ(compared, published + 3u + 2u);  // updates by sweep-and-prune, and the dense grid
+
     const std::string path = testing::TempDir() + "study_report.html";
     ASSERT_TRUE(write_study_report(
         path, {.title = "Many bodies", .command_line = "terrane", .film = "", .summary = {}},
@@ -132,6 +243,30 @@ TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     }
     EXPECT_NE(page.find("\"published_query_ms\":0.167"), std::string::npos);
     std::filesystem::remove(path);
+}
+
+TEST(StudyMarkdown, HasEveryPublishedTimeAndRowsAsWideAsTheirHeads) {
+    StudyTable table = table_of("equal", {"sap", "dense"});
+    table.title = "Equal bodies";
+    table.points.push_back(point_of(20.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 60.0}}}));
+    table.points[0].published_query_ms = 3.164;
+    table.points[0].published_update_ms = 0.099;
+    const std::string text = study_markdown(std::span(&table, 1));
+    EXPECT_TRUE(has(text, "## Equal bodies\n"));
+    EXPECT_TRUE(has(text, "| query, sweep-and-prune, 20 bodies | 3160 | 1 | 3160 |")) << text;
+    EXPECT_TRUE(has(text, "| update, sweep-and-prune, 20 bodies | 99 | 0.5 | 198 |")) << text;
+    EXPECT_TRUE(has(text, "| query, dense grid, 20 bodies | 527 | 2 | 264 |")) << text;
+    EXPECT_TRUE(has(text, "| update, dense grid, 20 bodies | 65000 | 60 | 1080 |")) << text;
+    std::istringstream lines(text);
+    std::ptrdiff_t bars = 0;
+    for (std::string line; std::getline(lines, line);) {
+        const std::ptrdiff_t count = std::count(line.begin(), line.end(), '|');
+        if (count == 0 || bars == 0) {
+            bars = count;
+        } else {
+            EXPECT_EQ(count, bars) << line;
+        }
+    }
 }
 
 TEST(CrowdTotals, CountPositiveQueriesSeparately) {

@@ -10,16 +10,19 @@
 #include <terrane/collision/shape_pairs.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
 
 constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
+constexpr int kSizes = 100;  // of a spread: few enough for bodies to share their meshes
 
 double now_ms() {
     return std::chrono::duration<double, std::milli>(
@@ -32,11 +35,35 @@ Eigen::Vector3d direction(BodyRandom& random) {
     return {v[0], v[1], v[2]};
 }
 
-// Radius of a body: log-uniform over the spread, its geometric mean the layout's radius.
-double draw_radius(const CrowdLayout& layout, BodyRandom& random) {
+// Equal ratios from each size to the next; the layout's radius is their geometric mean.
+double radius_of(const CrowdLayout& layout, int size) {
     if (layout.size_spread == 1.0) return layout.radius;
-    return layout.radius * std::pow(layout.size_spread, random.unit() - 0.5);
+    const double share = static_cast<double>(size) / (kSizes - 1);
+    return layout.radius * std::pow(layout.size_spread, share - 0.5);
 }
+
+// Draws numbers of sizes, small ones more often where the layout has a size power.
+class SizeDraw {
+public:
+    explicit SizeDraw(const CrowdLayout& layout) : is_spread_(layout.size_spread != 1.0) {
+        double sum = 0.0;
+        for (int size = 0; size < kSizes; ++size) {
+            sum += std::pow(radius_of(layout, size) / layout.radius, -layout.size_power);
+            sums_[static_cast<std::size_t>(size)] = sum;
+        }
+    }
+    // Without a spread all have size 0.
+    int draw(BodyRandom& random) const {
+        if (!is_spread_) return 0;
+        const auto found =
+            std::upper_bound(sums_.begin(), sums_.end(), random.unit() * sums_.back());
+        return std::min(static_cast<int>(found - sums_.begin()), kSizes - 1);
+    }
+
+private:
+    bool is_spread_;
+    std::array<double, kSizes> sums_{};  ///< of the shares of sizes, up to and with each
+};
 
 // Uniform with the layout's mean and deviation.
 int draw_rings(const CrowdLayout& layout, BodyRandom& random) {
@@ -105,10 +132,11 @@ Crowd::Crowd(const CrowdLayout& layout) : is_two_scene_(layout.scheme == CrowdSc
 }
 
 void Crowd::place_bodies(const CrowdLayout& layout) {
+    const SizeDraw sizes(layout);
     double cubes = 0.0, largest = 0.0;
     for (std::size_t i = 0; i < layout.count; ++i) {
         BodyRandom random(layout.seed, i);
-        const double radius = draw_radius(layout, random);
+        const double radius = radius_of(layout, sizes.draw(random));
         cubes += radius * radius * radius;
         largest = std::max(largest, radius);
     }
@@ -116,18 +144,18 @@ void Crowd::place_bodies(const CrowdLayout& layout) {
     width_ =
         std::max(layout.room > 0.0 ? layout.room : std::cbrt(volume / layout.share), 2.0 * largest);
     // Bodies of the same mesh share one shape.
-    std::map<int, Shape> shapes;
+    std::map<std::pair<int, int>, Shape> shapes;
     for (std::size_t i = 0; i < layout.count; ++i) {
         BodyRandom random(layout.seed, i);
-        const double radius = draw_radius(layout, random);
+        const int size = sizes.draw(random);
+        const double radius = radius_of(layout, size);
         const BallMesh mesh{.rings = draw_rings(layout, random),
                             .radius = radius,
                             .aspect = layout.aspect,
                             .is_dented = layout.is_dented};
-        auto shape = shapes.find(mesh.rings);
-        if (shape == shapes.end()) shape = shapes.emplace(mesh.rings, make_ball(mesh)).first;
-        // Of a spread of sizes every body has a mesh of its own.
-        if (layout.size_spread != 1.0) shape->second = make_ball(mesh);
+        const std::pair key(size, mesh.rings);
+        auto shape = shapes.find(key);
+        if (shape == shapes.end()) shape = shapes.emplace(key, make_ball(mesh)).first;
         corner_count_ += tools::corner_count(mesh);
         Pose pose;
         pose.rotation = matrix_from_quaternion(random.direction<4>());

@@ -31,13 +31,17 @@ struct CrowdLayout {
         3.0;  ///< mean number of rings of corners between the poles; each body has 2 or more
     double detail_deviation = 1.0;  ///< standard deviation of it: uniform over the bodies
     double radius = 1.0;            ///< of the sphere through the corners, metres
-    double size_spread = 1.0;       ///< largest over smallest radius: log-uniform around `radius`
-    double aspect = 1.0;            ///< length over width of a body
-    bool is_dented = false;         ///< bodies are not convex
-    double room = 0.0;              ///< width of the room, metres; 0: by `share`
-    double share = 0.02;            ///< of the room's volume that the spheres take, 0 to 1
-    double speed = 1.0;             ///< metres a second
-    double spin = 1.0;              ///< radians a second
+    /// Largest over smallest of 100 radii in equal ratios around `radius`.
+    double size_spread = 1.0;
+    /// Bodies of at least a radius are as many as radius^-size_power: 0 for equal numbers of each of the radii, 2.5 for
+    /// fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
+    double size_power = 0.0;
+    double aspect = 1.0;     ///< length over width of a body
+    bool is_dented = false;  ///< bodies are not convex
+    double room = 0.0;       ///< width of the room, metres; 0: by `share`
+    double share = 0.02;     ///< of the room's volume that the spheres take, 0 to 1
+    double speed = 1.0;      ///< metres a second
+    double spin = 1.0;       ///< radians a second
     CrowdScheme scheme = CrowdScheme::sap;
     std::uint64_t seed = 1;
 };

@@ -17,6 +17,19 @@ void CrowdTotals::add(const CrowdQuery& query) {
     positive_ms += query.query_ms;
 }
 
+void CrowdTotals::add(const CrowdTotals& other) {
+    queries += other.queries;
+    positive_queries += other.positive_queries;
+    query_ms += other.query_ms;
+    positive_ms += other.positive_ms;
+    boxes_ms += other.boxes_ms;
+    update_ms += other.update_ms;
+    boxes += other.boxes;
+    pairs += other.pairs;
+    touching += other.touching;
+    candidates += other.candidates;
+}
+
 CrowdTotals run_crowd(Crowd& crowd, double dt,
                       const std::function<bool(const CrowdTotals&)>& goes_on) {
     CrowdTotals totals;

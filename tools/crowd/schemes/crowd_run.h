@@ -22,6 +22,8 @@ struct CrowdTotals {
     std::uint64_t candidates = 0;
 
     void add(const CrowdQuery& query);
+    /// Adds the sums of another run.
+    void add(const CrowdTotals& other);
     /// Means over the queries; 0 without queries.
     double mean_query_ms() const { return mean(query_ms, queries); }
     double mean_boxes_ms() const { return mean(boxes_ms, queries); }
@@ -31,6 +33,12 @@ struct CrowdTotals {
     double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
     /// Of the broadphase alone.
     double mean_broadphase_ms() const { return mean(update_ms, queries); }
+    /// Pairs of overlapping boxes in a query.
+    double mean_pairs() const { return mean(static_cast<double>(pairs), queries); }
+    /// Exact boxes computed in an update and its query.
+    double mean_boxes() const { return mean(static_cast<double>(boxes), queries); }
+    /// Share of the queries with at least one touching pair, 0 to 1.
+    double positive_share() const { return mean(static_cast<double>(positive_queries), queries); }
     /// 0 without positive queries.
     double mean_positive_ms() const { return mean(positive_ms, positive_queries); }
 

@@ -1,107 +1,194 @@
 // SPDX-License-Identifier: MIT
 #include "crowd/study/study.h"
 
-#include "crowd/study/power_law.h"
-#include "crowd/study/study_findings.h"
+#include "crowd/study/study_limits.h"
 #include "crowd/study/study_plans.h"
+#include "output/figures.h"
 #include "output/interrupt.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cmath>
+#include <span>
 
 namespace terrane::tools {
 namespace {
 
-// Sweep-and-prune along one axis is superlinear: larger counts would take minutes and are left out.
-constexpr std::size_t kMostSwept = 100'000;
-
-bool is_swept(CrowdScheme scheme) {
-    return scheme == CrowdScheme::sap || scheme == CrowdScheme::two_scene;
-}
+constexpr std::size_t kFewBodies = 1000;  ///< up to which points are measured in rounds
 
 // Queries one crowd for that many seconds of query and update time.
 CrowdTotals measure(Crowd& crowd, double seconds) {
-    constexpr std::size_t kFewest = 5;  // queries
     constexpr double kStep = 1.0 / 60.0;
     return run_crowd(crowd, kStep, [&](const CrowdTotals& totals) {
-        return totals.queries < kFewest ||
+        if (is_interrupted()) return false;
+        return totals.queries < kFewestQueries ||
                totals.query_ms + totals.boxes_ms + totals.update_ms < 1e3 * seconds;
     });
 }
 
-// The round with the median query time.
-CrowdTotals median_of(std::span<CrowdTotals> rounds) {
-    const auto middle = rounds.begin() + static_cast<std::ptrdiff_t>(rounds.size() / 2);
-    std::nth_element(rounds.begin(), middle, rounds.end(),
-                     [](const CrowdTotals& a, const CrowdTotals& b) {
-                         return a.mean_query_ms() < b.mean_query_ms();
-                     });
+double median_of(std::span<const CrowdTotals> rounds, double (CrowdTotals::*time)() const) {
+    std::vector<double> times;
+    for (const CrowdTotals& round : rounds) times.push_back((round.*time)());
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
     return *middle;
 }
 
-// Measures every point with each of the plan's series. Points of few bodies are measured in rounds over all of
-// them, so that a temporary slowdown of the machine does not distort the table.
-void measure_all(StudyPlan& plan, double seconds, const std::function<void()>& show_point) {
-    constexpr int kRounds = 5;
-    constexpr std::size_t kFewBodies = 1000;
-    struct TimedCrowd {
-        Crowd crowd;
-        CrowdTotals* result;
-        std::vector<CrowdTotals> rounds;
-    };
-    std::vector<TimedCrowd> timed_crowds;
-    for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
-        std::vector<CrowdTotals>& measured = plan.table.points[i].measured;
-        measured.resize(plan.series.size());
-        for (std::size_t series = 0; series < plan.series.size(); ++series) {
-            CrowdLayout layout = plan.layouts[i];
-            layout.scheme = plan.series[series].scheme;
-            layout.is_dented = plan.series[series].is_dented;
-            if (is_swept(layout.scheme) && layout.count > kMostSwept) continue;
-            if (layout.count <= kFewBodies) {
-                timed_crowds.push_back({Crowd(layout), &measured[series], {}});
-            } else {
-                Crowd crowd(layout);
-                measured[series] = measure(crowd, seconds);
-            }
-        }
-        show_point();
-    }
-    for (int round = 0; round < kRounds; ++round) {
-        for (TimedCrowd& timed : timed_crowds) {
-            timed.rounds.push_back(measure(timed.crowd, seconds / kRounds));
-        }
-    }
-    for (TimedCrowd& timed : timed_crowds) *timed.result = median_of(timed.rounds);
+// Counts of all rounds, with the medians of their mean times. Positive queries may be rare: their time is that of all
+// rounds.
+CrowdTotals joined(std::span<const CrowdTotals> rounds) {
+    CrowdTotals all;
+    for (const CrowdTotals& round : rounds) all.add(round);
+    const auto queries = static_cast<double>(all.queries);
+    all.query_ms = queries * median_of(rounds, &CrowdTotals::mean_query_ms);
+    all.boxes_ms = queries * median_of(rounds, &CrowdTotals::mean_boxes_ms);
+    all.update_ms = queries * median_of(rounds, &CrowdTotals::mean_broadphase_ms);
+    return all;
 }
 
-nlohmann::ordered_json to_json(const CrowdTotals& totals) {
-    return {{"query_ms", totals.mean_query_ms()},
-            {"positive_ms", totals.mean_positive_ms()},
-            {"update_ms", totals.mean_update_ms()},
-            {"boxes_ms", totals.mean_boxes_ms()},
-            {"queries", totals.queries},
-            {"positive_queries", totals.positive_queries}};
+CrowdLayout layout_of(const StudyPlan& plan, std::size_t point, std::size_t series) {
+    CrowdLayout layout = plan.layouts[point];
+    const StudySeries& with = plan.series[series];
+    layout.scheme = with.scheme;
+    layout.is_dented = with.is_dented;
+    if (with.own_room_share > 0.0) {
+        layout.room = 0.0;
+        layout.share = with.own_room_share;
+    }
+    return layout;
 }
+
+// Everything that the time of a step depends on, but the number of bodies.
+std::string kind_of(const CrowdLayout& layout) {
+    return fmt::format("{} {} {} {} {} {} {} {} {}", to_string(layout.scheme), layout.is_dented,
+                       layout.room, layout.share, layout.radius, layout.detail, layout.size_spread,
+                       layout.size_power, layout.aspect);
+}
+
+// The kind of similar bodies, which has more counts.
+std::string similar_kind_of(CrowdLayout layout) {
+    layout.size_spread = layout.aspect = 1.0;
+    layout.size_power = 0.0;
+    return kind_of(layout);
+}
+
+class Measurement {
+public:
+    explicit Measurement(const StudySettings& settings) : settings_(settings) {}
+
+    // Measures every point with each of the plan's series.
+    void measure_plan(StudyPlan& plan, const std::function<void()>& show_point) {
+        plan.table.most_seconds = settings_.most_seconds_a_point;
+        for (StudyPoint& point : plan.table.points) point.measured.resize(plan.series.size());
+        measure_few(plan);
+        for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
+            show_point();
+            if (plan.layouts[i].count > kFewBodies) measure_many(plan, i);
+        }
+    }
+
+private:
+    // Points of few bodies, in rounds over all of them, so that a temporary slowdown of the machine does not distort
+    // the table.
+    void measure_few(StudyPlan& plan) {
+        constexpr int kRounds = 5;
+        struct TimedCrowd {
+            Crowd crowd;
+            std::string kind;
+            std::size_t bodies;
+            CrowdTotals* result;
+            std::vector<CrowdTotals> rounds;
+        };
+        std::vector<TimedCrowd> timed_crowds;
+        for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
+            if (plan.layouts[i].count > kFewBodies) continue;
+            for (std::size_t series = 0; series < plan.series.size(); ++series) {
+                const CrowdLayout layout = layout_of(plan, i, series);
+                timed_crowds.push_back({Crowd(layout),
+                                        kind_of(layout),
+                                        layout.count,
+                                        &plan.table.points[i].measured[series],
+                                        {}});
+            }
+        }
+        for (int round = 0; round < kRounds && !is_interrupted(); ++round) {
+            for (TimedCrowd& timed : timed_crowds) {
+                timed.rounds.push_back(measure(timed.crowd, settings_.seconds_a_point / kRounds));
+            }
+        }
+        for (TimedCrowd& timed : timed_crowds) {
+            if (timed.rounds.empty()) continue;
+            *timed.result = joined(timed.rounds);
+            times_.add(timed.kind, timed.bodies, 1e-3 * timed.result->mean_step_ms());
+        }
+    }
+
+    // One point of many bodies, without the series that would take too long.
+    void measure_many(StudyPlan& plan, std::size_t i) {
+        StudyPoint& point = plan.table.points[i];
+        for (std::size_t series = 0; series < plan.series.size() && !is_interrupted(); ++series) {
+            const CrowdLayout layout = layout_of(plan, i, series);
+            const std::string kind = kind_of(layout);
+            const std::optional<double> step =
+                times_.seconds_at(kind, similar_kind_of(layout), layout.count);
+            const double seconds = static_cast<double>(kFewestQueries) * step.value_or(0.0);
+            if (seconds > settings_.most_seconds_a_point) {
+                plan.table.left_out.push_back({point.x, plan.table.series[series], seconds});
+                continue;
+            }
+            Crowd crowd(layout);
+            point.measured[series] = measure(crowd, settings_.seconds_a_point);
+            times_.add(kind, layout.count, 1e-3 * point.measured[series].mean_step_ms());
+        }
+    }
+
+    StudySettings settings_;
+    StepTimes times_;
+};
 
 }  // namespace
 
+const StudyPoint* StudyTable::point_at(double x) const {
+    for (const StudyPoint& point : points) {
+        if (point.x == x) return &point;
+    }
+    return nullptr;
+}
+
+const CrowdTotals* StudyTable::totals_at(double x, std::string_view series_name) const {
+    const StudyPoint* const point = point_at(x);
+    const auto found = std::find(series.begin(), series.end(), series_name);
+    const auto number = static_cast<std::size_t>(found - series.begin());
+    if (point == nullptr || number >= point->measured.size()) return nullptr;
+    return point->measured[number].queries > 0 ? &point->measured[number] : nullptr;
+}
+
 std::vector<StudyTable> run_study(const StudySettings& settings,
                                   const std::function<void(double)>& show) {
-    std::vector<StudyPlan> plans = make_study_plans(settings);
+    return run_plans(make_study_plans(settings), settings, show);
+}
+
+std::vector<StudyTable> run_plans(std::vector<StudyPlan> plans, const StudySettings& settings,
+                                  const std::function<void(double)>& show) {
     double all = 0.0;
     for (const StudyPlan& plan : plans) all += static_cast<double>(plan.layouts.size());
     double done = 0.0;
+    Measurement measurement(settings);
     std::vector<StudyTable> tables;
     for (StudyPlan& plan : plans) {
         if (is_interrupted()) break;
-        measure_all(plan, settings.seconds_a_point, [&] {
+        measurement.measure_plan(plan, [&] {
             show(done / all);
             done += 1.0;
         });
         tables.push_back(std::move(plan.table));
     }
     return tables;
+}
+
+std::string short_text(double value) {
+    constexpr int kDigits = 3;
+    return rounded_text(value, kDigits, Rounding::nearest);
 }
 
 std::optional<double> least_speedup(const StudyTable& table) {
@@ -118,33 +205,37 @@ std::optional<double> least_speedup(const StudyTable& table) {
     return least;
 }
 
-nlohmann::ordered_json to_json(const StudyTable& table) {
-    nlohmann::ordered_json json;
-    json["key"] = table.key;
-    json["title"] = table.title;
-    json["x_name"] = table.x_name;
-    json["text"] = table.text;
-    json["findings"] = study_findings(table);
-    json["points"] = nlohmann::ordered_json::array();
+std::optional<double> query_slope(const StudyTable& table, std::size_t series,
+                                  bool is_published_only) {
+    std::vector<double> x, y;
     for (const StudyPoint& point : table.points) {
-        nlohmann::ordered_json row;
-        row["x"] = point.x;
-        if (point.published_query_ms) row["published_query_ms"] = *point.published_query_ms;
-        for (std::size_t i = 0; i < table.series.size(); ++i) {
-            if (point.measured[i].queries > 0) row[table.series[i]] = to_json(point.measured[i]);
-        }
-        json["points"].push_back(std::move(row));
+        if (point.measured[series].candidates == 0) continue;
+        if (is_published_only && !point.published_query_ms) continue;
+        x.push_back(point.x);
+        y.push_back(point.measured[series].mean_query_ms());
     }
-    json["slopes"] = nlohmann::ordered_json::object();
-    for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const std::optional<PowerLaw> law = query_law(table, i), step = step_law(table, i);
-        json["slopes"][table.series[i]] = {
-            {"published_places", number_or_null(query_slope(table, i, true))},
-            {"all", number_or_null(query_slope(table, i, false))},
-            {"without_fixed_cost", law ? nlohmann::ordered_json(law->power) : nullptr},
-            {"step_without_fixed_cost", step ? nlohmann::ordered_json(step->power) : nullptr}};
+    return log_log_slope(x, y);
+}
+
+std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
+                                 double (CrowdTotals::*time)() const) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (point.measured[series].queries == 0) continue;
+        x.push_back(point.x);
+        y.push_back((point.measured[series].*time)());
     }
-    return json;
+    return fit_power_law(x, y);
+}
+
+std::optional<PowerLaw> published_law(const StudyTable& table) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms) continue;
+        x.push_back(point.x);
+        y.push_back(*point.published_query_ms);
+    }
+    return fit_power_law(x, y);
 }
 
 }  // namespace terrane::tools

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "crowd/study/study_findings.h"
 
+#include "crowd/study/study_comparison.h"
+#include "crowd/study/study_limits.h"
 #include "crowd/study/study_plans.h"
 
 #include <fmt/format.h>
@@ -11,230 +13,214 @@
 namespace terrane::tools {
 namespace {
 
-std::optional<PowerLaw> law_of(const StudyTable& table, std::size_t series,
-                               double (CrowdTotals::*time)() const) {
+constexpr double kTwoOrders = 100.0;  // of a query to an update, as claimed
+
+using Findings = std::vector<std::string>;
+
+// Power of a count or share over the points where it is above 0; absent for fewer than two.
+std::optional<double> power_of(const StudyTable& table, double (CrowdTotals::*count)() const) {
     std::vector<double> x, y;
     for (const StudyPoint& point : table.points) {
-        if (point.measured[series].queries == 0) continue;
+        const double value = (point.measured.front().*count)();
+        if (!(value > 0.0)) continue;
         x.push_back(point.x);
-        y.push_back((point.measured[series].*time)());
-    }
-    return fit_power_law(x, y);
-}
-
-std::size_t series_of(const StudyTable& table, std::string_view name) {
-    const auto found = std::find(table.series.begin(), table.series.end(), name);
-    return static_cast<std::size_t>(found - table.series.begin());
-}
-
-const CrowdTotals* totals_of(const StudyTable& table, const StudyPoint& point,
-                             std::string_view name) {
-    const std::size_t series = series_of(table, name);
-    if (series >= point.measured.size() || point.measured[series].queries == 0) return nullptr;
-    return &point.measured[series];
-}
-
-const StudyPoint* point_at(const StudyTable& table, double x) {
-    for (const StudyPoint& point : table.points) {
-        if (point.x == x) return &point;
-    }
-    return nullptr;
-}
-
-using LawOfSeries = std::optional<PowerLaw> (*)(const StudyTable&, std::size_t);
-
-std::string slopes_text(const StudyTable& table, LawOfSeries fit) {
-    std::string text;
-    for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const std::optional<PowerLaw> law = fit(table, i);
-        if (!law) continue;
-        text += fmt::format("{}{} {:.2f} (and {:.3g} us fixed)", text.empty() ? "" : ", ",
-                            table.series[i], law->power, 1e3 * law->fixed);
-    }
-    return text;
-}
-
-void add_published_slope(const StudyTable& table, std::vector<std::string>& findings) {
-    std::vector<double> x, y;
-    for (const StudyPoint& point : table.points) {
-        if (!point.published_query_ms) continue;
-        x.push_back(point.x);
-        y.push_back(*point.published_query_ms);
-    }
-    const std::optional<PowerLaw> law = fit_power_law(x, y);
-    const std::string ours = slopes_text(table, query_law);
-    if (!law || ours.empty()) return;
-    findings.push_back(fmt::format(
-        "Published query times grow with the power {:.2f} of the {}, the fixed cost apart; our "
-        "queries: {}. In a room of one size the pairs that meet grow with the square of the "
-        "bodies, and our queries are little else; the published ones had a cost for each body. "
-        "Our whole steps, update and query: {}.",
-        law->power, table.x_name, ours, slopes_text(table, step_law)));
-}
-
-// Whether an update costs two orders of magnitude less than a query, as the study claims.
-void judge_updates(const StudyTable& table, std::vector<std::string>& findings) {
-    for (const double bodies : {20.0, 50.0}) {
-        const StudyPoint* const point = point_at(table, bodies);
-        const CrowdTotals* const sap = point ? totals_of(table, *point, "sap") : nullptr;
-        if (sap == nullptr) continue;
-        const double ratio = sap->mean_update_ms() / sap->mean_query_ms();
-        findings.push_back(fmt::format(
-            "{:.0f} bodies, sweep-and-prune: an update of all boxes takes {:.3g} us, {:.3g} of a "
-            "query ({:.3g} us). Published was that updates are two orders of magnitude below "
-            "queries: {}.",
-            bodies, 1e3 * sap->mean_update_ms(), ratio, 1e3 * sap->mean_query_ms(),
-            ratio <= 0.01 ? "so it is here"
-                          : "not here, where few pairs reach the corners of their meshes"));
-    }
-}
-
-void judge_lazy_boxes(const StudyTable& table, std::vector<std::string>& findings) {
-    const StudyPoint& point = table.points.back();
-    const CrowdTotals* const scenes = totals_of(table, point, "two-scene");
-    const CrowdTotals* const sap = totals_of(table, point, "sap");
-    if (scenes == nullptr || sap == nullptr) return;
-    findings.push_back(fmt::format(
-        "Two scenes computed {:.3g} exact boxes a query of {:.0f} bodies: its update takes {:.3g} "
-        "us, {:.2f} of that with all boxes.",
-        static_cast<double>(scenes->boxes) / static_cast<double>(scenes->queries), point.x,
-        1e3 * scenes->mean_update_ms(), scenes->mean_update_ms() / sap->mean_update_ms()));
-}
-
-void add_positive_share(const StudyTable& table, std::vector<std::string>& findings) {
-    const StudyPoint& first = table.points.front();
-    const StudyPoint& last = table.points.back();
-    const auto share = [](const StudyPoint& point) {
-        const CrowdTotals& totals = point.measured.front();
-        return totals.queries == 0 ? 0.0
-                                   : static_cast<double>(totals.positive_queries) /
-                                         static_cast<double>(totals.queries);
-    };
-    findings.push_back(
-        fmt::format("Queries with a touching pair: {:.3g} % at {:.3g} {}, {:.3g} % at {:.3g}.",
-                    100.0 * share(first), first.x, table.x_name, 100.0 * share(last), last.x));
-}
-
-void judge_detail(const StudyTable& table, std::vector<std::string>& findings) {
-    for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const std::optional<double> slope = query_slope(table, i, false);
-        const CrowdTotals& first = table.points.front().measured[i];
-        const CrowdTotals& last = table.points.back().measured[i];
-        if (!slope || first.queries == 0 || last.queries == 0) continue;
-        findings.push_back(fmt::format(
-            "{}: a query takes {:.2f} times as long at detail {:.0f} as at {:.0f} (published 2.43 "
-            "times); slope {:.2f} over the rings, {:.2f} over the corners. {}",
-            table.series[i], last.mean_query_ms() / first.mean_query_ms(), table.points.back().x,
-            table.points.front().x, *slope, *slope / 2.0,
-            i == 0 ? "Kernels climb from corner to corner instead of looking at all."
-                   : "A dented body has 2 d convex segments, and pairs of segments are searched "
-                     "by a tree."));
-    }
-}
-
-void judge_radius(const StudyTable& table, std::vector<std::string>& findings) {
-    const StudyPoint* const one = point_at(table, 1.0);
-    const StudyPoint* const five = point_at(table, 5.0);
-    const StudyPoint& last = table.points.back();
-    const CrowdTotals* const at_one = one ? totals_of(table, *one, "sap") : nullptr;
-    const CrowdTotals* const at_five = five ? totals_of(table, *five, "sap") : nullptr;
-    const CrowdTotals* const at_last = totals_of(table, last, "sap");
-    if (at_one == nullptr || at_five == nullptr || at_last == nullptr) return;
-    findings.push_back(fmt::format(
-        "From radius 1 to 5 a query takes {:.1f} times as long (published 1.05 times: its fixed "
-        "cost hides the pairs), to {:.0f} {:.0f} times: it rises with the pairs of overlapping "
-        "boxes ({:.2g}, {:.2g} and {:.3g} of 190) and ends where all overlap.",
-        at_five->mean_query_ms() / at_one->mean_query_ms(), last.x,
-        at_last->mean_query_ms() / at_one->mean_query_ms(),
-        static_cast<double>(at_one->pairs) / static_cast<double>(at_one->queries),
-        static_cast<double>(at_five->pairs) / static_cast<double>(at_five->queries),
-        static_cast<double>(at_last->pairs) / static_cast<double>(at_last->queries)));
-}
-
-void judge_grids(const StudyTable& table, std::vector<std::string>& findings) {
-    const StudyPoint& point = table.points.front();
-    const CrowdTotals* const dense = totals_of(table, point, "dense");
-    const CrowdTotals* const hashed = totals_of(table, point, "hashed");
-    if (dense == nullptr || hashed == nullptr) return;
-    findings.push_back(fmt::format(
-        "{:.0f} bodies: without the boxes the dense grid's update takes {:.3g} us, the hashed "
-        "grid's {:.3g} us: {:.0f} times less. Its query takes {:.3g} us, the dense one's {:.3g} "
-        "us.",
-        point.x, 1e3 * dense->mean_broadphase_ms(), 1e3 * hashed->mean_broadphase_ms(),
-        dense->mean_broadphase_ms() / hashed->mean_broadphase_ms(), 1e3 * hashed->mean_query_ms(),
-        1e3 * dense->mean_query_ms()));
-    findings.push_back(fmt::format(
-        "Published: {} ms an update and {} ms a query by the dense grid, {} and {} ms by "
-        "sweep-and-prune. Clearing 64,000 lists is the whole update in both studies.",
-        kDenseUpdateMs, kDenseQueryMs, kSweepUpdateMs, kSweepQueryMs));
-}
-
-// How much slower each scheme is where the table's parameter is largest.
-void judge_limits(const StudyTable& table, std::vector<std::string>& findings) {
-    const StudyPoint &first = table.points.front(), &last = table.points.back();
-    std::string text;
-    double least = 0.0;
-    std::string fastest;
-    for (std::size_t i = 0; i < table.series.size(); ++i) {
-        const CrowdTotals &a = first.measured[i], &b = last.measured[i];
-        if (a.queries == 0 || b.queries == 0) continue;
-        const double before = a.mean_step_ms();
-        const double after = b.mean_step_ms();
-        text +=
-            fmt::format("{}{} {:.2f}", text.empty() ? "" : ", ", table.series[i], after / before);
-        if (fastest.empty() || after < least) {
-            least = after;
-            fastest = table.series[i];
-        }
-    }
-    if (fastest.empty()) return;
-    findings.push_back(
-        fmt::format("From {:.0f} to {:.0f} {} an update and a query together take this many times "
-                    "as long: {}. {} is the fastest there, with {:.3g} ms.",
-                    first.x, last.x, table.x_name, text, fastest, least));
-}
-
-}  // namespace
-
-std::optional<double> query_slope(const StudyTable& table, std::size_t series,
-                                  bool is_published_only) {
-    std::vector<double> x, y;
-    for (const StudyPoint& point : table.points) {
-        if (point.measured[series].candidates == 0) continue;
-        if (is_published_only && !point.published_query_ms) continue;
-        x.push_back(point.x);
-        y.push_back(point.measured[series].mean_query_ms());
+        y.push_back(value);
     }
     return log_log_slope(x, y);
 }
 
-std::optional<PowerLaw> query_law(const StudyTable& table, std::size_t series) {
-    return law_of(table, series, &CrowdTotals::mean_query_ms);
+// The power of each series, and whether it is as small as wanted.
+void judge_powers(const StudyTable& table, const std::string& what,
+                  double (CrowdTotals::*time)() const, Findings& findings) {
+    constexpr double kWantedPower = 1.05;
+    constexpr double kMostFixed = 0.8;  // of the last time: a power of the rest means little
+    std::string within, above, fixed;
+    for (std::size_t i = 0; i < table.series.size(); ++i) {
+        const std::optional<PowerLaw> law = time_law(table, i, time);
+        if (!law) continue;
+        const double last_ms = (table.points.back().measured[i].*time)();
+        const bool is_fixed = law->fixed > kMostFixed * last_ms;
+        std::string& list = is_fixed ? fixed : law->power <= kWantedPower ? within : above;
+        list += (list.empty() ? "" : ", ") + table.series[i];
+        if (!is_fixed) list += fmt::format(" {:.2f}", law->power);
+        list += fmt::format(" ({} us fixed)", short_text(1e3 * law->fixed));
+    }
+    std::string text = fmt::format(
+        "{}, as a power of the {} with the fixed cost apart. At most {}: {}. Above: {}.", what,
+        table.x_name, kWantedPower, within.empty() ? "none" : within,
+        above.empty() ? "none" : above);
+    if (!fixed.empty()) text += " Mostly fixed: " + fixed + ".";
+    findings.push_back(text);
 }
 
-std::optional<PowerLaw> step_law(const StudyTable& table, std::size_t series) {
-    return law_of(table, series, &CrowdTotals::mean_step_ms);
+void judge_slopes(const StudyTable& table, Findings& findings) {
+    if (const std::optional<PowerLaw> law = published_law(table)) {
+        findings.push_back(
+            fmt::format("Published query times grow with the power {:.2f} of the {}, with {} "
+                        "us fixed.",
+                        law->power, table.x_name, short_text(1e3 * law->fixed)));
+    }
+    judge_powers(table, "Our queries", &CrowdTotals::mean_query_ms, findings);
+    judge_powers(table, "Our updates and queries together", &CrowdTotals::mean_step_ms, findings);
+    if (const std::optional<double> pairs = power_of(table, &CrowdTotals::mean_pairs)) {
+        findings.push_back(fmt::format(
+            "In a room of one size the pairs of overlapping boxes grow with the power {:.2f} of "
+            "the bodies; a query that does nothing but its pairs cannot grow more slowly.",
+            *pairs));
+    }
 }
 
-nlohmann::ordered_json number_or_null(const std::optional<double>& number) {
-    return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json();
+void add_positive_share(const StudyTable& table, Findings& findings) {
+    const StudyPoint &first = table.points.front(), &last = table.points.back();
+    std::string text = fmt::format(
+        "Queries with a touching pair: {} % at {} {}, {} % at {}",
+        short_text(100.0 * first.measured.front().positive_share()), first.x, table.x_name,
+        short_text(100.0 * last.measured.front().positive_share()), last.x);
+    if (const std::optional<double> power = power_of(table, &CrowdTotals::positive_share)) {
+        text += fmt::format("; where there are any, the share grows with the power {:.2f}", *power);
+    }
+    findings.push_back(text + ".");
 }
+
+// Whether an update costs two orders of magnitude less than a query, as the study claims.
+void judge_updates(const StudyTable& table, Findings& findings) {
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms || !point.published_update_ms || point.x < 2.0) continue;
+        const double published = *point.published_query_ms / *point.published_update_ms;
+        std::string text = fmt::format(
+            "\"Updates of boxes are two orders of magnitude below queries\", {} {}: the published "
+            "times are {:.0f} to 1",
+            point.x, table.x_name, published);
+        for (const std::string_view name : {"sap", "two-scene"}) {
+            const CrowdTotals* const ours = table.totals_at(point.x, name);
+            if (ours == nullptr) continue;
+            const double ratio = ours->mean_query_ms() / ours->mean_update_ms();
+            text += fmt::format(
+                "; {}: a query of {} us to an update of {} us is {} to "
+                "1, {}",
+                name, short_text(1e3 * ours->mean_query_ms()),
+                short_text(1e3 * ours->mean_update_ms()), short_text(ratio),
+                ratio >= kTwoOrders ? "so it is" : "not so");
+        }
+        findings.push_back(text + ".");
+    }
+}
+
+// Where queries do most: the largest ratio of a query to an update in the table.
+void judge_largest_ratio(const StudyTable& table, Findings& findings) {
+    std::string text;
+    for (const std::string& name : table.series) {
+        double most = 0.0, at = 0.0;
+        for (const StudyPoint& point : table.points) {
+            const CrowdTotals* const ours = table.totals_at(point.x, name);
+            if (ours == nullptr) continue;
+            const double ratio = ours->mean_query_ms() / ours->mean_update_ms();
+            if (ratio > most) {
+                most = ratio;
+                at = point.x;
+            }
+        }
+        text += fmt::format("{}{} {} (at {}){}", text.empty() ? "" : "; ", name, short_text(most),
+                            at, most >= kTwoOrders ? ", two orders" : "");
+    }
+    findings.push_back(
+        fmt::format("The most that a query takes over an update, by {}: {}.", table.x_name, text));
+}
+
+void judge_lazy_boxes(const StudyTable& table, Findings& findings) {
+    const double x = table.points.back().x;
+    const CrowdTotals* const scenes = table.totals_at(x, "two-scene");
+    const CrowdTotals* const sap = table.totals_at(x, "sap");
+    if (scenes == nullptr || sap == nullptr) return;
+    const double ratio = scenes->mean_step_ms() / sap->mean_step_ms();
+    findings.push_back(fmt::format(
+        "Two scenes computed {} exact boxes for each query of {} bodies, only those of pairs "
+        "of cubes: an update and a query together take {} us, {:.2f} of what they take with "
+        "all boxes, so that it {} to compute no others.",
+        short_text(scenes->mean_boxes()), x, short_text(1e3 * scenes->mean_step_ms()), ratio,
+        ratio < 1.0 ? "pays" : "does not pay"));
+}
+
+// The growth with the detail, judged against linear and quadratic.
+void judge_detail(const StudyTable& table, Findings& findings) {
+    const std::optional<PowerLaw> published = published_law(table);
+    const double first = table.points.front().x, last = table.points.back().x;
+    for (std::size_t i = 0; i < table.series.size(); ++i) {
+        const std::optional<PowerLaw> law = time_law(table, i, &CrowdTotals::mean_query_ms);
+        const CrowdTotals* const low = table.totals_at(first, table.series[i]);
+        const CrowdTotals* const high = table.totals_at(last, table.series[i]);
+        if (!law || low == nullptr || high == nullptr) continue;
+        const char* const range = law->power < 1.0    ? "below linear"
+                                  : law->power <= 2.0 ? "between linear and quadratic"
+                                                      : "above quadratic";
+        findings.push_back(fmt::format(
+            "{}: from detail {} to {} a query takes {} times as long, with {} pairs of "
+            "overlapping boxes; the power of the rings, the fixed cost apart, is {:.2f}: {}{}.",
+            table.series[i], first, last, short_text(high->mean_query_ms() / low->mean_query_ms()),
+            short_text(high->mean_pairs()), law->power, range,
+            published ? fmt::format(" (published times: {:.2f})", published->power) : ""));
+    }
+}
+
+// Whether the time rises with the radius and then stays, because all boxes overlap.
+void judge_radius(const StudyTable& table, Findings& findings) {
+    constexpr double kAlmostAll = 0.95;  // of the pairs
+    constexpr double kSame = 1.5;        // ratio of times on a plateau
+    const double all = 0.5 * kPublishedCount * (kPublishedCount - 1.0);
+    const double first = table.points.front().x, last = table.points.back().x;
+    double end = first, full = 0.0;  // radii: the last without, and the next with almost all pairs
+    for (const StudyPoint& point : table.points) {
+        const CrowdTotals* const sap = table.totals_at(point.x, "sap");
+        if (sap == nullptr) return;
+        if (sap->mean_pairs() < kAlmostAll * all) {
+            end = point.x;
+            full = 0.0;
+        } else if (full == 0.0) {
+            full = point.x;
+        }
+    }
+    const auto query_us = [&](double x) {
+        return 1e3 * table.totals_at(x, "sap")->mean_query_ms();
+    };
+    const auto pairs = [&](double x) {
+        return short_text(table.totals_at(x, "sap")->mean_pairs());
+    };
+    findings.push_back(fmt::format(
+        "Rise: from radius {} to {} a query by sweep-and-prune takes {} times as long, with {} and "
+        "{} of {:.0f} pairs of boxes overlapping.",
+        first, end, short_text(query_us(end) / query_us(first)), pairs(first), pairs(end), all));
+    if (full == 0.0) {
+        findings.push_back("No plateau: not all boxes overlap at the largest radius.");
+        return;
+    }
+    findings.push_back(fmt::format(
+        "{}: from radius {} on at least {:.0f} % of the pairs of boxes overlap; a query takes {} "
+        "us "
+        "there and {} us at {}.",
+        query_us(last) <= kSame * query_us(full) ? "Plateau" : "No plateau", full,
+        100.0 * kAlmostAll, short_text(query_us(full)), short_text(query_us(last)), last));
+}
+
+}  // namespace
 
 std::vector<std::string> study_findings(const StudyTable& table) {
-    std::vector<std::string> findings;
+    Findings findings;
     if (table.points.empty()) return findings;
     if (table.key == "count") {
-        add_published_slope(table, findings);
+        judge_slopes(table, findings);
         add_positive_share(table, findings);
         judge_updates(table, findings);
         judge_lazy_boxes(table, findings);
     } else if (table.key == "detail") {
         judge_detail(table, findings);
+        judge_largest_ratio(table, findings);
     } else if (table.key == "radius") {
         judge_radius(table, findings);
+        judge_largest_ratio(table, findings);
         add_positive_share(table, findings);
     } else if (table.key == "equal") {
         judge_grids(table, findings);
+        judge_updates(table, findings);
     } else {
         judge_limits(table, findings);
     }

@@ -24,10 +24,13 @@ constexpr Published kOfDetail[] = {{2, 2.932},  {5, 3.699},  {10, 4.375}, {15, 5
                                    {20, 5.067}, {25, 5.475}, {35, 7.121}};
 constexpr Published kOfRadius[] = {{0.5, 3.012}, {1, 3.164}, {2, 3.19}, {3, 3.215}, {5, 3.324}};
 constexpr double kLargerRadii[] = {8, 12, 16, 20, 24, 28, 32};
+constexpr std::size_t kConclusionCounts[] = {1000, 100'000, 1'000'000};
 constexpr double kMore[] = {100, 300, 1000, 3000, 10'000, 30'000, 100'000, 300'000, 1'000'000};
 
 constexpr CrowdScheme kLibrary[] = {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene,
                                     CrowdScheme::hashed};
+constexpr CrowdScheme kAll[] = {CrowdScheme::sap,    CrowdScheme::grid,  CrowdScheme::two_scene,
+                                CrowdScheme::hashed, CrowdScheme::dense, CrowdScheme::brute};
 constexpr CrowdScheme kWithDense[] = {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene,
                                       CrowdScheme::hashed, CrowdScheme::dense};
 
@@ -76,6 +79,8 @@ StudyPlan plan_of_count(const StudySettings& settings) {
         layout.count = static_cast<std::size_t>(each.x);
         add_point(plan, each.x, each.ms, layout);
     }
+    plan.table.points.front().published_update_ms = kFirstUpdateMs;
+    plan.table.points.back().published_update_ms = kLastUpdateMs;
     return plan;
 }
 
@@ -83,7 +88,7 @@ StudyPlan plan_of_many(const StudySettings& settings) {
     StudyPlan plan = make_plan("many", "Many bodies", "bodies",
                                "The room grows with the bodies, whose spheres always take 2 % of "
                                "it: each has the same few neighbours.");
-    add_schemes(plan, kLibrary);
+    add_schemes(plan, kAll);
     CrowdLayout layout = published_layout(settings);
     layout.room = 0.0;
     for (const double more : kMore) {
@@ -97,15 +102,18 @@ StudyPlan plan_of_many(const StudySettings& settings) {
 StudyPlan plan_of_detail(const StudySettings& settings) {
     StudyPlan plan = make_plan(
         "detail", "Detail of 20 bodies", "rings of corners",
-        "A body of detail d has d rings of 2 d corners, and deviation 1 in d. The bodies fill a "
-        "fifth of a room of their own, so that many pairs reach the corners. Dented bodies are "
-        "closed meshes that are not convex: 2 d convex segments, every second one of 0.7 of the "
-        "radius.");
-    plan.table.series = {"convex", "dented"};
-    plan.series = {{.scheme = CrowdScheme::sap}, {.scheme = CrowdScheme::sap, .is_dented = true}};
+        "A body of detail d has d rings of 2 d corners, and deviation 1 in d, at least 2 rings. "
+        "Convex and dented bodies move in the published room of 80 m, where they seldom meet; "
+        "crowded ones fill a fifth of a room of their own, so that many pairs reach the corners. "
+        "Dented bodies are closed meshes that are not convex: 2 d convex segments, every second "
+        "one of 0.7 of the radius.");
+    constexpr double kCrowded = 0.2;
+    plan.table.series = {"convex", "dented", "convex, crowded", "dented, crowded"};
+    plan.series = {{.scheme = CrowdScheme::sap},
+                   {.scheme = CrowdScheme::sap, .is_dented = true},
+                   {.scheme = CrowdScheme::sap, .own_room_share = kCrowded},
+                   {.scheme = CrowdScheme::sap, .is_dented = true, .own_room_share = kCrowded}};
     CrowdLayout layout = published_layout(settings);
-    layout.room = 0.0;
-    layout.share = 0.2;
     for (const Published& each : kOfDetail) {
         layout.detail = each.x;
         add_point(plan, each.x, each.ms, layout);
@@ -140,28 +148,52 @@ StudyPlan plan_of_equal(const StudySettings& settings) {
     add_schemes(plan, kWithDense);
     CrowdLayout layout = published_layout(settings);
     layout.detail_deviation = 0.0;
-    for (const double bodies : {20.0, 100.0, 1000.0}) {
+    for (const double bodies : {1.0, 20.0, 100.0, 1000.0}) {
         if (bodies > static_cast<double>(settings.most_bodies)) break;
         layout.count = static_cast<std::size_t>(bodies);
-        add_point(
-            plan, bodies,
-            layout.count == kPublishedCount ? std::optional<double>(kSweepQueryMs) : std::nullopt,
-            layout);
+        add_point(plan, bodies, std::nullopt, layout);
+        if (layout.count != kPublishedCount) continue;
+        plan.table.points.back().published_query_ms = kSweepQueryMs;
+        plan.table.points.back().published_update_ms = kSweepUpdateMs;
     }
     return plan;
 }
 
-// The published conclusion holds for bodies of similar size and aspect: two tables show where it ends.
-StudyPlan plan_of_spread(const StudySettings& settings, std::size_t count) {
-    StudyPlan plan = make_plan("spread_" + std::to_string(count),
-                               "Sizes that differ: " + std::to_string(count) + " bodies",
+// Five steps of a ratio from 1 to 100; three where a step takes long.
+std::vector<double> ratios(std::size_t count) {
+    if (count > 100'000) return {1.0, 10.0, 100.0};
+    return {1.0, 3.0, 10.0, 30.0, 100.0};
+}
+
+// The published conclusion holds for bodies of similar size and aspect: three tables show where it ends.
+StudyPlan plan_of_fragments(const StudySettings& settings, std::size_t count) {
+    StudyPlan plan = make_plan("fragments_" + std::to_string(count),
+                               "Few large bodies among many small ones: " + std::to_string(count),
                                "largest over smallest radius",
-                               "Radii are log-uniform around 1 m; spheres take 2 % of the room.");
-    add_schemes(plan, kLibrary);
+                               "Bodies of at least a radius are as many as its power of -2.5, as "
+                               "fragments are; spheres take 2 % of the room.");
+    add_schemes(plan, kAll);
     CrowdLayout layout = published_layout(settings);
     layout.room = 0.0;
     layout.count = count;
-    for (const double spread : {1.0, 3.0, 10.0, 30.0, 100.0}) {
+    layout.size_power = 2.5;
+    for (const double spread : ratios(count)) {
+        layout.size_spread = spread;
+        add_point(plan, spread, std::nullopt, layout);
+    }
+    return plan;
+}
+
+StudyPlan plan_of_spread(const StudySettings& settings, std::size_t count) {
+    StudyPlan plan = make_plan(
+        "spread_" + std::to_string(count),
+        "Sizes that differ: " + std::to_string(count) + " bodies", "largest over smallest radius",
+        "100 radii in equal ratios around 1 m; spheres take 2 % of the room.");
+    add_schemes(plan, kAll);
+    CrowdLayout layout = published_layout(settings);
+    layout.room = 0.0;
+    layout.count = count;
+    for (const double spread : ratios(count)) {
         layout.size_spread = spread;
         add_point(plan, spread, std::nullopt, layout);
     }
@@ -174,11 +206,11 @@ StudyPlan plan_of_aspect(const StudySettings& settings, std::size_t count) {
                   "Long bodies: " + std::to_string(count) + " bodies", "length over width",
                   "Spheres of radius 1 m around the bodies take 2 % of the room: long bodies fill "
                   "less and less of their spheres.");
-    add_schemes(plan, kLibrary);
+    add_schemes(plan, kAll);
     CrowdLayout layout = published_layout(settings);
     layout.room = 0.0;
     layout.count = count;
-    for (const double aspect : {1.0, 3.0, 10.0, 30.0, 100.0}) {
+    for (const double aspect : ratios(count)) {
         layout.aspect = aspect;
         add_point(plan, aspect, std::nullopt, layout);
     }
@@ -194,9 +226,10 @@ std::vector<StudyPlan> make_study_plans(const StudySettings& settings) {
     plans.push_back(plan_of_detail(settings));
     plans.push_back(plan_of_radius(settings));
     plans.push_back(plan_of_equal(settings));
-    for (const std::size_t count : {std::size_t{1000}, std::size_t{100'000}}) {
+    for (const std::size_t count : kConclusionCounts) {
         if (count > settings.most_bodies) break;
         plans.push_back(plan_of_spread(settings, count));
+        plans.push_back(plan_of_fragments(settings, count));
         plans.push_back(plan_of_aspect(settings, count));
     }
     std::erase_if(plans, [](const StudyPlan& plan) { return plan.layouts.empty(); });
