@@ -27,8 +27,8 @@ enum class WorldKind {
     bounded,
 };
 
-/// Sets the root squares of a fractal's world. With a side it lies around (0, 0). Without one its middle, or the origin of
-/// its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys do not
+/// Sets the root squares of a fractal's world. With a side it lies around (0, 0). Without one its middle, or the origin
+/// of its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys do not
 /// reach far, have a world there too. Heights are functions of place and seed alone: no world changes them.
 ///
 /// @param side_m  of --world-m, metres: then the side is the next power of two, in four root squares

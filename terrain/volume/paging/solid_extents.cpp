@@ -122,7 +122,7 @@ std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
                                            std::max(heights->high, own.high)}
                           : own;
     };
-    // more squares than chunks with a surface, as of a world of many root squares: the chunks are looked through instead
+    // Of more squares than chunks with a surface, as in a world of many root squares, the chunks are looked through.
     const double squares = (double{1} + east - west) * (double{1} + north - south);
     if (squares > static_cast<double>(chunks_.size())) {
         for (const auto& [key, chunk] : chunks_) {

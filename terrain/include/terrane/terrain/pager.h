@@ -136,8 +136,8 @@ enum class TicketState {
 /// once, without fades.
 ///
 /// Root window. Of a lattice with a Lattice::root_window only root squares in the window are resident. It lies around
-/// the first camera; without cameras around the first body, else around the first required region. When that is
-/// not in one of the middle two root squares any more it moves, by as few root squares as necessary, as soon as those of
+/// the first camera; without cameras around the first body, else around the first required region. When that is not in
+/// one of the middle two root squares any more, the window moves by as few of them as necessary, as soon as those of
 /// its new place are loaded; at once where the client is outside of it. Beyond the window nothing is resident: bodies
 /// there are without ground, and regions there are not ready.
 ///

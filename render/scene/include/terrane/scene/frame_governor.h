@@ -19,9 +19,9 @@ struct GovernorSettings {
 };
 
 /// Finds the largest triangle budget whose frames keep a time: least error for the time. It takes the cost of a frame
-/// for a constant and a part in proportion to the triangles, learns both and how much times vary from frames, and answers
-/// a budget for the next one. A frame that took longer than this noise explains lowers the budget at once, and for no
-/// more than one frame where it was an outlier; a larger budget comes in steps.
+/// for a constant and a part in proportion to the triangles, learns both from frames, and how much their times vary,
+/// and answers a budget for the next one. A frame that took longer than this noise explains lowers the budget at once,
+/// and for no more than one frame where it was an outlier; a larger budget comes in steps.
 ///
 /// Pictures depend on times then: leave it out of replays.
 ///
