@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Writes the table of extremes to the standard output, as the page docs/extremes.md or as JSON.
+// Writes the table of extremes to the standard output, as the page docs/extremes.md or as JSON, and its progress to
+// the standard error. With --long it takes a quarter of an hour.
 //
 //     extremes_table [--long] [--json] [ROW...]
 #include "extremes/table.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -19,12 +21,21 @@ bool is_wanted(const ExtremeRow& row, const std::vector<std::string>& names) {
     return names.empty() || std::find(names.begin(), names.end(), row.name) != names.end();
 }
 
+/// Seconds since the first call.
+double elapsed() {
+    using Clock = std::chrono::steady_clock;
+    static const Clock::time_point start = Clock::now();
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 int write_table(const std::vector<std::string>& names, bool is_long, bool is_json) {
     std::vector<MeasuredRow> table;
     bool is_kept = true;
     for (const ExtremeRow& row : terrane::extremes::all_rows()) {
         if (!is_wanted(row, names)) continue;
-        table.push_back(terrane::extremes::measure(row, is_long));
+        table.push_back(terrane::extremes::measure(row, is_long, [&](double value) {
+            std::fprintf(stderr, "%8.1f s  %s: %.6g\n", elapsed(), row.name.c_str(), value);
+        }));
         const MeasuredRow& measured = table.back();
         for (std::size_t i = 0; i < measured.values.size(); ++i) {
             if (keeps_promise(row, measured.figures[i])) continue;
@@ -32,8 +43,8 @@ int write_table(const std::vector<std::string>& names, bool is_long, bool is_jso
             std::fprintf(stderr, "extremes_table: %s at %.6g is %.6g, more than %.6g\n",
                          row.name.c_str(), measured.values[i], measured.figures[i], row.limit);
         }
-        std::fprintf(stderr, "%s: measured\n", row.name.c_str());
     }
+    std::fprintf(stderr, "%8.1f s  done\n", elapsed());
     const std::string text = is_json ? to_json(table) : to_markdown(table);
     const bool is_written =
         std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;

@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <limits>
 #include <ostream>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace terrane::extremes {
 
@@ -77,6 +79,13 @@ INSTANTIATE_TEST_SUITE_P(All, ExtremeRows, testing::ValuesIn(all_rows()),
                              return row.param.name;
                          });
 
+TEST(AllRows, SayWhatTheySweepInWordsOfTheirOwn) {
+    std::set<std::string> swept;
+    for (const ExtremeRow& row : all_rows()) {
+        EXPECT_TRUE(swept.insert(row.swept).second) << row.name << ": " << row.swept;
+    }
+}
+
 ExtremeRow row_to(double last) {
     ExtremeRow row;
     row.refusal = [last](double value) -> std::string {
@@ -126,7 +135,9 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
     row.long_values = {1.5};
     row.measure = [](double value) { return 0.25 * value; };
     row.ends = {{1.0, 3.0, true}};
-    const MeasuredRow measured = measure(row, true);
+    std::vector<double> begun;
+    const MeasuredRow measured = measure(row, true, [&](double value) { begun.push_back(value); });
+    EXPECT_EQ(begun, measured.values);
     EXPECT_EQ(measured.figures, (std::vector<double>{0.25, 0.5, 0.375}));
     const std::string page = to_markdown({&measured, 1});
     EXPECT_NE(page.find("| width, m | 1 | 2 | 0.5 | 1 | - | 2 |"), std::string::npos) << page;
@@ -134,6 +145,9 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
               std::string::npos);
     EXPECT_NE(page.find("- 2 is accepted, 3 refused. Far beyond: \"got too much\"."),
               std::string::npos);
+    MeasuredRow failed = measured;
+    failed.figures[1] = kNan;
+    EXPECT_NE(to_markdown({&failed, 1}).find("| width, m | 1 | 2 | nan | 1 |"), std::string::npos);
     const std::string json = to_json({&measured, 1});
     EXPECT_NE(json.find("\"figures\":[0.25,0.5,0.375]"), std::string::npos) << json;
     EXPECT_NE(json.find("share \\\"of\\\" it"), std::string::npos);

@@ -79,6 +79,47 @@ TEST(Refusals, OfMotionsThatAreTooLongOrTurnTooFarAreStatuses) {
     EXPECT_EQ(cast(sphere, motion, sphere, {}).status, QueryStatus::invalid);
 }
 
+TEST(Refusals, OfShapesThatAreTooFarApartAreStatusesAndNoDistanceIsInfinite) {
+    for (const Shape& a : shapes_of_size(0.5)) {
+        for (const Shape& b : shapes_of_size(0.5)) {
+            const Pose here = at_place(-kFarthestPlace, -kFarthestPlace, -kFarthestPlace).pose;
+            const Pose end = at_place(kFarthestPlace, kFarthestPlace, kFarthestPlace).pose;
+            const PairDistanceAnswer answer = signed_distance(a, here, b, end);
+            EXPECT_EQ(answer.status, QueryStatus::complete);
+            EXPECT_NEAR(answer.distance, 2.0 * std::sqrt(3.0) * kFarthestPlace, 2.0);
+            for (const double far : {kBeyond, 1e100, 1e231, 1e308, kInfinite}) {
+                Motion motion;
+                motion.start = at_place(0.0, far, 0.0).pose;
+                const Pose& there = motion.start;
+                EXPECT_EQ(signed_distance(a, {}, b, there).status, QueryStatus::invalid) << far;
+                EXPECT_EQ(signed_distance(a, there, b, {}).status, QueryStatus::invalid) << far;
+                EXPECT_EQ(pseudodistance(a, {}, b, there).status, QueryStatus::invalid) << far;
+                EXPECT_EQ(test_contact(a, {}, b, there).status, QueryStatus::invalid) << far;
+                EXPECT_EQ(find_contacts(a, {}, b, there, 1.0, {}).status, QueryStatus::invalid);
+                EXPECT_EQ(cast(a, {}, b, motion).status, QueryStatus::invalid) << far;
+                EXPECT_EQ(cast_ray(a, {}, {0.0, far, 0.0}, {0.0, 0.0, 0.0}).status,
+                          QueryStatus::invalid);
+                EXPECT_EQ(signed_distance(a, there, hills(), kInfinite).status,
+                          QueryStatus::invalid);
+            }
+        }
+    }
+}
+
+TEST(Refusals, OfBodiesNameTheirSizeMassPlaceAndSpeedAndTheWorldStaysAsItIs) {
+    World world = World::create({}).value();
+    const auto refusal = [&](const BodySettings& settings, const BodyState& state) {
+        return message_of(world.add(settings, state));
+    };
+    BodyState fast;
+    fast.velocity.x() = 1e7;
+    EXPECT_NE(refusal({.shape = Sphere{1e6}}, {}).find("sphere radius"), std::string::npos);
+    EXPECT_NE(refusal({.mass = 1e13}, {}).find("mass"), std::string::npos);
+    EXPECT_NE(refusal({}, at_place(0.0, 3e9, 0.0)).find("pose.translation.y"), std::string::npos);
+    EXPECT_NE(refusal({}, fast).find("velocity.x"), std::string::npos);
+    EXPECT_TRUE(world.states().empty());
+}
+
 /// The largest coordinate at which add() accepts a body.
 double limit_of_places() {
     World world = World::create({}).value();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 namespace terrane::extremes {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 constexpr const char* kHead = R"(# Extremes
 
 Each quantity is swept from one end of its range to the other: what is promised, what was measured, where the range
-ends and what is said far beyond. This page is the output of
+ends and what is said far beyond. This page is the output of the command
 
 ```sh
 build/release/tests/extremes/extremes_table --long > docs/extremes.md
@@ -51,11 +52,20 @@ std::string side_text(const MeasuredRow& measured, bool is_upper) {
     return "-";
 }
 
+/// The largest figure; one that is no number is worse than all others.
+double worst_figure(const MeasuredRow& measured) {
+    double worst = -std::numeric_limits<double>::infinity();
+    for (const double figure : measured.figures) {
+        if (!(figure <= worst)) worst = figure;
+        if (std::isnan(worst)) break;
+    }
+    return worst;
+}
+
 std::string summary_of(const MeasuredRow& measured) {
     const auto [low, high] = std::minmax_element(measured.values.begin(), measured.values.end());
-    const double worst = *std::max_element(measured.figures.begin(), measured.figures.end());
     return "| " + measured.row->swept + " | " + figure_text(*low) + " | " + figure_text(*high) +
-           " | " + figure_text(worst) + " | " + limit_text(*measured.row) + " | " +
+           " | " + figure_text(worst_figure(measured)) + " | " + limit_text(*measured.row) + " | " +
            side_text(measured, false) + " | " + side_text(measured, true) + " |\n";
 }
 
@@ -118,13 +128,17 @@ std::string json_of(const MeasuredRow& measured) {
 
 }  // namespace
 
-MeasuredRow measure(const ExtremeRow& row, bool is_long) {
+MeasuredRow measure(const ExtremeRow& row, bool is_long,
+                    const std::function<void(double)>& begins) {
     MeasuredRow measured{&row, row.values, {}, {}};
     if (is_long) {
         measured.values.insert(measured.values.end(), row.long_values.begin(),
                                row.long_values.end());
     }
-    for (const double value : measured.values) measured.figures.push_back(row.measure(value));
+    for (const double value : measured.values) {
+        if (begins) begins(value);
+        measured.figures.push_back(row.measure(value));
+    }
     for (const RangeEnd& end : row.ends) measured.ends.push_back(find_end(row, end));
     return measured;
 }

@@ -3,6 +3,7 @@
 
 #include "extremes/extreme_row.h"
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,7 +21,9 @@ struct MeasuredRow {
 /// Measures a row.
 ///
 /// @param is_long the values that take minutes too
-MeasuredRow measure(const ExtremeRow& row, bool is_long);
+/// @param begins  called with each value before it is measured; may be empty
+MeasuredRow measure(const ExtremeRow& row, bool is_long,
+                    const std::function<void(double)>& begins = {});
 
 /// A number of the table: three significant digits, "1e-06" for instance.
 std::string figure_text(double value);

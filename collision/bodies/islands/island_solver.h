@@ -117,8 +117,9 @@ private:
     /// Buffers of a thread that steps an island.
     struct Scratch {
         std::vector<ContactRows> rows;
-        std::vector<Impact> impacts;            // [contacts]
-        std::vector<double> separating_speeds;  // [contacts]
+        std::vector<ContactDirection> directions;  // [contacts]
+        std::vector<Impact> impacts;               // [contacts]
+        std::vector<double> separating_speeds;     // [contacts]
     };
     /// The arguments of step(), for all islands.
     struct Scene {

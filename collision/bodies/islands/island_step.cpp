@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
@@ -24,6 +25,11 @@ constexpr std::size_t kLeastIterations = 8;
 /// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
 /// sweeps.
 constexpr int kPatience = 100;
+/// Islands whose heaviest body has more than the one and at most the other times the mass of the lightest are solved
+/// along conjugate directions: sweeps alone converge by the ratio, and stall. Beyond the other, the rounding of
+/// impulses on the heaviest gives the lightest high speeds.
+constexpr double kWideMassRatio = 100.0;
+constexpr double kWidestMassRatio = 1e7;
 /// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
 /// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
 constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .patience = 8};
@@ -37,7 +43,9 @@ constexpr double kEnergyRounding = 0x1p-51;
 constexpr std::size_t kIslandBlock = 8;
 
 /// @param mean_speed of the bodies' fastest points, m/s
-StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed) {
+/// @param is_conjugate solved along conjugate directions, which do not converge steadily
+StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed,
+                           bool is_conjugate) {
     if (body_count == 1) return kLoneBodyRule;
     const std::size_t row_solves =
         kMaxRowSolves * kManyContacts / std::max(kManyContacts, contact_count);
@@ -45,7 +53,7 @@ StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, do
         std::max(kLeastIterations, row_solves / std::max<std::size_t>(1, contact_count));
     return {.iterations = static_cast<int>(sweeps),
             .tolerance = std::max(kTolerance, kRelativeTolerance * mean_speed),
-            .patience = kPatience};
+            .patience = is_conjugate ? std::numeric_limits<int>::max() : kPatience};
 }
 
 }  // namespace
@@ -104,18 +112,30 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const WorldPos origin = bodies[members.front()].pose.translation;
     double most_energy = total_energy(island, origin, scene);
     double mean_speed = 0.0, acceleration = 0.0;
+    double least_inverse_mass = bodies[members.front()].mass.inverse_mass;
+    double greatest_inverse_mass = least_inverse_mass;
     for (const std::uint32_t member : members) {
         mean_speed += greatest_speed(bodies[member]);
         acceleration = std::max(acceleration, length(bodies[member].acceleration));
+        const double inverse_mass = bodies[member].mass.inverse_mass;
+        least_inverse_mass = std::min(least_inverse_mass, inverse_mass);
+        greatest_inverse_mass = std::max(greatest_inverse_mass, inverse_mass);
     }
+    const double mass_ratio = greatest_inverse_mass / least_inverse_mass;
+    const bool is_conjugate = mass_ratio > kWideMassRatio && mass_ratio <= kWidestMassRatio;
     mean_speed /= static_cast<double>(members.size());
-    const StoppingRule rule = stopping_rule(members.size(), contact_count, mean_speed);
+    const StoppingRule rule =
+        stopping_rule(members.size(), contact_count, mean_speed, is_conjugate);
     const double least_bounce = bounce_speed(acceleration, substep);
     for (const std::uint32_t member : members) {
         solver_bodies_[member].set(bodies[member].mass, bodies[member].pose, {});
     }
     ContactSolver solver(solver_bodies_, scratch.rows);
     add_contacts(island, solver, scratch, scene);
+    if (is_conjugate) {
+        scratch.directions.resize(contact_count);
+        solver.use_conjugate_directions(members, scratch.directions);
+    }
     double removed = 0.0;
     bool bounces = false;
     for (int i = 0; i < span.substep_count; ++i) {

@@ -8,6 +8,9 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kSeparationIterations = 12;
+/// With conjugate directions: most pairs of sweeps, and the share of the largest displacement that ends them.
+constexpr int kConjugateSeparationIterations = 100;
+constexpr double kSeparationTolerance = 1e-6;
 
 }  // namespace
 
@@ -208,8 +211,13 @@ void ContactSolver::solve_separation(double max_distance, bool may_turn) {
         make_row(contact, row, contact.direction_[0]);
     }
     list_active();
-    for (int iteration = 0; iteration < kSeparationIterations; ++iteration) {
+    const bool is_conjugate = !directions_.empty();
+    const int most = is_conjugate ? kConjugateSeparationIterations : kSeparationIterations;
+    restart_directions();
+    for (int i = 0; i < most; ++i) {
+        if (is_conjugate && i > 0) step_along_directions();
         sweep_normals(true);
+        if (is_conjugate && sweep_normals(false) <= kSeparationTolerance * max_distance) break;
     }
     end();
 }

@@ -3,6 +3,7 @@
 
 #include "bodies/solver/solver_body.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -84,6 +85,12 @@ class alignas(64) ContactRows {
     double approach_speed_;  // before the solve, m/s
 };
 
+/// What conjugate directions keep of a contact's normal, tangential and bitangential impulse, N s.
+struct ContactDirection {
+    std::array<double, 3> impulses{};   ///< after the last step
+    std::array<double, 3> direction{};  ///< of the last step
+};
+
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.
 class ContactSolver {
 public:
@@ -95,6 +102,16 @@ public:
     /// Adds a contact; ignored where the room is full.
     void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
+    /// Makes the solver step along conjugate directions between sweeps. Sweeps alone converge slowly where a body bears
+    /// others of many times its mass. Called after all contacts were added.
+    ///
+    /// @param members the moving bodies of the contacts; they outlive the solver
+    /// @param room    storage, [contacts]
+    void use_conjugate_directions(std::span<const std::uint32_t> members,
+                                  std::span<ContactDirection> room) {
+        direction_members_ = members;
+        directions_ = room;
+    }
     /// Changes the gap of a contact; all else of it stays, and the next solve starts with the impulses of the last.
     void set_gap(std::size_t contact, double gap) { room_[contact].gap_ = gap; }
     /// Moves the contact points with the bodies of infinite mass that spin, for a time, to first order: half a substep
@@ -174,6 +191,13 @@ private:
     double sweep_normals(bool is_forward);
     void activate_closing();
     bool activate_violated();
+    static std::array<double, 3> impulses_of(const ContactRows& contact) {
+        return {contact.normal_.impulse, contact.tangent_.impulse, contact.bitangent_.impulse};
+    }
+    void restart_directions();
+    void turn_directions(double share_of_last);
+    double best_step_length() const;
+    void step_along_directions();
     void sort_by_level();
     void list_active();
     double energy(std::span<const std::uint32_t> members) const;
@@ -185,6 +209,9 @@ private:
     bool is_sorted_ = false;
     std::size_t active_count_ = 0;  // contacts that sweep() visits
     std::size_t pair_count_ = 0;    // those of two moving bodies, which come first
+    std::span<const std::uint32_t> direction_members_;
+    std::span<ContactDirection> directions_;  // [contacts], or empty: sweeps alone
+    double last_gradient_square_ = 0.0;       // of the change of all bodies, J
 };
 
 }  // namespace terrane::internal

@@ -179,6 +179,7 @@ double ContactSolver::sweep_normals(bool is_forward) {
 ///                 0 where they are fixed
 void ContactSolver::iterate(double duration, const StoppingRule& rule, double tolerance) {
     activate_closing();
+    restart_directions();
     bool may_retarget = duration > 0.0;
     int next_check = 1;
     double change_before = std::numeric_limits<double>::infinity();
@@ -197,6 +198,9 @@ void ContactSolver::iterate(double duration, const StoppingRule& rule, double to
             if (activate_violated()) is_done = false;
         }
         if (is_done) return;
+        if (!directions_.empty() && !is_forward && iteration < rule.iterations) {
+            step_along_directions();
+        }
         if (iteration % rule.patience != 0) continue;
         if (change > 0.9 * change_before) return;
         change_before = change;

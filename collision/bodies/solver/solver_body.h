@@ -76,6 +76,8 @@ private:
     MassProperties mass_;
     Pose pose_;
     Twist before_, plastic_;  // scratch of the solver
+    // Conjugate directions: change_ after the last step; what the impulses of its direction change.
+    Vector6 step_start_, direction_;
 };
 
 }  // namespace terrane::internal

@@ -4,6 +4,7 @@
 #include <terrane/collision/ground_contact.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -18,14 +19,14 @@ double tolerance_of(const BodySettings& settings) {
                                             : default_contact_tolerance(settings.shape);
 }
 
-/// Adds the bodies; false where one is refused.
+/// Adds the bodies; false where one is refused or has no ground below.
 bool add_bodies(World& world, const Ground& ground, const Fall& fall) {
     double x = fall.x;
     for (const Shape& shape : fall.shapes) {
         const double radius = bounding_radius(shape);
         BodyState state = at_place(x, fall.y, 0.0);
         const LiftAnswer lift = compute_lift(shape, state.pose, ground);
-        if (lift.status != QueryStatus::complete) return false;
+        if (lift.status != QueryStatus::complete || !std::isfinite(lift.lift)) return false;
         state.pose.translation.z() = lift.lift + fall.gap;
         state.velocity = fall.velocity;
         if (!world.add({.shape = shape, .restitution = 0.0}, state)) return false;

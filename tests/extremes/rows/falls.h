@@ -23,7 +23,7 @@ struct Fall {
 std::vector<Shape> shapes_of_size(double size);
 
 /// The largest of depth / contact_tolerance over bodies and steps, by the contact query signed_distance(). Infinite
-/// where a body was parked, NaN where a state is not finite.
+/// where a body was parked; NaN where a body is refused or has no ground below, or a state is not finite.
 double worst_depth_share(const Ground& ground, const Fall& fall);
 
 /// The same of a body at its pose, 0 where it does not overlap the ground.

@@ -33,7 +33,7 @@ double drift(const Shape& shape, bool allow_sleep, double seconds) {
 ExtremeRow awake_row() {
     ExtremeRow row{.name = "RestOfAnAwakeBody",
                    .topic = "Time",
-                   .swept = "seconds at 1 kHz",
+                   .swept = "seconds at 1 kHz of a body that may not sleep",
                    .promise = "A resting body that may not sleep does not drift.",
                    .figure = "displacement and turn of a box of 1 m, m",
                    .limit = 1e-9,
@@ -50,6 +50,7 @@ ExtremeRow awake_row() {
 ExtremeRow asleep_row() {
     ExtremeRow row = awake_row();
     row.name = "RestOfASleepingBody";
+    row.swept = "seconds at 1 kHz of a sleeping body";
     row.promise = "A sleeping body keeps its bits.";
     row.limit = 0.0;
     row.values = {1.0, 3600.0};

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// A fractal of so many chunks of the finest level from west to east, a quarter as many from south to north.
-FractalSettings strip_settings(double chunks) {
+/// A fractal of so many chunks of the finest level a side.
+FractalSettings square_settings(double chunks) {
     int chunks_log2 = 0;
     std::frexp(chunks, &chunks_log2);
     --chunks_log2;
@@ -26,8 +26,8 @@ FractalSettings strip_settings(double chunks) {
     settings.root_count_x =
         static_cast<std::int32_t>(std::min(std::ceil(std::ldexp(chunks, -levels)), 1024.0));
     settings.first_root_x = -settings.root_count_x / 2;
-    settings.root_count_y = settings.root_count_x / 4;
-    settings.first_root_y = -settings.root_count_y / 2;
+    settings.root_count_y = settings.root_count_x;
+    settings.first_root_y = settings.first_root_x;
     return settings;
 }
 
@@ -44,7 +44,7 @@ double share_in_corner(const HeightSource& source, bool is_north_east) {
 ExtremeRow chunks_row() {
     ExtremeRow row{.name = "ChunksAlongAWorld",
                    .topic = "Size of a world",
-                   .swept = "chunks of the finest level along the world",
+                   .swept = "chunks of the finest level along each side of a world",
                    .promise =
                        "The true surface is within error_m of every height that the ground "
                        "answers, and neighbouring chunks have the same samples.",
@@ -53,17 +53,17 @@ ExtremeRow chunks_row() {
                        "two corners",
                    .values = {0x1p10, 0x1p20, 0x1p30, 0x1p31}};
     row.measure = [](double chunks) {
-        const auto source = FractalHeights::create(strip_settings(chunks));
+        const auto source = FractalHeights::create(square_settings(chunks));
         if (!source) return kNan;
         return std::max(share_in_corner(**source, false), share_in_corner(**source, true));
     };
     row.refusal = [](double chunks) {
-        return message_of(FractalHeights::create(strip_settings(chunks)));
+        return message_of(FractalHeights::create(square_settings(chunks)));
     };
     row.ends = {{0x1p31, 0x1p34, true, "root squares"}};
     row.note =
-        "Root squares are always resident: 128 by 128 of them, for a square world of 2^31 "
-        "chunks a side, take 2 GB.";
+        "A pager keeps all root squares resident: the 128 by 128 of a world of 2^31 chunks a side "
+        "take 2 GB.";
     return row;
 }
 

@@ -106,12 +106,6 @@ Motion take_motion(Input& input, double low, double high, double reach) {
     return motion;
 }
 
-bool is_within_reach(const Motion& motion) {
-    constexpr double kReach = 1e100;
-    const auto most = [](const Eigen::Vector3d& v) { return v.cwiseAbs().maxCoeff(); };
-    return !(most(motion.start.translation) > kReach) && !(most(motion.translation) > kReach);
-}
-
 const Ground& take_ground(Input& input) {
     static const std::vector<Ground> grounds = make_grounds();
     return grounds[static_cast<std::size_t>(input.below(kGrounds))];

@@ -19,9 +19,6 @@ Pose take_pose(Input& input, double low, double high);
 /// From a pose along a translation and a rotation of up to `reach` metres and a turn.
 Motion take_motion(Input& input, double low, double high, double reach);
 
-/// Whether a motion stays within 1e100 m. Squares of distances far beyond overflow: distances are infinite there.
-bool is_within_reach(const Motion& motion);
-
 /// One of some difficult grounds over [0, 128]^2 with cells of 1 m: planes, stairs, spikes, walls, pits, rough. Made
 /// once.
 const Ground& take_ground(Input& input);

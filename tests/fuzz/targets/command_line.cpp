@@ -27,6 +27,7 @@ void add_commands(CLI::App& app, tools::CommandContext& context) {
     tools::add_bake_command(app, context);
     tools::add_simplify_command(app, context);
     tools::add_heightmap_command(app, context);
+    tools::add_trade_command(app, context);
 }
 
 /// A word has no null character, as no argument of a program has.

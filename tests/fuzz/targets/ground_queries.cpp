@@ -99,7 +99,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Shape shape = fuzz::take_shape(input);
     Motion motion = fuzz::take_motion(input, kLow, kHigh, 64.0);
     motion.start = lowered(motion.start);
-    if (!fuzz::is_within_reach(motion)) return 0;
     const double margin = input.number(0.0, 2.0), most = input.number(0.0, 32.0);
     CastSettings settings;
     settings.skip_separating = input.flag();

@@ -78,7 +78,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Shape a = fuzz::take_shape(input), b = fuzz::take_shape(input);
     const Motion motion_a = fuzz::take_motion(input, -kReach, kReach, kReach);
     const Motion motion_b = fuzz::take_motion(input, -kReach, kReach, kReach);
-    if (!fuzz::is_within_reach(motion_a) || !fuzz::is_within_reach(motion_b)) return 0;
     const double margin = input.number(0.0, 2.0);
     CastSettings settings;
     settings.skip_separating = input.flag();
