@@ -51,6 +51,8 @@ class Trade(Folder):
         self.assertGreater(disorder["test"], disorder["pseudodistance"])
         self.assertEqual([row["figures"]["unlike_pairs"]["median"] for row in root["rows"]], [0, 0])
         self.assertEqual(len(extremes["findings"]), 1)
+        self.assertEqual(root["findings"], ["No value of this dial changes the pairs ordered unlike the squares here: 0."])
+        self.assertEqual(pair["findings"], [])
         self.assertEqual(sorted(os.listdir(out)), ["report.html", "terrane-files.txt", "trade.json"])
         with open(os.path.join(out, "trade.json")) as file:
             self.assertEqual(json.load(file), document)

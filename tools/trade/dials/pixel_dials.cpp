@@ -155,7 +155,9 @@ std::vector<Dial> pixel_dials() {
     budget.key = "budget";
     budget.title = "Triangle budget";
     budget.axis = "triangles";
-    budget.text = "Flight at 100 m/s, 150 m above the ground, 1280 x 720; no target but 0.01 px.";
+    budget.text =
+        "Flight at 100 m/s, 150 m or 40 spacings of the data above the ground, whichever is more; "
+        "1280 x 720; no target but 0.01 px.";
     budget.preset_flag = "--budget";
     Dial target = pixel_dial(grounds, {16, 8, 4, 2, 1, 0.7, 0.5}, {8, 4, 2, 1}, [](double value) {
         return TriangulatorSettings{.triangle_budget = 1'000'000, .max_error_px = value};

@@ -5,6 +5,9 @@
 #include "output/interrupt.h"
 #include "trade/table/reference_loop.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -46,6 +49,22 @@ TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& tri
     return row;
 }
 
+// Says so where a dial has no effect on what it is meant to change: a front of such a table means nothing.
+void note_constant_loss(TradeTable& table) {
+    const std::size_t loss = column_index(table, table.loss);
+    if (loss == table.columns.size() || table.rows.size() < 2) return;
+    const TradeFigure& first = table.rows.front().figures[loss];
+    const bool is_constant =
+        std::all_of(table.rows.begin(), table.rows.end(), [&](const TradeRow& row) {
+            return row.figures[loss].repetitions > 0 && row.figures[loss].median == first.median;
+        });
+    if (!is_constant) return;
+    const std::string unit = symbol_of(table.columns[loss].unit);
+    table.findings.push_back(fmt::format("No value of this dial changes the {} here: {:.3g}{}{}.",
+                                         table.columns[loss].title, first.median,
+                                         unit.empty() ? "" : " ", unit));
+}
+
 }  // namespace
 
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
@@ -85,6 +104,7 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
     }
     mark_front(table);
     if (dial.find) table.findings = dial.find(table);
+    note_constant_loss(table);
     return table;
 }
 

@@ -17,6 +17,8 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kFlightSeconds = 10.0;
+// Nearer to the ground the error is that of the finest spacing, whatever the settings.
+constexpr double kLeastAltitude = 150.0, kAltitudeInSpacings = 40.0;
 constexpr double kFrame_s = 1.0 / 30.0;
 // Of the finest settings that a dial has: what is loaded.
 constexpr std::size_t kMostBudget = 1'000'000, kMostQuickBudget = 300'000;
@@ -30,9 +32,11 @@ double elapsed_ms(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 CommandResult<std::shared_ptr<FlightGround>> FlightGround::create(const TradePlace& place) {
-    const Result<CameraPath> path =
-        CameraPath::create("straight", *place.terrain->source,
-                           {.speed = 100.0, .altitude = 150.0, .seconds = kFlightSeconds});
+    const HeightSource& source = *place.terrain->source;
+    const double altitude =
+        std::max(kLeastAltitude, kAltitudeInSpacings * source.lattice().spacing);
+    const Result<CameraPath> path = CameraPath::create(
+        "straight", source, {.speed = 100.0, .altitude = altitude, .seconds = kFlightSeconds});
     if (!path) return pass_on(path.error());
     FrameMakerSettings settings;
     settings.pager.memory_bytes = std::size_t{2} << 30U;
