@@ -8,9 +8,8 @@
 // --quick: few bodies for a second, as ctest runs it. --alone: without Bullet. --only: `dropped` or `heap`.
 //
 // Exits with 1 if a body of ours ever penetrated the ground by more than its tolerance.
-#include "benchmark/contact/contact_workload.h"
 #include "benchmark/machine.h"
-#include "support/random.h"
+#include "body_drop.h"
 
 #include <terrane/collision/world.h>
 
@@ -19,6 +18,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -29,6 +29,8 @@ namespace terrane::bench {
 namespace {
 
 constexpr double kStep = 1.0 / 60.0;
+// As in `terrane drop`.
+const std::array<Shape, 3> kShapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
 
 struct Options {
     std::size_t count = 1000;
@@ -37,33 +39,6 @@ struct Options {
     bool alone = false;
     std::string_view only;
 };
-
-struct Drop {
-    std::vector<BodySettings> settings;
-    std::vector<BodyState> states;
-};
-
-/// Layers over a square with random rotations; spheres, capsules and boxes in turns, as in `terrane drop`.
-Drop lay_out(const ContactMap& map, std::size_t count, double half_width, double distance) {
-    test::Random random(5);
-    const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
-    const auto row = static_cast<std::size_t>(2.0 * half_width / distance);
-    const double middle = 0.5 * map.width();
-    Drop drop;
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t layer = i / (row * row), place = i % (row * row);
-        const double x = middle - half_width + distance * (0.5 + static_cast<double>(place % row));
-        const double y = middle - half_width + distance * (0.5 + static_cast<double>(place / row));
-        BodyState state;
-        state.pose.translation = {
-            x, y, map.ground.height(x, y).height + 5.0 + distance * static_cast<double>(layer)};
-        const Eigen::Vector3d turn = 3.0 * random.direction();
-        state.pose.rotation = Motion{{}, Eigen::Vector3d::Zero(), turn}.at(1.0).rotation;
-        drop.settings.push_back({.shape = shapes[i % 3]});
-        drop.states.push_back(state);
-    }
-    return drop;
-}
 
 struct Times {
     std::vector<double> ms;
@@ -74,7 +49,7 @@ struct Times {
     }
 };
 
-World make_world(const Drop& drop, int workers, bool measure_depth) {
+World make_world(const BodyDrop& drop, int workers, bool measure_depth) {
     Result<World> world = World::create(
         {.allow_sleep = false, .measure_depth = measure_depth, .worker_count = workers});
     for (std::size_t i = 0; i < drop.states.size(); ++i) {
@@ -85,7 +60,8 @@ World make_world(const Drop& drop, int workers, bool measure_depth) {
 
 /// Whether no body fell through. The steps that are timed measure no depths, as those of the peer do not; the same
 /// steps are taken once more to count bodies that fell, and must have the same bits.
-bool measure(const char* scene, const ContactMap& map, const Drop& drop, const Options& options) {
+bool measure(const char* scene, const ContactMap& map, const BodyDrop& drop,
+             const Options& options) {
     const auto step_count = static_cast<int>(options.seconds / kStep);
     World world = make_world(drop, options.workers, false);
     Times ours;
@@ -120,7 +96,7 @@ bool measure(const char* scene, const ContactMap& map, const Drop& drop, const O
         }
         std::size_t below = 0;
         for (std::size_t i = 0; i < drop.states.size(); ++i) {
-            const WorldPos place = peer.place(i);
+            const WorldPos place = peer.pose(i).translation;
             const HeightAnswer ground = map.ground.height(place.x(), place.y());
             if (ground.status != GroundStatus::ok || place.z() < ground.height) ++below;
         }
@@ -198,13 +174,14 @@ int main(int argc, char** argv) {
     if (options->only != "heap") {
         const ContactMap map = make_contact_map(1025, 1.0);
         const double half_width = 3.0 * std::sqrt(static_cast<double>(options->count));
-        const Drop drop = lay_out(map, options->count, std::min(half_width, 480.0), 6.0);
+        const BodyDrop drop =
+            lay_out_drop(map, kShapes, options->count, std::min(half_width, 480.0), 6.0);
         is_fine = measure("dropped", map, drop, *options) && is_fine;
     }
     if (options->only != "dropped") {
         const ContactMap map = make_map(make_pit(257));
-        is_fine =
-            measure("heap", map, lay_out(map, options->count, 14.0, 4.7), *options) && is_fine;
+        const BodyDrop drop = lay_out_drop(map, kShapes, options->count, 14.0, 4.7);
+        is_fine = measure("heap", map, drop, *options) && is_fine;
     }
     return is_fine ? 0 : 1;
 }

@@ -21,7 +21,7 @@ public:
     void add(const BodySettings& settings, const BodyState& state);
     /// One step of this length, seconds, without substeps.
     void step(double dt);
-    WorldPos place(std::size_t body) const;
+    Pose pose(std::size_t body) const;
 
 private:
     struct World;

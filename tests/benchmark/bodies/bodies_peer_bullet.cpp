@@ -63,9 +63,14 @@ void BodiesPeer::add(const BodySettings& settings, const BodyState& state) {
 
 void BodiesPeer::step(double dt) { world_->world.stepSimulation(btScalar(dt), 0); }
 
-WorldPos BodiesPeer::place(std::size_t body) const {
-    const btVector3& place = world_->bodies[body]->getWorldTransform().getOrigin();
-    return {double(place.x()), double(place.y()), double(place.z())};
+Pose BodiesPeer::pose(std::size_t body) const {
+    const btTransform& place = world_->bodies[body]->getWorldTransform();
+    Pose pose;
+    for (int i = 0; i < 3; ++i) {
+        pose.translation[i] = double(place.getOrigin()[i]);
+        for (int k = 0; k < 3; ++k) pose.rotation(i, k) = double(place.getBasis()[i][k]);
+    }
+    return pose;
 }
 
 }  // namespace terrane::bench
