@@ -16,11 +16,18 @@ namespace {
 
 constexpr std::size_t kFewBodies = 1000;  ///< up to which points are measured in rounds
 
+// Moves few bodies on between measurements, so that a short run sees many independent placements.
+void stir(Crowd& crowd) {
+    for (int half_second = 0; half_second < 40; ++half_second) crowd.move(0.5);
+}
+
 // Queries one crowd for that many seconds of query and update time.
-CrowdTotals measure(Crowd& crowd, double seconds) {
+CrowdTotals measure(Crowd& crowd, double seconds, bool is_stirred) {
     constexpr double kStep = 1.0 / 60.0;
+    constexpr std::size_t kCoherent = 60;  // queries in a row: one second of motion
     return run_crowd(crowd, kStep, [&](const CrowdTotals& totals) {
         if (is_interrupted()) return false;
+        if (is_stirred && totals.queries % kCoherent == 0) stir(crowd);
         return totals.queries < kFewestQueries ||
                totals.query_ms + totals.boxes_ms + totals.update_ms < 1e3 * seconds;
     });
@@ -113,7 +120,9 @@ private:
         }
         for (int round = 0; round < kRounds && !is_interrupted(); ++round) {
             for (TimedCrowd& timed : timed_crowds) {
-                timed.rounds.push_back(measure(timed.crowd, settings_.seconds_a_point / kRounds));
+                stir(timed.crowd);
+                timed.rounds.push_back(
+                    measure(timed.crowd, settings_.seconds_a_point / kRounds, true));
             }
         }
         for (TimedCrowd& timed : timed_crowds) {
@@ -137,7 +146,7 @@ private:
                 continue;
             }
             Crowd crowd(layout);
-            point.measured[series] = measure(crowd, settings_.seconds_a_point);
+            point.measured[series] = measure(crowd, settings_.seconds_a_point, false);
             times_.add(kind, layout.count, 1e-3 * point.measured[series].mean_step_ms());
         }
     }

@@ -13,15 +13,23 @@
 namespace terrane::tools {
 namespace {
 
+constexpr double kMostFixed = 0.8;    // of the last time: a power of the rest means little
 constexpr double kTwoOrders = 100.0;  // of a query to an update, as claimed
 
 using Findings = std::vector<std::string>;
+
+// All series of a point together: for what does not depend on the scheme.
+CrowdTotals all_of(const StudyPoint& point) {
+    CrowdTotals all;
+    for (const CrowdTotals& totals : point.measured) all.add(totals);
+    return all;
+}
 
 // Power of a count or share over the points where it is above 0; absent for fewer than two.
 std::optional<double> power_of(const StudyTable& table, double (CrowdTotals::*count)() const) {
     std::vector<double> x, y;
     for (const StudyPoint& point : table.points) {
-        const double value = (point.measured.front().*count)();
+        const double value = (all_of(point).*count)();
         if (!(value > 0.0)) continue;
         x.push_back(point.x);
         y.push_back(value);
@@ -33,7 +41,6 @@ std::optional<double> power_of(const StudyTable& table, double (CrowdTotals::*co
 void judge_powers(const StudyTable& table, const std::string& what,
                   double (CrowdTotals::*time)() const, Findings& findings) {
     constexpr double kWantedPower = 1.05;
-    constexpr double kMostFixed = 0.8;  // of the last time: a power of the rest means little
     std::string within, above, fixed;
     for (std::size_t i = 0; i < table.series.size(); ++i) {
         const std::optional<PowerLaw> law = time_law(table, i, time);
@@ -72,10 +79,10 @@ void judge_slopes(const StudyTable& table, Findings& findings) {
 
 void add_positive_share(const StudyTable& table, Findings& findings) {
     const StudyPoint &first = table.points.front(), &last = table.points.back();
-    std::string text = fmt::format(
-        "Queries with a touching pair: {} % at {} {}, {} % at {}",
-        short_text(100.0 * first.measured.front().positive_share()), first.x, table.x_name,
-        short_text(100.0 * last.measured.front().positive_share()), last.x);
+    std::string text =
+        fmt::format("Queries with a touching pair: {} % at {} {}, {} % at {}",
+                    short_text(100.0 * all_of(first).positive_share()), first.x, table.x_name,
+                    short_text(100.0 * all_of(last).positive_share()), last.x);
     if (const std::optional<double> power = power_of(table, &CrowdTotals::positive_share)) {
         text += fmt::format("; where there are any, the share grows with the power {:.2f}", *power);
     }
@@ -150,15 +157,25 @@ void judge_detail(const StudyTable& table, Findings& findings) {
         const CrowdTotals* const low = table.totals_at(first, table.series[i]);
         const CrowdTotals* const high = table.totals_at(last, table.series[i]);
         if (!law || low == nullptr || high == nullptr) continue;
-        const char* const range = law->power < 1.0    ? "below linear"
-                                  : law->power <= 2.0 ? "between linear and quadratic"
-                                                      : "above quadratic";
+        const bool is_fixed = law->fixed > kMostFixed * high->mean_query_ms();
+        const std::string range =
+            is_fixed ? "mostly fixed, the detail is seldom read"
+                     : fmt::format("with the power {:.2f} of the rings, the fixed cost apart, {}",
+                                   law->power,
+                                   law->power < 1.0    ? "below linear"
+                                   : law->power <= 2.0 ? "between linear and quadratic"
+                                                       : "above quadratic");
         findings.push_back(fmt::format(
-            "{}: from detail {} to {} a query takes {} times as long, with {} pairs of "
-            "overlapping boxes; the power of the rings, the fixed cost apart, is {:.2f}: {}{}.",
+            "{}: from detail {} to {} a query takes {} times as long: {}; {} pairs of boxes "
+            "overlap "
+            "in a query at the end.",
             table.series[i], first, last, short_text(high->mean_query_ms() / low->mean_query_ms()),
-            short_text(high->mean_pairs()), law->power, range,
-            published ? fmt::format(" (published times: {:.2f})", published->power) : ""));
+            range, short_text(high->mean_pairs())));
+    }
+    if (published) {
+        findings.push_back(fmt::format(
+            "Published query times grow with the power {:.2f} of the rings, with {} us fixed.",
+            published->power, short_text(1e3 * published->fixed)));
     }
 }
 
