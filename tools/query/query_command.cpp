@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "options/command.h"
 #include "options/option_values.h"
+#include "options/preset.h"
 #include "output/summary.h"
 #include "query/parsing/line_reader.h"
 #include "query/query_answers.h"
@@ -102,6 +103,7 @@ void add_query_command(CLI::App& app, CommandContext& context) {
     add_in_range(*query, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
                  "Most memory that chunks take, MB of 2^20 bytes");
     query->add_flag("--json")->description("Changes nothing: answers are JSON anyway");
+    add_preset_option(*query);
     query->footer(
         "Example: echo '{\"op\":\"height\",\"x\":0,\"y\":0}' | terrane query --dem "
         "tools/data/jacksboro.tif");

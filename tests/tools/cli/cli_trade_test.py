@@ -6,7 +6,7 @@ import json
 import os
 import re
 
-from program import Folder, main, run, run_json
+from program import Folder, ask, main, run, run_json
 
 SHORT = ("trade", "--quick", "--dial", "root,pair-measure,extremes")
 
@@ -157,6 +157,12 @@ class Presets(Folder):
                         ("mesh", "--out", self.path("a.ply"))):
             with self.subTest(command[0]):
                 run_json(*command, "--dem", raster, "--preset", "fast")
+        # a preset's memory, which a flag replaces
+        height = [{"op": "height", "x": 0, "y": 0}]
+        answer, = ask(["--dem", raster, "--preset", "fast"], height)
+        self.assertEqual(answer["status"], "ok")
+        done = run("query", "--dem", raster, "--preset", "fast", "--memory-mb", 0.01)
+        self.assert_refused(done, [1], "--memory-mb", "0.01")
 
     def test_another_name_is_refused(self):
         self.assert_refused(run(*self.FLY, "--preset", "fats"), [2], "--preset: must be fast, balanced or accurate", "'fats'",
