@@ -145,7 +145,7 @@ private:
 };
 
 Verifier::Verifier(const HeightSource& source, std::size_t least_points)
-    : source_(source), least_points_(least_points) {}
+    : source_(source), least_points_(least_points), drawn_(source.extent()) {}
 
 Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
     resident_ = mesh.resident;

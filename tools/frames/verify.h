@@ -89,7 +89,7 @@ private:
     std::size_t least_points_;
     std::optional<Frame> before_, older_;          // of the last measure(), and of the one before
     std::shared_ptr<const ResidentSet> resident_;  // of the frame
-    WorldRect drawn_;                              // of the frame
+    WorldRect drawn_;                              // ground that the frame draws
 };
 
 }  // namespace terrane::tools

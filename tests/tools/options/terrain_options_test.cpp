@@ -153,7 +153,7 @@ TEST(OpenTerrain, CommandsWorkAroundTheirStart) {
     };
     EXPECT_EQ(region(""), (WorldRect{-65536.0, -65536.0, 65536.0, 65536.0}));
     EXPECT_EQ(region("--start-m 1e9,-5"),
-              (WorldRect{15258 * 0x1p16, -65536.0, 1e9 + 65536.0, 65531.0}));
+              (WorldRect{1e9 - 65536.0, -65541.0, 1e9 + 65536.0, 65531.0}));
     EXPECT_EQ(region("--start-m 2147483648,0"),
               (WorldRect{0x1p31 - 65536.0, -65536.0, 0x1p31, 65536.0}));
     EXPECT_EQ(region("--world-m 65536"), (WorldRect{-32768.0, -32768.0, 32768.0, 32768.0}));
