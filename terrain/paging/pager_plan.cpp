@@ -122,9 +122,12 @@ void Pager::State::plan() {
     std::vector<LoadCandidate>& candidates = needs.candidates();
     if (next_window != tree.window()) {
         constexpr double kForever = std::numeric_limits<double>::infinity();
-        for (const ChunkKey& key : absent_next_roots())
+        for (const ChunkKey& key : absent_next_roots()) {
+            // those in both windows are candidates already
+            if (tree.window().contains(key)) continue;
             candidates.push_back(
                 {key, {NeedClass::root, 0.0, kForever, 0.0}, -times.expected_s(0)});
+        }
     }
     std::sort(candidates.begin(), candidates.end(), internal::has_priority_over);
     count_late();

@@ -11,6 +11,7 @@ run(${CMAKE_COMMAND} --install ${build} --prefix ${prefix})
 
 string(REGEX MATCH "^[0-9]+\\.[0-9]+" soversion "${VERSION}")
 string(REPLACE "," ";" components "${COMPONENTS}")
+list(REMOVE_ITEM components adapters) # headers alone
 foreach(component IN LISTS components)
     set(library ${prefix}/lib/libterrane_${component}.so)
     run(readelf --dynamic ${library})
