@@ -191,7 +191,10 @@ TEST(RootWindow, CrossingAnEdgeToAndFroMovesItOnce) {
     for (int frame = 0; frame < 40; ++frame) {
         const double x = 2.0 * kSide + (frame % 2 == 0 ? -1.0 : 1.0);
         pager.update(camera_over(*ground, x, 0.0, 0.0), {}, 0.1 * frame);
-        ASSERT_NO_FATAL_FAILURE(expect_whole(*pager.resident())) << "and none is there twice";
+        ASSERT_NO_FATAL_FAILURE(expect_whole(*pager.resident()));
+        std::size_t bytes = 0;
+        for (const auto& chunk : pager.resident()->chunks()) bytes += chunk->bytes();
+        ASSERT_EQ(pager.stats().resident_bytes, bytes) << "none is loaded twice";
         const std::int32_t first = pager.resident()->window().first_root_x;
         if (firsts.empty() || firsts.back() != first) firsts.push_back(first);
     }
