@@ -26,7 +26,7 @@ foreach(component IN LISTS components)
     list(FILTER symbols EXCLUDE REGEX "^$|^TERRANE_")
     list(LENGTH symbols count)
     message(STATUS "libterrane_${component}.so exports ${count} symbols")
-    if(count LESS 5)
+    if(count EQUAL 0)
         message(FATAL_ERROR "${library} exports nothing")
     endif()
     # Names of others, and what belongs to one component alone.
