@@ -67,6 +67,8 @@ struct OpenChunk {
     std::uint64_t held_areas = 0;
     bool is_side_held = false;    ///< the same of vertices on the eastern and northern side,
     bool is_coarse_held = false;  ///< and of a root's coarser ones
+    unsigned open_strides =
+        0;  ///< of a root's coarser vertices, in even samples: may be below the floor
 
     /// [kAreas] keys raised to the parents'; undefined in areas that are not open.
     std::vector<AreaKeys> keys;

@@ -5,16 +5,32 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <limits>
 
 namespace terrane::internal {
 namespace {
 
 constexpr int kSide = kChunkSquares;  // last column and row
 constexpr int kCoarsest = kSide / 2;  // stride of the root square's own centre
+// Of vertices that are not below the floor; kNever would say that a parent is absent.
+constexpr float kLargestKey = std::numeric_limits<float>::max();
 
 std::size_t coarse_index(int column, int row) {
     return static_cast<std::size_t>(row) * OpenChunk::kCoarseSide +
            static_cast<std::size_t>(column);
+}
+
+// Calls use(column, row) for the centres and midpoints of a stride.
+template <class Use>
+void for_stride(int stride, const Use& use) {
+    bool is_centre_row = false;
+    for (int row = 0; row <= kSide; row += stride, is_centre_row = !is_centre_row) {
+        const int step = is_centre_row ? stride : 2 * stride;
+        for (int column = is_centre_row ? 0 : stride; column <= kSide; column += step) {
+            use(column, row);
+        }
+    }
 }
 
 // Raises a key to its parents', and records if that holds the vertex.
@@ -39,6 +55,26 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
                 around.half_width, root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
     if (!root.is_pinned) return key;
     return pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, key);
+}
+
+// Whether a vertex of a stride may have a key below the floor. Of a root far from the eye, or out of view, few strides
+// have: their keys stay at the largest one, which is not below the floor either.
+bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
+                              float floor) const {
+    if (root.is_pinned) return true;
+    float least = std::numeric_limits<float>::infinity();  // inverse square of the largest bound
+    for_stride(stride, [&](int column, int row) {
+        least = std::min(least, root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
+    });
+    const Reach around = reach(*root.chunk, 2 * stride, true);
+    ScreenError::WorldBox box = screen.box_of(*root.chunk);
+    const Eigen::Vector3d wider(static_cast<double>(around.half_width),
+                                static_cast<double>(around.half_width),
+                                static_cast<double>(around.half_height));
+    box.low -= wider;
+    box.high += wider;
+    constexpr float kRoundedUp = 1.0f + 0x1p-20f;
+    return screen.least_key(box, kRoundedUp / std::sqrt(least)) < floor;
 }
 
 // The centre of a root square has no parents.
@@ -89,17 +125,31 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
         screen.fill_axes(*root->chunk, root->axes);
         root->eye_heights = screen.eye_heights(*root->chunk);
         root->planes = screen.planes_across(screen.box_of(*root->chunk));
-        root->coarse_keys.resize(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
-        for (int row = 0; row <= kSide; ++row) {
-            for (int column = 0; column <= kSide; ++column) {
+        root->coarse_keys.assign(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide, kLargestKey);
+        for (const std::size_t corner : {coarse_index(0, 0), coarse_index(kSide, 0),
+                                         coarse_index(0, kSide), coarse_index(kSide, kSide)}) {
+            root->coarse_keys[corner] = OpenChunk::kNever;
+        }
+        root->open_strides = 0;
+        for (int stride = kCoarsest; stride >= 1; stride /= 2) {
+            if (!may_be_below(screen, *root, stride, floor)) continue;
+            root->open_strides |= static_cast<unsigned>(stride);
+            for_stride(stride, [&](int column, int row) {
                 root->coarse_keys[coarse_index(column, row)] =
                     own_coarse_key(screen, *root, column, row);
-            }
+            });
         }
     }
+    const auto is_open = [](const OpenChunk& root, int stride) {
+        return (root.open_strides & static_cast<unsigned>(stride)) != 0;
+    };
     for (int stride = kCoarsest; stride >= 1; stride /= 2) {
-        for (OpenChunk* root : roots) trim_coarse_centres(*root, stride, floor);
-        for (OpenChunk* root : roots) trim_coarse_midpoints(*root, stride, floor);
+        for (OpenChunk* root : roots) {
+            if (is_open(*root, stride)) trim_coarse_centres(*root, stride, floor);
+        }
+        for (OpenChunk* root : roots) {
+            if (is_open(*root, stride)) trim_coarse_midpoints(*root, stride, floor);
+        }
     }
 }
 

@@ -76,6 +76,8 @@ private:
     void find_midpoints(float floor, OpenChunk& chunk) const;
     void find_sides(float floor, OpenChunk& chunk) const;
 
+    bool may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
+                      float floor) const;
     void find_coarse_keys(const ScreenError& screen, float floor,
                           std::span<OpenChunk* const> roots) const;
     void trim_coarse_centres(OpenChunk& root, int stride, float floor) const;
