@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/terrain/height_source.h>
+#include <terrane/terrain/math.h>
 
 #include <algorithm>
 #include <cmath>
