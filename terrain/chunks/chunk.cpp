@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -301,8 +302,31 @@ std::size_t Chunk::bytes() const {
            (solid != nullptr ? solid->bytes() : 0);
 }
 
+namespace {
+
+// Of root chunks; others have no coarse bounds.
+void fill_largest_coarse_bounds(ChunkVertices& vertices) {
+    if (vertices.coarse_bounds.empty()) return;
+    std::array<float, ChunkVertices::kCoarseStrides> least;
+    least.fill(std::numeric_limits<float>::infinity());
+    for (int row = 0; row <= kChunkSquares; ++row) {
+        for (int column = 0; column <= kChunkSquares; ++column) {
+            const auto both = static_cast<unsigned>(column | row);
+            if (both % kChunkSquares == 0) continue;  // corners of the root square
+            float& of_stride = least[static_cast<std::size_t>(std::countr_zero(both))];
+            of_stride =
+                std::min(of_stride, vertices.coarse_bounds[coarse_index(2 * column, 2 * row)]);
+        }
+    }
+    std::transform(least.begin(), least.end(), vertices.largest_coarse_bounds.begin(),
+                   internal::bound_of);
+}
+
+}  // namespace
+
 void internal::complete_chunk(double quantum, std::shared_ptr<ChunkVertices> vertices,
                               Chunk& chunk) {
+    fill_largest_coarse_bounds(*vertices);
     derive_reaches(quantum, *vertices, chunk);
     fill_intervals(chunk);
     fill_areas(chunk);

@@ -69,6 +69,7 @@ struct SideVertices {
 
 /// Quantised bounds and reaches of a chunk's vertices.
 struct ChunkVertices {
+    static constexpr std::size_t kCoarseStrides = 6;  ///< 1, 2, 4 .. kChunkSquares / 2
     /// Row by row from the south-west.
     std::array<AreaVertices, std::size_t{kChunkAreas} * kChunkAreas> areas;
     /// Heights of the reaches of an area's vertices, including those on the chunk's eastern and northern
@@ -85,6 +86,9 @@ struct ChunkVertices {
     /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, at every
     /// second sample of every second row; infinite at the corners. Empty in other chunks.
     std::vector<float> coarse_bounds;
+    /// Root chunks: the largest of these bounds e(v), metres, rounded up, by log2 of the vertices' stride in even
+    /// samples.
+    std::array<float, kCoarseStrides> largest_coarse_bounds{};
 
     /// Heights of the reaches of an area's vertices, world, metres.
     HeightInterval reach_of_area(int area) const {
@@ -102,9 +106,9 @@ struct ChunkVertices {
 /// The bound of which an inverse square is stored, rounded up.
 float bound_of(float inverse_square_bound);
 
-/// Completes a chunk from its other fields: pyramid, low and high, areas except max_vertex_bound, quadrant_bound,
-/// the reaches and rises in `vertices`, and vertex_reach; then hands `vertices` to the chunk. These need not be
-/// stored with a chunk.
+/// Completes a chunk from its other fields: pyramid, low and high, areas except max_vertex_bound, quadrant_bound, the
+/// reaches, rises and largest coarse bounds in `vertices`, and vertex_reach; then hands `vertices` to the chunk. These
+/// need not be stored with a chunk.
 ///
 /// Requires: heights, cell_bounds and max_vertex_bound (areas' too) of the chunk; bounds, low and high of all
 ///           vertices, both sides, reach_base and reach_unit

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "chunks/resident_set_change.h"
+#include "chunks/root_window.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/resident_set.h>
@@ -23,7 +24,7 @@ std::shared_ptr<const ResidentSet::Structure> ResidentSet::make_structure(
     Structure none;
     none.lattice = lattice;
     none.extent = extent;
-    return Change(none, lattice).make({}, std::move(chunks));
+    return Change(none, internal::first_root_window(lattice)).make({}, std::move(chunks));
 }
 
 ResidentSet::ResidentSet(const Lattice& lattice, const WorldRect& extent,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "paging/chunk_tree.h"
 
-#include "paging/demand/root_window.h"
+#include "chunks/root_window.h"
 
 #include <terrane/terrain/assert.h>
 #include <terrane/terrain/height_source.h>

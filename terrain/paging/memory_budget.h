@@ -55,7 +55,7 @@ public:
     /// Whether an earlier claim may be used for a chunk of this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
-    /// Evicts a chunk and everything below it, needed or not. Call after begin_plan().
+    /// Evicts a chunk and its descendants, needed or not. Call between plans: begin_plan() lists candidates anew.
     void evict_tree(ChunkTree::Index index);
 
     bool has_evicted() const { return !evicted_keys_.empty(); }

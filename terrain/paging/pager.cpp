@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/settings_check.h"
-#include "paging/demand/root_window.h"
+#include "chunks/root_window.h"
 #include "paging/loaders/inline_loader.h"
 #include "paging/pager_state.h"
 
@@ -62,7 +62,7 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         if (!good) return tl::unexpected(good.error());
     }
     const Lattice& lattice = source->lattice();
-    // Most root squares of two windows are loaded while it moves.
+    // While the window moves the root squares of the old and of the new one are in memory.
     const Lattice window = internal::first_root_window(lattice);
     const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
     std::size_t least = 0;

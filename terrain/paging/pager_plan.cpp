@@ -125,8 +125,9 @@ void Pager::State::plan() {
         for (const ChunkKey& key : absent_next_roots()) {
             // those in both windows are candidates already
             if (tree.window().contains(key)) continue;
+            // The frame does not need it until the window has moved: it is not late, however long it takes.
             candidates.push_back(
-                {key, {NeedClass::root, 0.0, kForever, 0.0}, -times.expected_s(0)});
+                {key, {NeedClass::root, kForever, kForever, 0.0}, -times.expected_s(0)});
         }
     }
     std::sort(candidates.begin(), candidates.end(), internal::has_priority_over);

@@ -57,11 +57,9 @@ struct Pager::State {
           contact(*source, level),
           budget(tree, bytes, chosen),
           next_window(tree.window()),
-          set(std::make_shared<const ResidentSet>(
-              ResidentSet(source->lattice(), source->extent(),
-                          std::vector<std::shared_ptr<const Chunk>>{}, epoch),
-              std::span<const ChunkKey>{}, std::vector<std::shared_ptr<const Chunk>>{},
-              std::vector<float>{}, epoch, tree.window())),
+          set(std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                                  std::vector<std::shared_ptr<const Chunk>>{},
+                                                  epoch)),
           loader(std::move(chosen_loader)) {}
 
     std::shared_ptr<const HeightSource> source;
@@ -94,9 +92,9 @@ struct Pager::State {
     // loads
     std::map<ChunkKey, internal::LoadInProgress> in_flight;  // begun and not taken
     std::map<ChunkKey, internal::Orphan> orphans;
-    Lattice next_window;  // where the window of root squares will be
-    std::map<ChunkKey, internal::Orphan>
-        next_roots;  // loaded root squares of it, outside the present one
+    // The root window that the client's position asks for, and its loaded root squares outside of the present window.
+    Lattice next_window;
+    std::map<ChunkKey, internal::Orphan> next_roots;
     std::map<ChunkKey, double> eviction_times_s;  // within the last horizon
     std::map<ChunkKey, double> missing_since_s;   // contact chunks that are touched and absent
     bool is_inline = false;                       // update() loads synchronously

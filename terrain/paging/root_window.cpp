@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// The window of root squares of a world that has more of them than memory holds. It moves with a client once all root
-// squares of its new place are loaded, so that there is ground to draw all the time. A client that has left the window
-// has nothing to see there: then it moves at once.
-#include "paging/demand/root_window.h"
+// The root window of a world with more root squares than memory holds. It moves when the client leaves its middle and
+// all root squares of the new window are loaded, so that frames never lack a root square. When the client has left the
+// window itself, as after a jump, the window moves at once.
+#include "chunks/root_window.h"
 
 #include "paging/pager_state.h"
 
@@ -11,6 +11,7 @@ namespace terrane {
 
 using internal::ChunkTree;
 
+// The position that the window follows; none without clients.
 std::optional<WorldVec2> Pager::State::window_place() const {
     if (!predicted_views.empty()) return predicted_views.front().states.front().eye_world.head<2>();
     if (!bodies.empty()) return bodies.front().centre_world.head<2>();
@@ -19,11 +20,12 @@ std::optional<WorldVec2> Pager::State::window_place() const {
     return WorldVec2(0.5 * (region.west + region.east), 0.5 * (region.south + region.north));
 }
 
-// Whether it has moved.
+// Returns whether the window has moved.
 bool Pager::State::move_window() {
     const Lattice& world = source->lattice();
+    if (world.root_window == 0) return false;
     const std::optional<WorldVec2> place = window_place();
-    if (world.root_window == 0 || !place) return false;
+    if (!place) return false;
     next_window = internal::moved_root_window(world, tree.window(), *place);
     std::erase_if(next_roots,
                   [this](const auto& root) { return !next_window.contains(root.first); });

@@ -26,8 +26,11 @@ foreach(component IN LISTS components)
     list(FILTER symbols EXCLUDE REGEX "^$|^TERRANE_")
     list(LENGTH symbols count)
     message(STATUS "libterrane_${component}.so exports ${count} symbols")
-    if(count EQUAL 0)
-        message(FATAL_ERROR "${library} exports nothing")
+    # One for each public header, or more.
+    file(GLOB headers ${prefix}/include/terrane/${component}/*.h)
+    list(LENGTH headers header_count)
+    if(header_count EQUAL 0 OR count LESS header_count)
+        message(FATAL_ERROR "${library} exports ${count} symbols of ${header_count} public headers")
     endif()
     # Names of others, and what belongs to one component alone.
     list(FILTER symbols EXCLUDE REGEX "^((vtable|typeinfo|typeinfo name|VTT|guard variable) for )?terrane::")

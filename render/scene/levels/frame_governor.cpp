@@ -25,7 +25,7 @@ constexpr double kGuessedConstant = 0.2;
 constexpr double kSlopeVariance = 0.09;
 // A frame below this share of the time lets the budget grow by the third power of its ratio.
 constexpr double kFarBelow = 0.5;
-// Triangles differ by more than this share: their times tell the slope.
+// From this relative difference of triangles on, the times of two frames tell the slope.
 constexpr double kOtherTriangles = 0.5;
 // Least ratio of the slopes of successive frames.
 constexpr double kLeastSlope = 0.05;
@@ -82,20 +82,20 @@ void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, d
     model.constant_ms = std::max(0.0, mean_t - model.ms_per_triangle * mean_n);
 }
 
-// Another scene: the frames so far are taken for ones that cost as much more, or less, as this one does, and count
-// little. Where most of the time is not in triangles, only the constant part is another. A frame of far more or fewer
-// triangles than those before it tells instead that the slope was wrong, and changes none of them.
+// Adapts the model to another scene: scales the costs of the past frames to that of this one, or shifts them where most
+// of the time is not that of triangles, and gives them little weight. Where this frame has far more or fewer triangles
+// than those before, the slope may be wrong instead of the costs: then they stay, and the next fit decides.
 void FrameGovernor::rescale(CostModel& model, double frame_ms, double triangles) {
     const double expected = model.cost_ms(triangles);
     const double mean_n = model.n / model.weight;
-    if (std::abs(triangles - mean_n) > kOtherTriangles * std::max(triangles, mean_n)) {
-        // the line through both
-    } else if (model.ms_per_triangle * triangles > 0.5 * expected) {
+    const bool is_slope_in_doubt =
+        std::abs(triangles - mean_n) > kOtherTriangles * std::max(triangles, mean_n);
+    if (!is_slope_in_doubt && model.ms_per_triangle * triangles > 0.5 * expected) {
         const double ratio = frame_ms / expected;
         model.t *= ratio;
         model.nt *= ratio;
         model.ms_per_triangle *= ratio;
-    } else {
+    } else if (!is_slope_in_doubt) {
         const double more = frame_ms - expected;
         model.t += more * model.weight;
         model.nt += more * model.n;
@@ -115,7 +115,7 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
     const double surprising = std::log(std::clamp(1.0 + kSurpriseDeviations * std::sqrt(variance_),
                                                   kLeastSurprise, kMostSurprise));
     if (before_surprise_) {
-        // The frame before was an outlier where this one is again as expected before it.
+        // The frame before was an outlier if the model before it predicts this one, and better than the one after it.
         const double as_before = misfit(before_surprise_->model, frame_ms, drawn);
         if (as_before < surprising && as_before < misfit(model_, frame_ms, drawn)) {
             model_ = before_surprise_->model;
@@ -123,7 +123,7 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
         }
         before_surprise_.reset();
     }
-    // The first triangles tell what triangles cost: nothing was expected of them.
+    // Before the first frame with triangles the model does not know their cost, so that their time is no surprise.
     const bool is_first = model_.weight == 0.0 || (model_.ms_per_triangle == 0.0 && drawn > 0.0);
     const double difference = is_first ? 0.0 : misfit(model_, frame_ms, drawn);
     const bool is_surprise = difference > surprising;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 
 namespace terrane::internal {
@@ -13,7 +12,7 @@ namespace {
 
 constexpr int kSide = kChunkSquares;  // last column and row
 constexpr int kCoarsest = kSide / 2;  // stride of the root square's own centre
-// Of vertices that are not below the floor; kNever would say that a parent is absent.
+// The key of vertices that are certainly not below the floor. Not kNever, which says that a parent is absent.
 constexpr float kLargestKey = std::numeric_limits<float>::max();
 
 std::size_t coarse_index(int column, int row) {
@@ -57,15 +56,11 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     return pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, key);
 }
 
-// Whether a vertex of a stride may have a key below the floor. Of a root far from the eye, or out of view, few strides
-// have: their keys stay at the largest one, which is not below the floor either.
+// Whether any vertex of a stride may have a key below the floor: false for most strides of roots far from the eye or
+// outside the view, whose keys are not computed.
 bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
                               float floor) const {
     if (root.is_pinned) return true;
-    float least = std::numeric_limits<float>::infinity();  // inverse square of the largest bound
-    for_stride(stride, [&](int column, int row) {
-        least = std::min(least, root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
-    });
     const Reach around = reach(*root.chunk, 2 * stride, true);
     ScreenError::WorldBox box = screen.box_of(*root.chunk);
     const Eigen::Vector3d wider(static_cast<double>(around.half_width),
@@ -73,8 +68,8 @@ bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, 
                                 static_cast<double>(around.half_height));
     box.low -= wider;
     box.high += wider;
-    constexpr float kRoundedUp = 1.0f + 0x1p-20f;
-    return screen.least_key(box, kRoundedUp / std::sqrt(least)) < floor;
+    const auto exponent = static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(stride)));
+    return screen.least_key(box, root.chunk->vertices->largest_coarse_bounds[exponent]) < floor;
 }
 
 // The centre of a root square has no parents.

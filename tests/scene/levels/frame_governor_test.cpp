@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
+#include <vector>
 
 namespace terrane::test::frame_governor {
 namespace {
@@ -29,6 +31,23 @@ FrameGovernor make(const GovernorSettings& settings, std::size_t first) {
     return FrameGovernor::create(settings, first).value();
 }
 
+// The times of frames from the 31st on, milliseconds, of a governor that keeps 16 ms.
+std::vector<double> settled_times(const Model& model, int frames, Random& random) {
+    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    std::vector<double> times;
+    for (int frame = 0; frame < frames; ++frame) {
+        const std::size_t triangles = model.drawn(governor.budget());
+        const double ms = model.cost(triangles, random);
+        governor.add_frame(ms, triangles, triangles < model.needed);
+        if (frame >= 30) times.push_back(ms);
+    }
+    return times;
+}
+
+double mean_of(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 TEST(FrameGovernor, SettlesWithinATenthOfItsTimeInThirtyFrames) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -36,21 +55,13 @@ TEST(FrameGovernor, SettlesWithinATenthOfItsTimeInThirtyFrames) {
         Model model;
         model.constant_ms = random.between(0.0, 4.0);
         model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
-        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
-        double mean = 0.0;
-        for (int frame = 0; frame < 60; ++frame) {
-            const std::size_t triangles = model.drawn(governor.budget());
-            const double ms = model.cost(triangles, random);
-            governor.add_frame(ms, triangles, triangles < model.needed);
-            if (frame < 30) continue;
-            ASSERT_LT(ms, 16.0 * 1.1) << "frame " << frame;
-            mean += ms / 30.0;
-        }
-        EXPECT_NEAR(mean, 16.0, 1.6);
+        const std::vector<double> times = settled_times(model, 60, random);
+        EXPECT_LT(*std::max_element(times.begin(), times.end()), 16.0 * 1.1);
+        EXPECT_NEAR(mean_of(times), 16.0, 1.6);
     }
 }
 
-// Frames of a busy machine: their mean is at the time, not their longest.
+// On a busy machine the mean of the frames keeps the time, not the longest of them.
 TEST(FrameGovernor, NoiseDoesNotLowerTheBudget) {
     for (std::uint64_t seed = 0; seed < 100; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -58,15 +69,8 @@ TEST(FrameGovernor, NoiseDoesNotLowerTheBudget) {
         Model model;
         model.noise = random.between(0.05, 0.2);
         model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
-        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
-        double mean = 0.0;
-        for (int frame = 0; frame < 150; ++frame) {
-            const std::size_t triangles = model.drawn(governor.budget());
-            const double ms = model.cost(triangles, random);
-            governor.add_frame(ms, triangles, triangles < model.needed);
-            if (frame >= 30) mean += ms / 120.0;
-        }
-        EXPECT_NEAR(mean, 16.0, 1.6) << "noise " << model.noise;
+        EXPECT_NEAR(mean_of(settled_times(model, 150, random)), 16.0, 1.6)
+            << "noise " << model.noise;
     }
 }
 

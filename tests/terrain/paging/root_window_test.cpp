@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "paging/demand/root_window.h"
+#include "chunks/root_window.h"
 
 #include "pager_scene.h"
 #include "support/random.h"
@@ -107,8 +107,8 @@ TEST(RootWindow, MovesAsLittleAsKeepsThePlaceInItsMiddle) {
     }
 }
 
-// With every kind of loading: what is resident is the window's, the camera is inside of it, and every frame is drawn
-// with a certified error and without a hole.
+// Loads inside update(), and simulated storage. In each frame the set has the root squares of its window and no others,
+// the window contains the camera, and the mesh is conforming and its error certified.
 TEST(RootWindow, FollowsACameraOverAnyNumberOfEdges) {
     const auto ground = endless();
     for (const int storage : {0, 1}) {
@@ -232,6 +232,34 @@ TEST(RootWindow, WaitsForItsRootSquaresUnlessTheCameraHasLeft) {
     time_s += 60.0;
     ASSERT_NO_FATAL_FAILURE(expect_whole(*go(50.5 * kSide)));
     EXPECT_EQ(place_in_window(50.5 * kSide, 0.0, pager.resident()->window().first_root_x), 2);
+}
+
+// A camera that needs nothing but root squares, over a dead disk: those of the next window are requested and fail, and
+// no chunk counts as late, because frames have all of the present window.
+TEST(RootWindow, RootSquaresOfTheNextWindowAreNotLate) {
+    const auto ground = endless();
+    bool is_dead = false;
+    auto loader = VirtualLoader::create(
+        {.latency = 0.01}, [&](const ChunkKey& key) -> Result<std::shared_ptr<const Chunk>> {
+            if (is_dead) return fail(ErrorCode::io, "the disk has gone");
+            return make_chunk(*ground, key);
+        });
+    Pager pager = Pager::create(ground, {}, std::move(*loader)).value();
+    double time_s = 0.0;
+    const auto go = [&](double x) {
+        auto cameras = camera_over(*ground, x, 10.0, 0.0);
+        cameras[0].threshold_px = 1e6;
+        for (int i = 0; i < 20; ++i) pager.update(cameras, {}, time_s += 0.05);
+    };
+    go(10.0);
+    ASSERT_TRUE(pager.resident()->has_roots());
+    is_dead = true;
+    go(1.5 * kSide);
+    EXPECT_GT(pager.stats().failed, 0u);
+    EXPECT_EQ(pager.stats().late_chunks, 0u);
+    go(50.5 * kSide);
+    EXPECT_GE(pager.stats().late_chunks, std::size_t{kWindow} * kWindow)
+        << "it has left the window";
 }
 
 // Without cameras the first body has ground, and regions are ready where the window is.

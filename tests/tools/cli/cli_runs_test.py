@@ -55,9 +55,10 @@ class Mesh(Folder):
         return summary
 
     def test_mesh_of_a_fractal_is_whole_and_within_budget(self):
-        for budget in (32, 1000, 50_000):
-            summary = self.check_mesh(["--seed", 5], budget)
-            self.assertEqual(summary["status"], "budget_reached")
+        for world in ([], ["--world-m", 131072]):
+            for budget in (8 if world else 32, 1000, 50_000):
+                summary = self.check_mesh(["--seed", 5, *world], budget)
+                self.assertEqual(summary["status"], "budget_reached")
         summary = self.check_mesh(["--seed", 5], 1_000_000, "--max-error-px", 8)
         self.assertEqual(summary["status"], "error_met")
         self.assertLessEqual(summary["error_px"], 8)

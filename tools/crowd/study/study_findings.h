@@ -5,8 +5,8 @@
 
 namespace terrane::tools {
 
-/// What a measured table says, sentence by sentence, each with its figures: which published claims hold for it, and
-/// where they end. Nothing but the table decides what is said.
+/// Sentences about a measured table, with its figures: which published claims the measurement confirms, and from which
+/// number of bodies, size or aspect on it contradicts them. A pure function of the table.
 std::vector<std::string> study_findings(const StudyTable& table);
 
 }  // namespace terrane::tools

@@ -165,23 +165,29 @@ std::vector<double> ratios(std::size_t count) {
     return {1.0, 3.0, 10.0, 30.0, 100.0};
 }
 
-// The published conclusion holds for bodies of similar size and aspect: three tables show where it ends.
+// Bodies of a room that grows with them, with another ratio at each point.
+StudyPlan over_ratios(StudyPlan plan, CrowdLayout layout, std::size_t count,
+                      double CrowdLayout::*changed) {
+    add_schemes(plan, kAll);
+    layout.room = 0.0;
+    layout.count = count;
+    for (const double ratio : ratios(count)) {
+        layout.*changed = ratio;
+        add_point(plan, ratio, std::nullopt, layout);
+    }
+    return plan;
+}
+
+// The published conclusion is of bodies of similar size and aspect: three tables with sizes and aspects that differ.
 StudyPlan plan_of_fragments(const StudySettings& settings, std::size_t count) {
     StudyPlan plan = make_plan("fragments_" + std::to_string(count),
                                "Few large bodies among many small ones: " + std::to_string(count),
                                "largest over smallest radius",
                                "Bodies of at least a radius are as many as its power of -2.5, as "
                                "fragments are; spheres take 2 % of the room.");
-    add_schemes(plan, kAll);
     CrowdLayout layout = published_layout(settings);
-    layout.room = 0.0;
-    layout.count = count;
     layout.size_power = 2.5;
-    for (const double spread : ratios(count)) {
-        layout.size_spread = spread;
-        add_point(plan, spread, std::nullopt, layout);
-    }
-    return plan;
+    return over_ratios(std::move(plan), layout, count, &CrowdLayout::size_spread);
 }
 
 StudyPlan plan_of_spread(const StudySettings& settings, std::size_t count) {
@@ -189,15 +195,8 @@ StudyPlan plan_of_spread(const StudySettings& settings, std::size_t count) {
         "spread_" + std::to_string(count),
         "Sizes that differ: " + std::to_string(count) + " bodies", "largest over smallest radius",
         "100 radii in equal ratios around 1 m; spheres take 2 % of the room.");
-    add_schemes(plan, kAll);
-    CrowdLayout layout = published_layout(settings);
-    layout.room = 0.0;
-    layout.count = count;
-    for (const double spread : ratios(count)) {
-        layout.size_spread = spread;
-        add_point(plan, spread, std::nullopt, layout);
-    }
-    return plan;
+    return over_ratios(std::move(plan), published_layout(settings), count,
+                       &CrowdLayout::size_spread);
 }
 
 StudyPlan plan_of_aspect(const StudySettings& settings, std::size_t count) {
@@ -206,15 +205,7 @@ StudyPlan plan_of_aspect(const StudySettings& settings, std::size_t count) {
                   "Long bodies: " + std::to_string(count) + " bodies", "length over width",
                   "Spheres of radius 1 m around the bodies take 2 % of the room: long bodies fill "
                   "less and less of their spheres.");
-    add_schemes(plan, kAll);
-    CrowdLayout layout = published_layout(settings);
-    layout.room = 0.0;
-    layout.count = count;
-    for (const double aspect : ratios(count)) {
-        layout.aspect = aspect;
-        add_point(plan, aspect, std::nullopt, layout);
-    }
-    return plan;
+    return over_ratios(std::move(plan), published_layout(settings), count, &CrowdLayout::aspect);
 }
 
 }  // namespace

@@ -64,7 +64,8 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// All chunks with fade 1. Requires every chunk's parent among the chunks, and no chunk twice.
+    /// All chunks with fade 1. Where the lattice has a root window it lies around the lattice's origin. Requires every
+    /// chunk's parent among the chunks, and no chunk twice.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
@@ -80,7 +81,7 @@ public:
     /// @param evicted keys of chunks of `before`, none twice, in any order
     /// @param arrived in any order; may contain a key of `evicted`
     /// @param fades [chunks().size()] of the new set, in the order of chunks(), 0 to 1
-    /// @param window of the new set: see window()
+    /// @param window window() of the new set
     ResidentSet(const ResidentSet& before, std::span<const ChunkKey> evicted,
                 std::vector<std::shared_ptr<const Chunk>> arrived, std::vector<float> fades,
                 std::uint64_t epoch, const Lattice& window);
@@ -92,8 +93,9 @@ public:
 
     /// The lattice of the source.
     const Lattice& lattice() const { return structure_->lattice; }
-    /// The lattice of the root squares that are, or will be, resident: lattice() with only those in its root window,
-    /// and without one. What is drawn ends at its edge; ground beyond it exists, and is not resident.
+    /// The lattice reduced to the root squares that are resident or requested: those of the root window, or all where
+    /// lattice() has none. Its own root_window is 0. Meshes cover these root squares; chunks outside of them are not
+    /// resident.
     const Lattice& window() const { return structure_->window; }
     /// The rectangle of the ground; what is drawn beyond it is no ground.
     const WorldRect& extent() const { return structure_->extent; }

@@ -10,8 +10,12 @@
 
 namespace terrane::internal {
 
-/// The first of `along` root squares, of which a world has `count` from `first`: as near to `before` as keeps the root
-/// square of a place in the middle two, or as near to the middle as the world allows.
+/// Along one axis, the index of the window's first root square: the one nearest to `before` for which the root square
+/// of the place is one of the window's middle two, clamped to the world.
+///
+/// @param first, count root squares of the world
+/// @param along        root squares of the window
+/// @param before       first root square of the window until now
 inline std::int32_t first_in_window(double place, double origin, double side, std::int32_t first,
                                     std::int32_t count, std::int32_t along, std::int64_t before) {
     const std::int64_t last = std::int64_t{first} + count - 1;
@@ -23,9 +27,11 @@ inline std::int32_t first_in_window(double place, double origin, double side, st
         std::clamp<std::int64_t>(wanted, first, std::max<std::int64_t>(first, last + 1 - along)));
 }
 
-/// The lattice of the root squares in the window of a world when the client is at a place, finite, metres: moved from
-/// the one before by no more root squares than necessary. So a client that crosses an edge of root squares to and fro
-/// moves it once. The world itself where it has no window.
+/// The root window of a world for a client at a place, as a lattice of its root squares (ResidentSet::window()): the
+/// window before, moved by the fewest root squares that bring the client's into its middle two. So a client that
+/// crosses an edge of root squares to and fro moves it once. The whole lattice where it has no window.
+///
+/// @param place finite, metres
 inline Lattice moved_root_window(const Lattice& world, const Lattice& before,
                                  const WorldVec2& place) {
     Lattice window = world;
@@ -43,7 +49,7 @@ inline Lattice moved_root_window(const Lattice& world, const Lattice& before,
     return window;
 }
 
-/// The window before any client has come: around the lattice's origin.
+/// The window of a pager without clients: around the lattice's origin.
 inline Lattice first_root_window(const Lattice& world) {
     return moved_root_window(world, world, {world.origin_x, world.origin_y});
 }
