@@ -1,5 +1,5 @@
 // Content of the report of the study of many bodies: a card for each table, with a log-log plot, the published times
-// beside ours, and where it says something the share of positive queries.
+// beside ours, and the share of positive queries where there are any.
 const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second",
   hashed: "--third", dense: "--fourth", brute: "--text", convex: "--main", dented: "--second",
   "convex, crowded": "--limit", "dented, crowded": "--third"};

@@ -25,9 +25,9 @@ constexpr std::size_t kLeastIterations = 8;
 /// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
 /// sweeps.
 constexpr int kPatience = 100;
-/// Islands whose heaviest body has more than the one and at most the other times the mass of the lightest are solved
-/// along conjugate directions: sweeps alone converge by the ratio, and stall. Beyond the other, the rounding of
-/// impulses on the heaviest gives the lightest high speeds.
+/// Islands are solved along conjugate directions where the ratio of the masses of the heaviest and the lightest body is
+/// above kWideMassRatio, because sweeps alone reduce the error by about the inverse of this ratio, and stall. Above
+/// kWidestMassRatio they are not: the rounding of the heaviest body's impulses would accelerate the lightest.
 constexpr double kWideMassRatio = 100.0;
 constexpr double kWidestMassRatio = 1e7;
 /// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls

@@ -12,7 +12,7 @@
 
 namespace terrane::internal {
 
-/// The next gradient is the change from the present impulses, and there is no direction before it.
+/// Starts again from the present impulses, without a previous direction.
 void ContactSolver::restart_directions() {
     last_gradient_square_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < directions_.size(); ++i) {
@@ -24,7 +24,8 @@ void ContactSolver::restart_directions() {
     }
 }
 
-/// Makes the next direction: the gradient, and a share of the direction before. Contacts that stay open have no part.
+/// Makes the next direction: the gradient plus a multiple of the previous direction. Contacts that stay open are left
+/// out.
 void ContactSolver::turn_directions(double share_of_last) {
     for (const std::uint32_t member : direction_members_) bodies_[member].direction_ = {};
     for (std::size_t i = 0; i < directions_.size(); ++i) {
@@ -49,7 +50,7 @@ void ContactSolver::turn_directions(double share_of_last) {
     }
 }
 
-/// The length of the step at which the energy along the direction is least, from where the last step ended.
+/// The length of the step along the direction that minimises the energy, from the end of the last step.
 double ContactSolver::best_step_length() const {
     double square = 0.0, slope = 0.0;
     for (const std::uint32_t member : direction_members_) {
@@ -57,7 +58,7 @@ double ContactSolver::best_step_length() const {
         square += dot(body.direction_, body.direction_);
         slope += dot(body.direction_, body.step_start_) - dot(body.direction_, body.change_);
     }
-    // The speeds are those after the sweeps, whose change the sum above takes away.
+    // The speeds of the contacts include what the sweeps have changed since the last step; the sum above subtracts it.
     for (std::size_t i = 0; i < directions_.size(); ++i) {
         const ContactRows& contact = room_[i];
         const std::array<double, 3>& along = directions_[i].direction;
@@ -68,7 +69,7 @@ double ContactSolver::best_step_length() const {
     return square > 0.0 ? -slope / square : 0.0;
 }
 
-/// Replaces what the sweeps since the last step have changed by a step along a direction that is conjugate to the last.
+/// Replaces the changes of the sweeps since the last step by a step along a direction that is conjugate to the last.
 void ContactSolver::step_along_directions() {
     double last_square = 0.0, product = 0.0, gradient_square = 0.0;
     for (const std::uint32_t member : direction_members_) {
@@ -79,7 +80,7 @@ void ContactSolver::step_along_directions() {
         product += dot(body.direction_, gradient);
         gradient_square += dot(gradient, gradient);
     }
-    // It grows where contacts open or begin to slip: the directions before are conjugate to none any more.
+    // The gradient grows where contacts open or begin to slip: earlier directions are not conjugate any more.
     const bool grows = !(gradient_square < last_gradient_square_);
     if (!grows) turn_directions(last_square > 0.0 ? -product / last_square : 0.0);
     const double length = grows ? 0.0 : best_step_length();

@@ -76,7 +76,7 @@ private:
     MassProperties mass_;
     Pose pose_;
     Twist before_, plastic_;  // scratch of the solver
-    // Conjugate directions: change_ after the last step; what the impulses of its direction change.
+    // Conjugate directions: change_ after the last step, and the change of velocity by the direction's impulses.
     Vector6 step_start_, direction_;
 };
 

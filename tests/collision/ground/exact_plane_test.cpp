@@ -63,7 +63,7 @@ std::vector<Plane> planes() {
     return made;
 }
 
-// How far a turned shape reaches from its origin against a direction.
+// Support distance of a rotated shape in the direction opposite to a given one.
 Long drop(const Shape& shape, const LongMat& rotation, const LongVec& n) {
     const LongVec m = rotation.transpose() * n;
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;

@@ -8,7 +8,7 @@
 namespace terrane::tools {
 namespace {
 
-// The series that does what the published times were measured for.
+// The series of the scheme that the published times are of.
 std::string_view published_series(const StudyTable& table) {
     return table.key == "detail" ? "convex" : "sap";
 }
@@ -27,7 +27,7 @@ const StudyPoint* first_published(const StudyTable& table) {
     return nullptr;
 }
 
-// x is the number of bodies.
+// Of a table whose x is the number of bodies.
 std::string reason_of_bodies(const StudyPoint& point, const CrowdTotals& ours) {
     const double published_us = 1e3 * *point.published_query_ms / point.x;
     if (point.x < 2.0) {
@@ -42,7 +42,7 @@ std::string reason_of_bodies(const StudyPoint& point, const CrowdTotals& ours) {
         published_us, short_text(ours.mean_pairs()), 0.5 * point.x * (point.x - 1.0));
 }
 
-// x changes what 20 bodies are: ratios to the first published point.
+// Of a table whose x is a property of 20 bodies: compares the growth since the first published point.
 std::string reason_of_change(const StudyTable& table, const StudyPoint& point,
                              const CrowdTotals& ours) {
     const StudyPoint& first = *first_published(table);

@@ -19,12 +19,11 @@ struct Comparison {
 /// Every published time of a table beside ours for the same scheme: sweep-and-prune, and the dense grid for bodies of
 /// equal size. Empty for a table without published times.
 ///
-/// The machine of the published study is not known: its share of a ratio cannot be told apart, but it is the same in
-/// all of them.
+/// The machine of the published study is unknown: its speed is an unknown factor, common to all ratios.
 std::vector<Comparison> compare_with_published(const StudyTable& table);
 
-/// Whether the hashed grid queries as fast as the published dense one and updates at least 100 times faster, and what
-/// share of a dense update it is to clear the lists.
+/// Whether the hashed grid queries as fast as the published dense one and updates at least 100 times faster, and which
+/// share of a dense update is the clearing of its lists.
 void judge_grids(const StudyTable& table, std::vector<std::string>& findings);
 
 }  // namespace terrane::tools

@@ -113,7 +113,7 @@ void judge_updates(const StudyTable& table, Findings& findings) {
     }
 }
 
-// Where queries do most: the largest ratio of a query to an update in the table.
+// The table's largest ratio of the time of a query to that of an update.
 void judge_largest_ratio(const StudyTable& table, Findings& findings) {
     std::string text;
     for (const std::string& name : table.series) {

@@ -28,8 +28,8 @@ private:
     std::map<std::string, std::map<std::size_t, double>> seconds_;
 };
 
-/// Where the published conclusion ends: how schemes slow down along the table's parameter, which of them is the
-/// fastest, which ones need similar bodies, and what was left out. Computed from the table.
+/// How schemes slow down along the table's parameter, which of them is the fastest, which ones need similar bodies, and
+/// what was left out. Computed from the table.
 void judge_limits(const StudyTable& table, std::vector<std::string>& findings);
 
 }  // namespace terrane::tools
