@@ -43,6 +43,7 @@ struct DropOptions {
     double proxy_error = kUsualProxyError;
     FlightOptions film;  ///< only what add_picture_options() adds is used
     double dt = 1.0 / 60.0;
+    double substep = WorldSettings{}.max_substep;
     double seconds = 10.0;
     double contact_spacing_m = 0.0;
     double memory_mb = 1024.0;
@@ -117,6 +118,7 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
                                 const ObjectBodies& objects, Pager& pager) {
     WorldSettings settings;
     settings.allow_sleep = !options.no_sleep;
+    settings.max_substep = options.substep;
     settings.worker_count = static_cast<int>(options.threads);
     Result<World> world = World::create(settings);
     if (!world) return pass_on(world.error());
@@ -200,7 +202,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     const CommandResult<void> no_idle_flags = refuse_idle_flags(
         command,
         {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
-         {{"--shape", "--scale", "--count", "--speed", "--spin", "--no-sleep"},
+         {{"--shape", "--scale", "--count", "--speed", "--spin", "--substep", "--no-sleep"},
           options.restore.empty(),
           "is in the world that --restore reads"},
          {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}});
@@ -337,6 +339,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
     add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
                  "At the start, about a random axis of each body, rad/s");
     add_in_range(*drop, "--dt", options->dt, 1e-6, kMostStep, "Length of a step, seconds");
+    add_in_range(*drop, "--substep", options->substep, 1e-5, 1.0,
+                 "Longest substep; a step is divided into equal ones, seconds");
     add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
     add_in_range(*drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
                  "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");

@@ -15,17 +15,20 @@ const std::array<Preset, 3>& presets() {
          {{{"--budget", "30000"},
            {"--max-error-px", "4"},
            {"--memory-mb", "128"},
-           {"--dt", "1/60"}}}},
+           {"--dt", "1/30"},
+           {"--substep", "1/60"}}}},
         {"balanced",
          {{{"--budget", "100000"},
            {"--max-error-px", "2"},
            {"--memory-mb", "512"},
-           {"--dt", "1/60"}}}},
+           {"--dt", "1/60"},
+           {"--substep", "1/120"}}}},
         {"accurate",
          {{{"--budget", "1000000"},
            {"--max-error-px", "0.5"},
            {"--memory-mb", "2048"},
-           {"--dt", "1/240"}}}},
+           {"--dt", "1/300"},
+           {"--substep", "1/120"}}}},
     }};
     return kPresets;
 }
@@ -62,9 +65,9 @@ void add_preset_option(CLI::App& command) {
                     option->default_str(std::string(each.value));  // for messages about memory
                 }
             },
-            "fast, balanced or accurate: values of those of --budget, --max-error-px, --memory-mb "
-            "and "
-            "--dt that are flags of this command and not given; see docs/trade.md")
+            "fast, balanced or accurate: values of those of --budget, --max-error-px, "
+            "--memory-mb, --dt and --substep that are flags of this command and not given; see "
+            "docs/trade.md")
         ->type_name("NAME");
 }
 

@@ -22,7 +22,7 @@ struct PresetFlag {
 /// Values of several flags under one name.
 struct Preset {
     std::string_view name;
-    std::array<PresetFlag, 4> flags;
+    std::array<PresetFlag, 5> flags;
 };
 
 /// fast, balanced and accurate: points of the fronts that `terrane trade` measures, see docs/trade.md.

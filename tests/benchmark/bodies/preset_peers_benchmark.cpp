@@ -67,8 +67,10 @@ struct Contestant {
 
 Contestant make_preset(const tools::Preset& preset, const ContactMap& map) {
     const double dt = tools::preset_value(preset, "--dt").value();
-    const auto begin = [&map, dt](const BodyDrop& drop, bool measures_depth) {
-        Result<World> made = World::create({.allow_sleep = false, .measure_depth = measures_depth});
+    const double substep = tools::preset_value(preset, "--substep").value();
+    const auto begin = [&map, dt, substep](const BodyDrop& drop, bool measures_depth) {
+        Result<World> made = World::create(
+            {.max_substep = substep, .allow_sleep = false, .measure_depth = measures_depth});
         for (std::size_t i = 0; i < drop.states.size(); ++i) {
             if (!made || !made->add(drop.settings[i], drop.states[i])) std::abort();
         }

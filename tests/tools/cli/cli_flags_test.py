@@ -62,6 +62,7 @@ class FlagsThatDoNothing(Folder):
                 *((["drop", *ground, "--restore", self.path("w"), name, value], name)
                   for name, value in (("--shape", "box"), ("--count", 5), ("--scale", 2), ("--speed", 1), ("--spin", 1))),
                 (["drop", *ground, "--restore", self.path("w"), "--no-sleep"], "--no-sleep"),
+                (["drop", *ground, "--restore", self.path("w"), "--substep", "1/60"], "--substep"),
                 (["walk", *ground, "--path", "spins"], "--path spins"),
                 (["walk", *ground, "--png"], "--png"),
                 (["page", *ground, "--radius", 2], "--radius"),

@@ -68,6 +68,7 @@ class CommandLine(Folder):
         trace = self.path("t.csv")
         for flag, value in (("--count", 0), ("--count", -1), ("--count", 1.5), ("--dt", 0),
                             ("--dt", -0.1), ("--dt", 10.5), ("--dt", "nan"), ("--seconds", 0),
+                            ("--substep", 0), ("--substep", 1.5), ("--substep", "nan"),
                             ("--seconds", "nan"), ("--speed", "nan"), ("--spin", "inf"),
                             ("--shape", "egg"), ("--scale", 0), ("--scale", "nan"), ("--fps", 0),
                             ("--threads", 0), ("--threads", 65)):

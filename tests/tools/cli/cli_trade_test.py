@@ -150,9 +150,12 @@ class Presets(Folder):
 
     def test_commands_take_presets(self):
         _, raster = self.hills()
-        states = {name: run_json("drop", "--dem", raster, "--count", 3, "--seconds", 0.2, "--preset", name)["steps"]
-                  for name in ("fast", "balanced", "accurate")}
-        self.assertEqual(states["accurate"], 4 * states["balanced"])
+        drop = ("drop", "--dem", raster, "--count", 3, "--seconds", 0.5)
+        drops = {name: run_json(*drop, "--preset", name) for name in ("fast", "balanced", "accurate")}
+        self.assertEqual([drops[name]["steps"] for name in drops], [15, 30, 150])
+        hashes = {name: figures["state_hash"] for name, figures in drops.items()}
+        self.assertEqual(hashes["fast"], run_json(*drop, "--dt", "1/30", "--substep", "1/60")["state_hash"])
+        self.assertNotEqual(hashes["fast"], run_json(*drop, "--dt", "1/30")["state_hash"])
         for command in (("drive", "--seconds", 0.2), ("walk", "--seconds", 2), ("page", "--seconds", 0.2),
                         ("mesh", "--out", self.path("a.ply"))):
             with self.subTest(command[0]):

@@ -96,7 +96,9 @@ CommandResult<std::vector<TradeTrial>> prepare_presets(FlightGrounds& grounds,
     for (const Preset& preset : presets()) {
         const DropTrial drop{.count = place.is_quick ? std::size_t{40} : std::size_t{200},
                              .seconds = 1.0,
-                             .dt = preset_value(preset, "--dt").value()};
+                             .dt = preset_value(preset, "--dt").value(),
+                             .world = {.max_substep = preset_value(preset, "--substep").value(),
+                                       .collide_bodies = false}};
         TradeTrial trial =
             flight_trial(std::string(preset.name), static_cast<double>(trials.size()),
                          triangulator_of(preset), *flight);

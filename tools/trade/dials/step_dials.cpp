@@ -53,7 +53,7 @@ Dial step_dial(std::vector<double> rates, std::vector<double> quick_rates,
 }  // namespace
 
 std::vector<Dial> step_dials() {
-    Dial step = step_dial({10, 20, 30, 60, 120, 240, 480}, {15, 30, 60, 120, 240},
+    Dial step = step_dial({10, 20, 30, 60, 120, 240, 300, 480}, {15, 30, 60, 120, 300},
                           [](double dt, DropTrial& trial) { trial.dt = dt; });
     step.key = "dt";
     step.title = "Length of a step";
@@ -69,6 +69,7 @@ std::vector<Dial> step_dials() {
     substep.key = "substep";
     substep.title = "Length of a substep";
     substep.text = "The same drop; steps of 1/30 s.";
+    substep.preset_flag = "--substep";
     return {step, substep};
 }
 
