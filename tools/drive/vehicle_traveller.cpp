@@ -156,7 +156,7 @@ Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
 }
 
 Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
-    constexpr double kClearance = 0.05;  // metres
+    constexpr double kStartHeight = 0.05;  // metres
     // A world of its own tells where the wheels hang.
     Result<World> world = World::create({});
     if (!world) return tl::unexpected(world.error());
@@ -182,7 +182,7 @@ Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Gr
                 "the ground at x {:.6g} m, y {:.6g} m, where the vehicle is put, is not loaded",
                 pose.translation.x(), pose.translation.y()));
     }
-    if (std::isfinite(lift)) pose.translation.z() += lift + kClearance;
+    if (std::isfinite(lift)) pose.translation.z() += lift + kStartHeight;
     return pose;
 }
 

@@ -31,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 constexpr const char* kTradeName = "trade.json";
 // Seconds that a run aims at, which leave a third of what is promised to slow machines.
 constexpr double kQuickSeconds = 40.0, kFullSeconds = 600.0;
+constexpr double kMostSecondsOfDial = 20.0;
 
 struct TradeOptions {
     std::size_t seed = 7;
@@ -86,7 +87,8 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
                            .is_quick = options.is_quick,
                            .reference_ms = {},
                            .seconds = 0.0,
-                           .tables = {}};
+                           .tables = {},
+                           .idle_dials = {}};
     std::vector<double> reference_ms;
     Progress progress("measuring");
     for (const Dial& dial : dials) {
@@ -94,12 +96,16 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
             progress.show(1.0 - static_cast<double>(left) / all);
             const double aim = options.is_quick ? kQuickSeconds : kFullSeconds;
             const double share = (aim - seconds_from(start)) / static_cast<double>(left--);
+            const TradePlace place{
+                .terrain = &each.terrain, .flags = each.flags, .is_quick = options.is_quick};
+            if (const auto reason = dial.idle_reason ? dial.idle_reason(place) : std::nullopt) {
+                document.idle_dials.push_back({dial.key, each.terrain.name, *reason});
+                continue;
+            }
             const TradePatience patience{
-                .seconds = std::clamp(share, 0.0, 10.0),
+                .seconds = std::clamp(share, 0.0, kMostSecondsOfDial),
                 .most_repetitions = options.is_quick ? std::size_t{3} : std::size_t{9}};
-            const CommandResult<TradeTable> table = measure_dial(
-                dial, {.terrain = &each.terrain, .flags = each.flags, .is_quick = options.is_quick},
-                patience);
+            const CommandResult<TradeTable> table = measure_dial(dial, place, patience);
             if (!table) return pass_on(table.error());
             document.tables.push_back(*table);
             for (int i = 0; i < 9; ++i) reference_ms.push_back(1e3 * time_reference_loop());
@@ -128,6 +134,9 @@ nlohmann::ordered_json summarize_fronts(const TradeDocument& document) {
         }
         const std::string place = table.terrain.empty() ? "" : " (" + table.terrain + ")";
         summary[table.key + place] = front;
+    }
+    for (const IdleDial& dial : document.idle_dials) {
+        summary[dial.key + " (" + dial.terrain + ")"] = "not measured: " + dial.reason;
     }
     return summary;
 }

@@ -82,6 +82,15 @@ class Trade(Folder):
             self.assertEqual(spacings, [spacings[0] * 2 ** i for i in range(len(spacings))])
         self.assertEqual([len(table["rows"]) for table in (fractal, dem)], [4, 1])
 
+    def test_a_dial_without_effect_over_a_terrain_is_named(self):
+        _, raster = self.hills()  # one level: all of it is resident
+        document = run_json("trade", "--quick", "--dial", "memory", "--seed", 3, "--dem", raster)
+        self.check_document(document)
+        self.assertEqual([table["terrain"] for table in document["tables"]], ["seed 3"])
+        self.assertEqual([(dial["key"], dial["terrain"]) for dial in document["idle_dials"]], [("memory", "hills.asc")])
+        text = run("trade", "--quick", "--dial", "memory", "--seed", 3, "--dem", raster).stdout
+        self.assertRegex(text, r"memory \(hills.asc\) +not measured: all chunks are root squares")
+
     def test_two_runs_side_by_side(self):
         paths = []
         for name in ("a", "b"):

@@ -92,7 +92,7 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
         places->y.push_back(places->y[i % different]);
     }
     places->heights.resize(places->x.size());
-    DropTrial drop{.count = place.is_quick ? std::size_t{100} : std::size_t{1000}, .seconds = 0.5};
+    DropTrial drop{.count = place.is_quick ? std::size_t{100} : std::size_t{1000}, .seconds = 3.0};
     drop.world.worker_count = threads;
     drop.world.collide_bodies = true;
     return TradeTrial{.label = fmt::format("{}", threads),

@@ -10,20 +10,22 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 namespace terrane::tools {
 namespace {
 
-/// Chunks and path of the flights over one terrain.
+/// Chunks of one terrain and a path over it.
 struct PagingPlace {
     std::shared_ptr<const HeightSource> source;
     std::shared_ptr<ChunkCache> chunks;
     CameraPath path;
 };
 
-/// The chunks and path over each terrain, which all dials of paging share.
-using PagingPlaces = std::map<const Terrain*, std::shared_ptr<PagingPlace>>;
+/// The chunks of each terrain with each path, which all dials of paging share.
+using PagingPlaces = std::map<std::pair<const Terrain*, std::string>, std::shared_ptr<PagingPlace>>;
 
 PageOptions usual_flight(bool is_quick) {
     PageOptions options;
@@ -42,11 +44,11 @@ PageOptions usual_flight(bool is_quick) {
 // The command line of a flight: what differs from the defaults of `page`.
 std::string page_command(const PageOptions& options, const std::string& terrain_flags) {
     return fmt::format(
-        "terrane page {} --path straight --speed {} --seconds {} --fps {} --budget {} "
+        "terrane page {} --path {} --speed {} --seconds {} --fps {} --budget {} "
         "--max-error-px {} --latency-ms {} --bandwidth-mb {} --memory-mb {} --horizon-s {} "
         "--contact-share {}",
-        terrain_flags, options.speeds[0], options.seconds, options.fps, options.budget,
-        options.max_error_px, options.latencies_ms[0], options.bandwidths_mb[0],
+        terrain_flags, options.paths[0], options.speeds[0], options.seconds, options.fps,
+        options.budget, options.max_error_px, options.latencies_ms[0], options.bandwidths_mb[0],
         options.memories_mb[0], options.horizon, options.contact_share);
 }
 
@@ -73,17 +75,22 @@ CommandResult<TradeSample> page_once(const PagingPlace& place, const PageOptions
 }
 
 CommandResult<std::shared_ptr<PagingPlace>> find_paging_place(PagingPlaces& places,
-                                                              const TradePlace& place) {
-    std::shared_ptr<PagingPlace>& known = places[place.terrain];
+                                                              const TradePlace& place,
+                                                              const PageOptions& options) {
+    std::shared_ptr<PagingPlace>& known = places[{place.terrain, options.paths[0]}];
     if (known != nullptr) return known;
-    const PageOptions usual = usual_flight(place.is_quick);
-    const Result<CameraPath> path =
-        open_path("straight", *place.terrain, {.speed = usual.speeds[0], .seconds = usual.seconds});
+    const Result<CameraPath> path = open_path(
+        options.paths[0], *place.terrain, {.speed = options.speeds[0], .seconds = options.seconds});
     if (!path) return pass_on(path.error());
     known = std::make_shared<PagingPlace>(PagingPlace{
         place.terrain->source,
         std::make_shared<ChunkCache>(place.terrain->source, std::size_t{512} << 20U), *path});
     return known;
+}
+
+std::optional<std::string> idle_reason(const TradePlace& place) {
+    if (place.terrain->source->lattice().finest_level > 0) return std::nullopt;
+    return "all chunks are root squares, which are always resident";
 }
 
 /// A dial of one field of the options of `page`.
@@ -101,15 +108,15 @@ Dial paging_dial(const std::shared_ptr<PagingPlaces>& places, std::vector<double
                     {"error_px_max", "certified screen error", TradeUnit::px}};
     dial.cost = "peak_bytes";
     dial.loss = "error_px_max";
+    dial.idle_reason = idle_reason;
     dial.prepare = [places, values = std::move(values), quick_values = std::move(quick_values),
                     set](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
-        const PageOptions usual = usual_flight(place.is_quick);
-        const auto shared = find_paging_place(*places, place);
-        if (!shared) return pass_on(shared.error());
         std::vector<TradeTrial> trials;
         for (const double value : place.is_quick ? quick_values : values) {
-            PageOptions options = usual;
+            PageOptions options = usual_flight(place.is_quick);
             set(value, options);
+            const auto shared = find_paging_place(*places, place, options);
+            if (!shared) return pass_on(shared.error());
             trials.push_back(
                 {.label = fmt::format("{:.6g}", value),
                  .value = value,
@@ -167,14 +174,19 @@ std::vector<Dial> paging_dials() {
     Dial share = paging_dial(places, {0, 0.05, 0.125, 0.25, 0.5, 0.75}, {0, 0.125, 0.5},
                              [](double v, PageOptions& o) {
                                  o.contact_share = v;
+                                 o.paths = {"teleports"};
+                                 o.speeds = {100.0};
+                                 o.seconds = 10.0;
                                  o.memories_mb = {24.0};
-                                 o.latencies_ms = {300.0};
+                                 o.bandwidths_mb = {100.0};
                              });
     share.key = "contact-share";
     share.title = "Share of the ceiling for contact";
     share.axis = "share";
-    share.text = kFlight + " Ceiling 24 MB and latency 300 ms here.";
-    share.cost = "error_px_max";
+    share.text =
+        "A camera and 8 bodies at 100 m/s, which jump to another place every 5 s; storage with "
+        "latency 20 ms and 100 MB/s, ceiling 24 MB.";
+    share.cost = "excess_error_px_s";
     share.loss = "contact_late";
     return {memory, latency, bandwidth, horizon, share};
 }

@@ -75,12 +75,15 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
     const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
                         .ratios = std::vector<std::vector<double>>(dial.columns.size())};
     std::vector<TurnLog> logs(trials->size(), empty);
-    const Clock::time_point start = Clock::now();
+    Clock::time_point warmed_up;
     for (std::size_t turn = 0; turn <= patience.most_repetitions; ++turn) {
-        // the first turn warms up; a second one begins only where it and others fit
-        const std::chrono::duration<double> taken = Clock::now() - start;
-        if (turn > 0 && taken.count() > patience.seconds) break;
-        if (turn == 1) logs.assign(trials->size(), empty);
+        if (turn == 1) {
+            if (!(patience.seconds > 0.0)) break;
+            warmed_up = Clock::now();
+            logs.assign(trials->size(), empty);
+        }
+        const std::chrono::duration<double> taken = Clock::now() - warmed_up;
+        if (turn > 1 && taken.count() > patience.seconds) break;
         for (std::size_t i = 0; i < trials->size(); ++i) {
             if (is_interrupted()) return failure("interrupted before the tables were whole");
             const double reference_s = time_reference_loop();

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ struct Dial {
     std::string preset_flag;  ///< the flag of presets that has the dial's values; "": none
     std::vector<TradeColumn> columns;
     std::string cost, loss;
+    /// Why no value can have an effect at a place; absent where one can. May be empty.
+    std::function<std::optional<std::string>(const TradePlace&)> idle_reason;
     std::function<CommandResult<std::vector<TradeTrial>>(const TradePlace&)> prepare;
     /// Sentences about a measured table; may be empty.
     std::function<std::vector<std::string>(const TradeTable&)> find;
@@ -44,7 +47,8 @@ struct Dial {
 
 /// How long a dial is measured.
 struct TradePatience {
-    double seconds = 3.0;              ///< repetitions after the first one begin within these
+    /// Further repetitions begin within these seconds of the first one's end; <= 0: the first one alone.
+    double seconds = 3.0;
     std::size_t most_repetitions = 9;  ///< of each value
 };
 

@@ -165,6 +165,11 @@ Json to_json(const TradeDocument& document) {
     }
     json["tables"] = Json::array();
     for (const TradeTable& table : document.tables) json["tables"].push_back(to_json(table));
+    json["idle_dials"] = Json::array();
+    for (const IdleDial& dial : document.idle_dials) {
+        json["idle_dials"].push_back(
+            {{"key", dial.key}, {"terrain", dial.terrain}, {"reason", dial.reason}});
+    }
     return json;
 }
 

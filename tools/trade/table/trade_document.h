@@ -11,6 +11,11 @@
 
 namespace terrane::tools {
 
+/// A dial that has no table, because no value of it can have an effect over a terrain.
+struct IdleDial {
+    std::string key, terrain, reason;
+};
+
 /// All tables of one run, and where they were measured.
 struct TradeDocument {
     std::string command_line;
@@ -18,6 +23,7 @@ struct TradeDocument {
     TradeFigure reference_ms;  ///< of the reference loop, over the run
     double seconds = 0.0;      ///< that the run took
     std::vector<TradeTable> tables;
+    std::vector<IdleDial> idle_dials;
 };
 
 /// Processor, threads, compiler and version of the library.
