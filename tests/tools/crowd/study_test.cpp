@@ -52,6 +52,18 @@ TEST(PowerLaw, FindsTheFixedCostBesideThePower) {
     EXPECT_LT(log_log_slope(x, y).value(), 1.0);
 }
 
+TEST(PowerLaw, SaysWhereThePowerMeansLittle) {
+    const std::array<double, 5> x{1.0, 5.0, 20.0, 50.0, 200.0};
+    for (const double factor : {0.001, 1.0}) {
+        std::array<double, 5> y{};
+        std::transform(x.begin(), x.end(), y.begin(),
+                       [factor](double at) { return 4.0 + factor * at; });
+        const PowerLaw law = fit_power_law(x, y).value();
+        EXPECT_NEAR(law.fixed_share, 4.0 / y.back(), 1e-3);
+        EXPECT_EQ(law.is_mostly_fixed(), factor < 1.0);
+    }
+}
+
 TEST(PowerLaw, IsAbsentForThreePointsOrATimeOfZero) {
     const std::array<double, 4> x{1.0, 2.0, 3.0, 4.0}, y{1.0, 2.0, 0.0, 4.0};
     EXPECT_FALSE(fit_power_law(std::span(x).first(3), std::span(x).first(3)));

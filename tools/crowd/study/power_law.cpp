@@ -71,7 +71,7 @@ std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const
         const RelativeFit fit = fit_line(x, y, power);
         if (fit.error >= least) continue;
         least = fit.error;
-        law = {fit.fixed, fit.factor, power};
+        law = {fit.fixed, fit.factor, power, fit.fixed / y.back()};
     }
     return law;
 }

@@ -13,7 +13,6 @@
 namespace terrane::tools {
 namespace {
 
-constexpr double kMostFixed = 0.8;    // of the last time: a power of the rest means little
 constexpr double kTwoOrders = 100.0;  // of a query to an update, as claimed
 
 using Findings = std::vector<std::string>;
@@ -45,8 +44,7 @@ void judge_powers(const StudyTable& table, const std::string& what,
     for (std::size_t i = 0; i < table.series.size(); ++i) {
         const std::optional<PowerLaw> law = time_law(table, i, time);
         if (!law) continue;
-        const double last_ms = (table.points.back().measured[i].*time)();
-        const bool is_fixed = law->fixed > kMostFixed * last_ms;
+        const bool is_fixed = law->is_mostly_fixed();
         std::string& list = is_fixed ? fixed : law->power <= kWantedPower ? within : above;
         list += (list.empty() ? "" : ", ") + table.series[i];
         if (!is_fixed) list += fmt::format(" {:.2f}", law->power);
@@ -157,14 +155,14 @@ void judge_detail(const StudyTable& table, Findings& findings) {
         const CrowdTotals* const low = table.totals_at(first, table.series[i]);
         const CrowdTotals* const high = table.totals_at(last, table.series[i]);
         if (!law || low == nullptr || high == nullptr) continue;
-        const bool is_fixed = law->fixed > kMostFixed * high->mean_query_ms();
+        const double power = std::round(100.0 * law->power) / 100.0;
         const std::string range =
-            is_fixed ? "mostly fixed, the detail is seldom read"
-                     : fmt::format("with the power {:.2f} of the rings, the fixed cost apart, {}",
-                                   law->power,
-                                   law->power < 1.0    ? "below linear"
-                                   : law->power <= 2.0 ? "between linear and quadratic"
-                                                       : "above quadratic");
+            law->is_mostly_fixed()
+                ? "mostly fixed, the detail is seldom read"
+                : fmt::format("with the power {:.2f} of the rings, the fixed cost apart, {}", power,
+                              power < 1.0    ? "below linear"
+                              : power <= 2.0 ? "between linear and quadratic"
+                                             : "above quadratic");
         findings.push_back(fmt::format(
             "{}: from detail {} to {} a query takes {} times as long: {}; {} pairs of boxes "
             "overlap "

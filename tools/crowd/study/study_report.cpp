@@ -18,7 +18,8 @@ nlohmann::ordered_json number_or_null(const std::optional<double>& number) {
 }
 
 nlohmann::ordered_json power_or_null(const std::optional<PowerLaw>& law) {
-    return law ? nlohmann::ordered_json(law->power) : nlohmann::ordered_json();
+    const bool has_power = law && !law->is_mostly_fixed();
+    return has_power ? nlohmann::ordered_json(law->power) : nlohmann::ordered_json();
 }
 
 nlohmann::ordered_json to_json(const CrowdTotals& totals) {
