@@ -22,7 +22,8 @@ if(TERRANE_SANITIZE)
 endif()
 if(TERRANE_FUZZ)
     # Counts of edges and compared values, which libFuzzer steers by.
-    target_compile_options(terrane_options INTERFACE -fsanitize=fuzzer-no-link)
+    target_compile_options(terrane_options INTERFACE -fsanitize=fuzzer-no-link
+        -fsanitize-coverage-ignorelist=${PROJECT_SOURCE_DIR}/cmake/coverage_ignorelist.txt)
 endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)
