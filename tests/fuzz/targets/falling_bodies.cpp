@@ -67,7 +67,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::vector<BodyId> bodies;
     for (int count = 1 + input.below(4); count > 0; --count) add_body(world, input, ground, bodies);
     const double dt = input.between(1.0 / 240.0, 1.0 / 10.0);
-    for (int step = 0; step < 10; ++step) {
+    for (int step = 0; step < 20; ++step) {
         const StepReport report = world.step(ground, dt);
         require(report.too_deep == 0, "no body is deeper than its tolerance");
         require(report.placed_deep == 0, "no body was placed in the ground");

@@ -201,63 +201,67 @@ TEST(RootWindow, CrossingAnEdgeToAndFroMovesItOnce) {
     EXPECT_LE(firsts.size(), 2u);
 }
 
+// A pager over simulated storage, whose loads fail while `is_failing`.
+struct FailingStorage {
+    std::shared_ptr<const HeightSource> ground = endless();
+    bool is_failing = false;
+    Pager pager =
+        Pager::create(ground, {},
+                      VirtualLoader::create(
+                          {.latency = 0.01},
+                          [this](const ChunkKey& key) -> Result<std::shared_ptr<const Chunk>> {
+                              if (is_failing) {
+                                  return fail(ErrorCode::io, "the disk has gone");
+                              }
+                              return make_chunk(*ground, key);
+                          })
+                          .value())
+            .value();
+    double time_s = 0.0;
+
+    // A second of updates with a camera at x.
+    std::shared_ptr<const ResidentSet> stay(double x, double threshold_px = 2.0) {
+        auto cameras = camera_over(*ground, x, 10.0, 0.0);
+        cameras[0].threshold_px = threshold_px;
+        for (int i = 0; i < 20; ++i) pager.update(cameras, {}, time_s += 0.05);
+        return pager.resident();
+    }
+};
+
 // Root squares that do not come leave the window where it is as long as the camera is inside.
 TEST(RootWindow, WaitsForItsRootSquaresUnlessTheCameraHasLeft) {
-    const auto ground = endless();
-    bool is_dead = false;
-    auto loader = VirtualLoader::create(
-        {.latency = 0.01}, [&](const ChunkKey& key) -> Result<std::shared_ptr<const Chunk>> {
-            if (is_dead) return fail(ErrorCode::io, "the disk has gone");
-            return make_chunk(*ground, key);
-        });
-    Pager pager = Pager::create(ground, {}, std::move(*loader)).value();
-    double time_s = 0.0;
-    const auto go = [&](double x) {
-        for (int i = 0; i < 20; ++i)
-            pager.update(camera_over(*ground, x, 10.0, 0.0), {}, time_s += 0.05);
-        return pager.resident();
-    };
-    const Lattice before = go(10.0)->window();
-    is_dead = true;
-    EXPECT_EQ(go(1.5 * kSide)->window(), before);
+    FailingStorage storage;
+    const auto& ground = storage.ground;
+    Pager& pager = storage.pager;
+    const Lattice before = storage.stay(10.0)->window();
+    storage.is_failing = true;
+    EXPECT_EQ(storage.stay(1.5 * kSide)->window(), before);
     EXPECT_TRUE(pager.resident()->has_roots());
     EXPECT_GT(pager.stats().failed, 0u);
-    const auto left = go(50.5 * kSide);
+    const auto left = storage.stay(50.5 * kSide);
     EXPECT_FALSE(left->has_roots());
     Triangulator triangulator = Triangulator::create(*ground, {}).value();
     EXPECT_EQ(
         triangulator.update(left, camera_over(*ground, 50.5 * kSide, 10.0, 0.0)[0].view).status,
         MeshStatus::not_resident);
-    is_dead = false;
-    time_s += 60.0;
-    ASSERT_NO_FATAL_FAILURE(expect_whole(*go(50.5 * kSide)));
+    storage.is_failing = false;
+    storage.time_s += 60.0;
+    ASSERT_NO_FATAL_FAILURE(expect_whole(*storage.stay(50.5 * kSide)));
     EXPECT_EQ(place_in_window(50.5 * kSide, 0.0, pager.resident()->window().first_root_x), 2);
 }
 
-// A camera that needs nothing but root squares, over a dead disk: those of the next window are requested and fail, and
-// no chunk counts as late, because frames have all of the present window.
+// A camera that needs nothing but root squares, and storage that fails: loads of the next window's root squares fail,
+// and no chunk counts as late, because frames have all of the present window.
 TEST(RootWindow, RootSquaresOfTheNextWindowAreNotLate) {
-    const auto ground = endless();
-    bool is_dead = false;
-    auto loader = VirtualLoader::create(
-        {.latency = 0.01}, [&](const ChunkKey& key) -> Result<std::shared_ptr<const Chunk>> {
-            if (is_dead) return fail(ErrorCode::io, "the disk has gone");
-            return make_chunk(*ground, key);
-        });
-    Pager pager = Pager::create(ground, {}, std::move(*loader)).value();
-    double time_s = 0.0;
-    const auto go = [&](double x) {
-        auto cameras = camera_over(*ground, x, 10.0, 0.0);
-        cameras[0].threshold_px = 1e6;
-        for (int i = 0; i < 20; ++i) pager.update(cameras, {}, time_s += 0.05);
-    };
-    go(10.0);
-    ASSERT_TRUE(pager.resident()->has_roots());
-    is_dead = true;
-    go(1.5 * kSide);
+    constexpr double kAnyError = 1e6;
+    FailingStorage storage;
+    const Pager& pager = storage.pager;
+    ASSERT_TRUE(storage.stay(10.0, kAnyError)->has_roots());
+    storage.is_failing = true;
+    storage.stay(1.5 * kSide, kAnyError);
     EXPECT_GT(pager.stats().failed, 0u);
     EXPECT_EQ(pager.stats().late_chunks, 0u);
-    go(50.5 * kSide);
+    storage.stay(50.5 * kSide, kAnyError);
     EXPECT_GE(pager.stats().late_chunks, std::size_t{kWindow} * kWindow)
         << "it has left the window";
 }

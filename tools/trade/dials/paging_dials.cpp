@@ -13,19 +13,21 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace terrane::tools {
 namespace {
 
-/// Chunks of one terrain and a path over it.
-struct PagingPlace {
+/// The chunks of each terrain, which all dials of paging share.
+using ChunkCaches = std::map<const Terrain*, std::shared_ptr<ChunkCache>>;
+
+/// A flight over one terrain.
+struct PagingFlight {
     std::shared_ptr<const HeightSource> source;
     std::shared_ptr<ChunkCache> chunks;
     CameraPath path;
+    PageOptions options;
 };
-
-/// The chunks of each terrain with each path, which all dials of paging share.
-using PagingPlaces = std::map<std::pair<const Terrain*, std::string>, std::shared_ptr<PagingPlace>>;
 
 PageOptions usual_flight(bool is_quick) {
     PageOptions options;
@@ -52,14 +54,16 @@ std::string page_command(const PageOptions& options, const std::string& terrain_
         options.memories_mb[0], options.horizon, options.contact_share);
 }
 
-CommandResult<TradeSample> page_once(const PagingPlace& place, const PageOptions& options) {
-    const std::vector<PagingCell> cells = list_cells(options);
-    PagingRunSettings settings = run_settings(options, cells.front(), PagingChoice::deadline, 1.0);
-    const CommandResult<std::size_t> frames = count_frames(options.fps, place.path.duration());
+CommandResult<TradeSample> page_once(const PagingFlight& flight) {
+    const std::vector<PagingCell> cells = list_cells(flight.options);
+    PagingRunSettings settings =
+        run_settings(flight.options, cells.front(), PagingChoice::deadline, 1.0);
+    const CommandResult<std::size_t> frames =
+        count_frames(flight.options.fps, flight.path.duration());
     if (!frames) return pass_on(frames.error());
     settings.frame_count = *frames;
     const auto start = std::chrono::steady_clock::now();
-    const Result<PagingRun> run = run_paging(place.source, *place.chunks, place.path, settings);
+    const Result<PagingRun> run = run_paging(flight.source, *flight.chunks, flight.path, settings);
     if (!run) return pass_on(run.error());
     const std::chrono::duration<double, std::milli> taken =
         std::chrono::steady_clock::now() - start;
@@ -74,18 +78,15 @@ CommandResult<TradeSample> page_once(const PagingPlace& place, const PageOptions
                        totals.error_px_max};
 }
 
-CommandResult<std::shared_ptr<PagingPlace>> find_paging_place(PagingPlaces& places,
-                                                              const TradePlace& place,
-                                                              const PageOptions& options) {
-    std::shared_ptr<PagingPlace>& known = places[{place.terrain, options.paths[0]}];
-    if (known != nullptr) return known;
+CommandResult<PagingFlight> make_flight(ChunkCaches& caches, const TradePlace& place,
+                                        const PageOptions& options) {
+    const std::shared_ptr<const HeightSource>& source = place.terrain->source;
     const Result<CameraPath> path = open_path(
         options.paths[0], *place.terrain, {.speed = options.speeds[0], .seconds = options.seconds});
     if (!path) return pass_on(path.error());
-    known = std::make_shared<PagingPlace>(PagingPlace{
-        place.terrain->source,
-        std::make_shared<ChunkCache>(place.terrain->source, std::size_t{512} << 20U), *path});
-    return known;
+    std::shared_ptr<ChunkCache>& chunks = caches[place.terrain];
+    if (chunks == nullptr) chunks = std::make_shared<ChunkCache>(source, std::size_t{512} << 20U);
+    return PagingFlight{source, chunks, *path, options};
 }
 
 std::optional<std::string> idle_reason(const TradePlace& place) {
@@ -94,7 +95,7 @@ std::optional<std::string> idle_reason(const TradePlace& place) {
 }
 
 /// A dial of one field of the options of `page`.
-Dial paging_dial(const std::shared_ptr<PagingPlaces>& places, std::vector<double> values,
+Dial paging_dial(const std::shared_ptr<ChunkCaches>& caches, std::vector<double> values,
                  std::vector<double> quick_values,
                  const std::function<void(double, PageOptions&)>& set) {
     Dial dial;
@@ -109,19 +110,18 @@ Dial paging_dial(const std::shared_ptr<PagingPlaces>& places, std::vector<double
     dial.cost = "peak_bytes";
     dial.loss = "error_px_max";
     dial.idle_reason = idle_reason;
-    dial.prepare = [places, values = std::move(values), quick_values = std::move(quick_values),
+    dial.prepare = [caches, values = std::move(values), quick_values = std::move(quick_values),
                     set](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
         std::vector<TradeTrial> trials;
         for (const double value : place.is_quick ? quick_values : values) {
             PageOptions options = usual_flight(place.is_quick);
             set(value, options);
-            const auto shared = find_paging_place(*places, place, options);
-            if (!shared) return pass_on(shared.error());
-            trials.push_back(
-                {.label = fmt::format("{:.6g}", value),
-                 .value = value,
-                 .command = page_command(options, place.flags),
-                 .measure = [shared = *shared, options] { return page_once(*shared, options); }});
+            const CommandResult<PagingFlight> flight = make_flight(*caches, place, options);
+            if (!flight) return pass_on(flight.error());
+            trials.push_back({.label = fmt::format("{:.6g}", value),
+                              .value = value,
+                              .command = page_command(options, place.flags),
+                              .measure = [flight = *flight] { return page_once(flight); }});
         }
         return trials;
     };
@@ -135,8 +135,8 @@ const std::string kFlight =
 }  // namespace
 
 std::vector<Dial> paging_dials() {
-    const auto places = std::make_shared<PagingPlaces>();
-    Dial memory = paging_dial(places, {16, 24, 32, 48, 64, 128, 512}, {16, 32, 64, 128},
+    const auto caches = std::make_shared<ChunkCaches>();
+    Dial memory = paging_dial(caches, {16, 24, 32, 48, 64, 128, 512}, {16, 32, 64, 128},
                               [](double v, PageOptions& o) { o.memories_mb = {v}; });
     memory.key = "memory";
     memory.title = "Ceiling of memory";
@@ -144,7 +144,7 @@ std::vector<Dial> paging_dials() {
     memory.text = kFlight;
     memory.loss = "excess_error_px_s";
     memory.preset_flag = "--memory-mb";
-    Dial latency = paging_dial(places, {1, 5, 20, 50, 100, 300, 1000}, {5, 50, 300},
+    Dial latency = paging_dial(caches, {1, 5, 20, 50, 100, 300, 1000}, {5, 50, 300},
                                [](double v, PageOptions& o) { o.latencies_ms = {v}; });
     latency.key = "latency";
     latency.title = "Latency of storage";
@@ -152,7 +152,7 @@ std::vector<Dial> paging_dials() {
     latency.text = kFlight;
     latency.cost = "bytes_loaded";
     latency.loss = "excess_error_px_s";
-    Dial bandwidth = paging_dial(places, {1, 2, 5, 10, 30, 100}, {2, 10, 100},
+    Dial bandwidth = paging_dial(caches, {1, 2, 5, 10, 30, 100}, {2, 10, 100},
                                  [](double v, PageOptions& o) { o.bandwidths_mb = {v}; });
     bandwidth.key = "bandwidth";
     bandwidth.title = "Bandwidth of storage";
@@ -160,7 +160,7 @@ std::vector<Dial> paging_dials() {
     bandwidth.text = kFlight;
     bandwidth.cost = "bytes_loaded";
     bandwidth.loss = "excess_error_px_s";
-    Dial horizon = paging_dial(places, {0, 0.25, 0.5, 1, 2, 4, 8}, {0, 0.5, 2, 4},
+    Dial horizon = paging_dial(caches, {0, 0.25, 0.5, 1, 2, 4, 8}, {0, 0.5, 2, 4},
                                [](double v, PageOptions& o) {
                                    o.horizon = v;
                                    o.latencies_ms = {300.0};
@@ -171,7 +171,7 @@ std::vector<Dial> paging_dials() {
     horizon.text = kFlight + " Latency 300 ms here.";
     horizon.cost = "bytes_loaded";
     horizon.loss = "excess_error_px_s";
-    Dial share = paging_dial(places, {0, 0.05, 0.125, 0.25, 0.5, 0.75}, {0, 0.125, 0.5},
+    Dial share = paging_dial(caches, {0, 0.05, 0.125, 0.25, 0.5, 0.75}, {0, 0.125, 0.5},
                              [](double v, PageOptions& o) {
                                  o.contact_share = v;
                                  o.paths = {"teleports"};

@@ -75,15 +75,7 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
     const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
                         .ratios = std::vector<std::vector<double>>(dial.columns.size())};
     std::vector<TurnLog> logs(trials->size(), empty);
-    Clock::time_point warmed_up;
-    for (std::size_t turn = 0; turn <= patience.most_repetitions; ++turn) {
-        if (turn == 1) {
-            if (!(patience.seconds > 0.0)) break;
-            warmed_up = Clock::now();
-            logs.assign(trials->size(), empty);
-        }
-        const std::chrono::duration<double> taken = Clock::now() - warmed_up;
-        if (turn > 1 && taken.count() > patience.seconds) break;
+    const auto take_turn = [&]() -> CommandResult<void> {
         for (std::size_t i = 0; i < trials->size(); ++i) {
             if (is_interrupted()) return failure("interrupted before the tables were whole");
             const double reference_s = time_reference_loop();
@@ -91,7 +83,20 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
             if (!sample) return pass_on(sample.error());
             add_turn(logs[i], *sample, dial.columns, reference_s);
         }
+        return {};
+    };
+    CommandResult<void> turn = take_turn();
+    if (turn && patience.seconds > 0.0) {
+        logs.assign(trials->size(), empty);
+        const Clock::time_point end =
+            Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(patience.seconds));
+        std::size_t repetitions = 0;
+        do {
+            turn = take_turn();
+        } while (turn && ++repetitions < patience.most_repetitions && Clock::now() < end);
     }
+    if (!turn) return pass_on(turn.error());
     TradeTable table{.key = dial.key,
                      .title = dial.title,
                      .axis = dial.axis,
