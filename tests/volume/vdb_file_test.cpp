@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "vdb/vdb_lengths.h"
 #include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
 
 #include <gtest/gtest.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
@@ -11,6 +13,7 @@
 #include <fstream>
 #include <limits>
 #include <random>
+#include <sstream>
 
 // OpenVDB's reader leaks the nodes that it has read when it throws.
 // NOLINTNEXTLINE(readability-identifier-naming): the sanitizer's name
@@ -99,6 +102,9 @@ TEST_F(VdbFile, RefusesWhatIsNoLevelSetOfFloats) {
     EXPECT_NE(refused(write({sphere(15.0, 1.0)}), "", {.memory_bytes = 1000})
                   .find("more than memory_bytes"),
               std::string::npos);
+    auto tiled = sphere(15.0, 1.0);
+    tiled->tree().addTile(3, openvdb::Coord(8192, 0, 0), tiled->background(), true);
+    EXPECT_NE(refused(write({tiled})).find("more than memory_bytes"), std::string::npos);
     auto stretched = sphere(15.0, 1.0);
     stretched->setTransform(openvdb::math::Transform::createLinearTransform(
         openvdb::math::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
@@ -123,6 +129,18 @@ TEST_F(VdbFile, RefusesValuesThatAreNoDistances) {
     EXPECT_NE(refused(write({open})).find("does not hold signed distances"), std::string::npos);
 }
 
+TEST_F(VdbFile, RefusesVoxelsAtTheEndsOfTheRangeOfIndices) {
+    const int last = std::numeric_limits<int>::max();
+    for (const int end : {last, -last - 1}) {
+        auto tiled = sphere(15.0, 1.0);
+        tiled->tree().addTile(3, openvdb::Coord(0, end, 0), -tiled->background(), false);
+        EXPECT_NE(refused(write({tiled})).find("indices beyond 2^30"), std::string::npos);
+        auto voxel = sphere(15.0, 1.0);
+        voxel->tree().setValue(openvdb::Coord(end, 0, end), voxel->background());
+        EXPECT_NE(refused(write({voxel})).find("indices beyond 2^30"), std::string::npos);
+    }
+}
+
 TEST_F(VdbFile, RefusesTruncatedAndForeignFiles) {
     const std::string path = write({sphere(15.0, 1.0)});
     std::ifstream in(path, std::ios::binary);
@@ -138,6 +156,65 @@ TEST_F(VdbFile, RefusesTruncatedAndForeignFiles) {
     std::ofstream(foreign) << "# not a file of OpenVDB\n" << std::string(5000, 'x');
     EXPECT_NE(refused(foreign).find("cannot read"), std::string::npos);
     EXPECT_NE(refused(folder_.string()), "");
+}
+
+std::optional<internal::VdbOffsets> check_lengths(const std::string& bytes) {
+    std::istringstream in(bytes, std::ios::binary);
+    return internal::check_vdb_lengths(in, bytes.size());
+}
+
+// OpenVDB would allocate and clear as many bytes as a length says.
+TEST_F(VdbFile, RefusesLengthsThatDoNotFitInTheFile) {
+    auto ball = sphere(15.0, 1.0);
+    ball->insertMeta("author", openvdb::StringMetadata("somebody"));
+    std::ostringstream of_stream(std::ios::binary);
+    openvdb::io::Stream(of_stream).write(openvdb::GridCPtrVec{ball});
+    std::ifstream in(write({ball, sphere(9.0, 1.0)}), std::ios::binary);
+    const std::string of_file((std::istreambuf_iterator<char>(in)), {});
+    EXPECT_EQ(check_lengths(of_stream.str()), internal::VdbOffsets::absent);
+    EXPECT_EQ(check_lengths(of_file), internal::VdbOffsets::present);
+    for (const std::string& bytes : {of_stream.str(), of_file}) {
+        int lengths = 0;
+        for (const std::string text : {"ball", "Tree_float_5_4_3", "author", "string", "somebody",
+                                       "class", "level set", "file_mem_bytes", "UniformScaleMap"}) {
+            const std::string counted =
+                std::string{static_cast<char>(text.size()), '\0', '\0', '\0'} + text;
+            for (std::size_t at = bytes.find(counted); at != std::string::npos;
+                 at = bytes.find(counted, at + 1)) {
+                std::string longer = bytes;
+                longer[at + 3] = '\x7f';
+                EXPECT_FALSE(check_lengths(longer)) << text;
+                ++lengths;
+            }
+        }
+        EXPECT_GT(lengths, 8);
+        const std::string path = (folder_ / "longer.vdb").string();
+        std::string longer = bytes;
+        longer[bytes.find("somebody") - 1] = '\x7f';
+        std::ofstream(path, std::ios::binary) << longer;
+        EXPECT_EQ(refused(path), "cannot read \"" + path + "\": it is damaged");
+        // Every end before the first voxels.
+        for (std::size_t size = 0; size < bytes.find("UniformScaleMap"); ++size) {
+            EXPECT_TRUE(size < 12 || !check_lengths(bytes.substr(0, size))) << size;
+        }
+    }
+    // Descriptors that go back in the file: it would never end.
+    std::string back = of_file;
+    const std::size_t descriptor = back.find("Tree_float_5_4_3");
+    const std::size_t end = back.find('\0', descriptor) + 4 + 16;
+    for (std::size_t i = 0; i < 8; ++i) back[end + i] = '\0';
+    EXPECT_FALSE(check_lengths(back));
+}
+
+TEST_F(VdbFile, ReadsWhatAStreamWrote) {
+    const std::string path = (folder_ / "stream.vdb").string();
+    std::ofstream out(path, std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{sphere(15.0, 1.0)});
+    out.close();
+    EXPECT_EQ(refused(path, "ball"), "");
+    EXPECT_NE(refused(path, "other").find("none is called \"other\""), std::string::npos);
+    EXPECT_NE(refused(path, "ball", {.memory_bytes = 400'000}).find("more than memory_bytes"),
+              std::string::npos);
 }
 
 }  // namespace vdb_file_test

@@ -30,7 +30,8 @@ public:
           best_(known.d),
           size_(length(known.d)),
           known_bound_(known.lower_bound),
-          limits_(limits) {}
+          limits_(limits),
+          last_column_(local.columns_tested() + limits.most_columns) {}
 
     MinTranslation run() {
         if (size_ < local_.spacing()) {
@@ -96,8 +97,9 @@ private:
         const double open = node_count_ > 0 ? nodes_[0].bound : kInfinity;
         return std::max(known_bound_, std::min({open, unsplit_, size_}));
     }
+    bool is_at_limit() const { return local_.columns_tested() >= last_column_; }
     bool is_done() const {
-        return node_count_ == 0 || cannot_improve(nodes_[0].bound) ||
+        return node_count_ == 0 || cannot_improve(nodes_[0].bound) || is_at_limit() ||
                is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
     }
 
@@ -118,7 +120,7 @@ private:
         best_ = d;
         size_ = size;
         if (!is_much) return;
-        const Eigen::Vector3d shorter = shorten(local_, body_, d);
+        const Eigen::Vector3d shorter = shorten(local_, body_, d, last_column_);
         if (!(length(shorter) < size_)) return;
         best_ = shorter;
         size_ = length(shorter);
@@ -190,6 +192,7 @@ private:
             const Point there = evaluate({p[0], p[1]});
             if (cannot_improve(node.bound)) return false;
             if (!(there.lift > p[2])) return true;  // p separates: the bound is exact
+            if (is_at_limit()) return true;
             if (add_column(triangle, there.column, spaces)) continue;
             HalfSpace top;
             if (make_top_of_neighbour(local_, body_, there.column, triangle, p, top)) {
@@ -260,7 +263,8 @@ private:
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {
         const double here = length(p);
-        if (++visits > kMostVisits || spaces.count == HalfSpaces::kMost) return here;
+        if (++visits > kMostVisits || spaces.count == HalfSpaces::kMost || is_at_limit())
+            return here;
         const GroundLift lift = find_lift(local_, body_, p, 0.5 * kSeparatedLift);
         if (!(lift.lift > 0.5 * kSeparatedLift)) {
             take(p);
@@ -315,6 +319,7 @@ private:
     double size_;  // length of the best
     double known_bound_;
     const SearchLimits& limits_;
+    std::int64_t last_column_;    // at which the search ends
     Eigen::Vector3d lowest_;      // point of the part with the largest lift
     double unsplit_ = kInfinity;  // least bound of triangles that are too small to bisect
     // Not initialised: only the first *_count_ are used.

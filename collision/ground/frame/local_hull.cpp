@@ -64,16 +64,30 @@ void add_planes(LocalHull& hull) {
     }
 }
 
+// Finds the strip along the line between two vertices, the extremes along the longer side of the bounding box.
+void set_strip(LocalHull& hull, std::uint32_t from, std::uint32_t to) {
+    constexpr double kNarrow = 0.25;  // share of the length
+    const Eigen::Vector3d along = hull.vertex(to) - hull.vertex(from);
+    const Eigen::Vector3d across(-along[1], along[0], 0.0);
+    const double low = dot(across, hull.vertex(hull.lowest(across)));
+    const double high = dot(across, hull.vertex(hull.lowest(-across)));
+    hull.strip = {across[0], across[1], low, high};
+    hull.is_narrow = high - low < kNarrow * dot(across, across);
+}
+
 }  // namespace
 
 void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, LocalHull& hull_out) {
     hull_out.shape = &polyhedron(hull);
     hull_out.rotation = orthonormalized(rotation);
+    std::array<std::uint32_t, 3> lows, highs;
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d axis = hull_out.to_body(Eigen::Vector3d::Unit(i));
         const std::span<const Eigen::Vector3d> vertices = hull_out.shape->vertices;
         const std::uint32_t low = find_extreme(*hull_out.shape, -axis);
         const std::uint32_t high = find_extreme(*hull_out.shape, axis);
+        lows[static_cast<std::size_t>(i)] = low;
+        highs[static_cast<std::size_t>(i)] = high;
         // Rounded as in vertex().
         const double low_at = rotated(hull_out.rotation, vertices[low])[i];
         const double high_at = rotated(hull_out.rotation, vertices[high])[i];
@@ -81,6 +95,8 @@ void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, Lo
         hull_out.bounds[i] = std::max(high_at - hull_out.middle[i], hull_out.middle[i] - low_at);
     }
     add_planes(hull_out);
+    const std::size_t longer = hull_out.bounds[1] > hull_out.bounds[0] ? 1 : 0;
+    set_strip(hull_out, lows[longer], highs[longer]);
 }
 
 const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std::uint32_t b) {

@@ -18,6 +18,11 @@ struct LocalHull {
         Eigen::Vector3d normal;
         double drop;
     };
+    /// All points p of the hull have low <= x p.x + y p.y <= high.
+    struct Strip {
+        double x, y;  ///< not normalised
+        double low, high;
+    };
 
     const Polyhedron* shape = nullptr;
     Eigen::Matrix3d rotation;
@@ -27,6 +32,8 @@ struct LocalHull {
     std::array<Plane, kMostPlanes> planes;  ///< faces around the lowest vertex, then fixed slopes
     std::size_t plane_count = 0;
     std::size_t face_count = 0;  ///< planes that are faces; they come first
+    Strip strip;                 ///< that holds the outline seen from above
+    bool is_narrow = false;      ///< whether the strip is much narrower than the outline is long
 
     Eigen::Vector3d to_body(const Eigen::Vector3d& n) const { return rotated_back(rotation, n); }
     Eigen::Vector3d vertex(std::uint32_t i) const {

@@ -22,6 +22,7 @@ public:
     }
 
     const GroundLift& result() const { return result_; }
+    std::int64_t columns_tested() const { return columns_tested_; }
 
     bool wants(const CellPrism& prism) const {
         if (has_enough()) return false;
@@ -42,6 +43,7 @@ public:
         for (const Triangle& triangle : local_.triangles(cell, column, row)) take(triangle);
     }
     void take(const Triangle& triangle) {
+        ++columns_tested_;
         const double best = std::max(floor_, result_.lift);
         if (!(bound_column_lift(shape_, triangle) > best)) return;
         const double lift = compute_column_lift(shape_, triangle, best);
@@ -100,6 +102,7 @@ private:
     std::optional<BoxSlabs> slabs_;  ///< of a box
     double floor_;
     double enough_;
+    std::int64_t columns_tested_ = 0;
     GroundLift result_;
 };
 
@@ -115,6 +118,24 @@ GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const
     result.lift = found.lift;
     result.triangle = local.triangle(window, found.column, found.row, found.is_south);
     return result;
+}
+
+// Where a line through a shape from its lowest to its highest point enters the ground that a range of cells is clamped
+// to; the lowest point where it does not.
+Eigen::Vector3d find_entry(const LocalGround& local, const CellRange& cells,
+                           const LocalShape& shape, const Eigen::Vector3d& lowest) {
+    // Two cells around the ground may be in the range.
+    const double inside = 2.5 * local.spacing();
+    const Eigen::Vector2d low(local.x(cells.west) + inside, local.y(cells.south) + inside);
+    const Eigen::Vector2d high(local.x(cells.east + 1) - inside, local.y(cells.north + 1) - inside);
+    const Eigen::Vector3d line = shape.deepest_point(-Eigen::Vector3d::UnitZ()) - lowest;
+    double enter = 0.0;
+    for (Eigen::Index i = 0; i < 2; ++i) {
+        const double beyond =
+            std::min(0.0, lowest[i] - low[i]) + std::max(0.0, lowest[i] - high[i]);
+        if (beyond != 0.0 && -beyond / line[i] > enter) enter = -beyond / line[i];
+    }
+    return enter <= 1.0 ? Eigen::Vector3d(lowest + enter * line) : lowest;
 }
 
 // Visits the triangles of the cells of a range that a window holds.
@@ -172,6 +193,10 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     };
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     take_at(lowest[0], lowest[1]);
+    if (visitor.columns_tested() == 0) {
+        const Eigen::Vector3d entry = find_entry(local, cells, moved, lowest);
+        take_at(entry[0], entry[1]);
+    }
     constexpr int kSamples = 8;  // along a side
     constexpr std::int64_t kMany = 4 * kSamples;
     if (cells.east - cells.west > kMany && cells.north - cells.south > kMany) {
@@ -183,6 +208,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         }
     }
     if (!visitor.has_enough()) visit_cells(local, cells, visitor);
+    local.add_columns_tested(visitor.columns_tested());
     return visitor.result();
 }
 

@@ -17,7 +17,10 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
             planes_[count_++] = {x, y, c[2] - drop / n[2] - x * c[0] - y * c[1]};
         });
         if (shape.kind == ShapeKind::box) {
-            for (const Eigen::Vector3d& axis : shape.axes) add_side(-axis[1], axis[0]);
+            for (const Eigen::Vector3d& axis : shape.axes) add_strip_along(axis[0], axis[1]);
+        } else if (shape.hull->is_narrow) {
+            const LocalHull::Strip& strip = shape.hull->strip;
+            add_strip(strip.x, strip.y, strip.low, strip.high);
         }
         return;
     }
@@ -25,16 +28,26 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
     core_length_ = length(shape.core);
 }
 
-void Underside::add_side(double x, double y) {
-    constexpr double kSlack = 1e-9;  // metres
+void Underside::add_strip(double x, double y, double low, double high) {
+    constexpr double kSlack = 1e-9;        // metres
+    constexpr double kRounding = 0x1p-46;  // share of the size
     const double size = std::sqrt(x * x + y * y);
-    if (!(size > 1e-9)) return;  // an upright axis: the others have the outline's normals
-    double reach = kSlack * size;
+    const double slack = (kSlack + kRounding * (shape_.bounds[0] + shape_.bounds[1])) * size;
+    strips_[strip_count_++] = {x, y, low - slack, high + slack};
+}
+
+// Adds the strip of a box along one of its axes.
+void Underside::add_strip_along(double axis_x, double axis_y) {
+    if (!(axis_x * axis_x + axis_y * axis_y > 1e-18))
+        return;  // upright: the others make the outline
+    const double x = -axis_y;
+    const double y = axis_x;
+    double reach = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = shape_.axes[i];
         reach += std::abs(x * axis[0] + y * axis[1]) * shape_.half[static_cast<Eigen::Index>(i)];
     }
-    sides_[side_count_++] = {x, y, reach};
+    add_strip(x, y, -reach, reach);
 }
 
 double Underside::round_bottom(const CellPrism& prism) const {

@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Lower bounds of a shape's z over rectangles, from planes and sides that are computed once.
+/// Lower bounds of a shape's z over rectangles, from planes and strips that are computed once.
 class Underside {
 public:
     explicit Underside(const LocalShape& shape);
@@ -36,24 +36,25 @@ private:
         double x, y, z;  // z = plane.z + plane.x x + plane.y y
     };
 
-    // A normal of the outline of a box seen from above.
-    struct Side {
-        double x, y;   // not normalised
-        double reach;  // of the box from its centre, times the normal's length, and some slack
+    // A strip that holds the outline of a box or hull seen from above, relative to the centre.
+    struct Strip {
+        double x, y;       // normal, not normalised
+        double low, high;  // of the shape along it, with some slack
     };
 
-    void add_side(double x, double y);
+    void add_strip(double x, double y, double low, double high);
+    void add_strip_along(double x, double y);
     double round_bottom(const CellPrism& prism) const;
-    // Whether an edge of a box's outline separates it from a rectangle, seen from above.
+    // Whether a strip separates the shape from a rectangle, seen from above.
     bool is_beside(const CellPrism& prism) const {
         const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
         const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
-        for (std::size_t i = 0; i < side_count_; ++i) {
-            const Side& side = sides_[i];
-            const double reach =
-                side.reach + 0.5 * (std::abs(side.x) * (prism.east - prism.west) +
-                                    std::abs(side.y) * (prism.north - prism.south));
-            if (std::abs(side.x * x + side.y * y) > reach) return true;
+        for (std::size_t i = 0; i < strip_count_; ++i) {
+            const Strip& strip = strips_[i];
+            const double at = strip.x * x + strip.y * y;
+            const double reach = 0.5 * (std::abs(strip.x) * (prism.east - prism.west) +
+                                        std::abs(strip.y) * (prism.north - prism.south));
+            if (at - reach > strip.high || at + reach < strip.low) return true;
         }
         return false;
     }
@@ -61,8 +62,8 @@ private:
     const LocalShape& shape_;
     std::array<Plane, LocalHull::kMostPlanes> planes_;
     std::size_t count_ = 0;
-    std::array<Side, 3> sides_;
-    std::size_t side_count_ = 0;
+    std::array<Strip, 3> strips_;
+    std::size_t strip_count_ = 0;
     double run_ = 0.0;
     double core_length_ = 0.0;
 };

@@ -20,8 +20,4 @@ struct SampledShape::Grid {
 /// Registers OpenVDB's types, once.
 void initialize_openvdb();
 
-/// Fails: bad_data unless neighbouring values differ by at most 5/4 voxel and regions without voxels meet voxels and
-///        each other without a change of sign
-Result<void> check_distances(const openvdb::FloatGrid& grid);
-
 }  // namespace terrane::internal

@@ -62,9 +62,10 @@ inline std::vector<Points> cover_hull(const Points& points) {
             for (std::size_t k = j + 1; k < points.size(); ++k) {
                 const Eigen::Vector3d n = (points[j] - points[i]).cross(points[k] - points[i]);
                 double low = 0.0, high = 0.0;
-                for (const Eigen::Vector3d& p : points) {
-                    low = std::min(low, n.dot(p - points[i]));
-                    high = std::max(high, n.dot(p - points[i]));
+                for (std::size_t m = 0; m < points.size(); ++m) {
+                    if (m == i || m == j || m == k) continue;
+                    low = std::min(low, n.dot(points[m] - points[i]));
+                    high = std::max(high, n.dot(points[m] - points[i]));
                 }
                 if (low < -1e-9 && high > 1e-9) continue;
                 cover.push_back({points[i], points[j], points[k]});

@@ -36,6 +36,31 @@ TEST(HullLift, IsThatOfClippedFaces) {
     }
 }
 
+TEST(HullLift, OfANeedleIsThatOfClippedFaces) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const double reach : {6.0, 60.0, 600.0, 3e4}) {
+            for (int i = 0; i < 3 * kFactor; ++i) {
+                SCOPED_TRACE(testing::Message() << reach << " m, " << i);
+                const Points points = transformed({{0.3, 0.0, 0.0},
+                                                   {-0.2, 0.25, 0.0},
+                                                   {-0.2, -0.2, 0.1},
+                                                   {reach, random.between(-0.2, 0.2), 0.0}},
+                                                  1.0, random.rotation(), {0.0, 0.0, 0.0});
+                const Pose pose = random_pose(random, ground, -2.0, 2.0);
+                const double expected =
+                    clip_hull_lift(cover_hull(points), pose,
+                                   soup_around(ground, pose, std::min(1.01 * reach, 130.0)));
+                // Coordinates of 3e4 m are rounded to 4e-12 m, times the slope of the needle.
+                EXPECT_NEAR(compute_lift(make_hull(points), pose, ground).lift, expected, 1e-8);
+            }
+        }
+    }
+}
+
 TEST(HullLift, IsThatOfTheBoxWhoseCornersItHas) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Level sets from `.vdb` files.
 #include "level_set/sampled_grid.h"
+#include "vdb/vdb_lengths.h"
 
 #include <terrane/terrain/number_text.h>
 
 #include <openvdb/io/File.h>
 #include <openvdb/io/Stream.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -20,6 +22,10 @@ constexpr double kLeastBandSpacings =
 
 using GridResult = Result<openvdb::FloatGrid::Ptr>;
 
+tl::unexpected<Error> damaged(const std::string& path) {
+    return fail(ErrorCode::bad_data, "cannot read \"" + path + "\": it is damaged");
+}
+
 Result<void> check_bytes(const std::string& path, double bytes, const VolumeSettings& settings) {
     if (bytes <= static_cast<double>(settings.memory_bytes)) return {};
     return fail(ErrorCode::out_of_memory, "\"" + path + "\" needs " + number_text(bytes) +
@@ -27,20 +33,19 @@ Result<void> check_bytes(const std::string& path, double bytes, const VolumeSett
                                               number_text(settings.memory_bytes));
 }
 
-/// Without its voxels: name, class, type and statistics.
-Result<openvdb::GridBase::Ptr> choose_grid(openvdb::io::File& reader, const VolumeFile& file,
+/// The grid of a file that the settings name, by name, class, type and statistics: with or without its voxels.
+Result<openvdb::GridBase::Ptr> choose_grid(const openvdb::GridPtrVec& grids, const VolumeFile& file,
                                            const VolumeSettings& settings) {
-    const openvdb::GridPtrVecPtr grids = reader.readAllGridMetadata();
     openvdb::GridBase::Ptr chosen;
     double bytes = 0.0;
-    for (const openvdb::GridBase::Ptr& grid : *grids) {
+    for (const openvdb::GridBase::Ptr& grid : grids) {
         if (const auto stated = grid->getMetadata<openvdb::Int64Metadata>("file_mem_bytes")) {
             bytes += static_cast<double>(stated->value());
         }
-        if (file.grid.empty() ? grids->size() == 1 : grid->getName() == file.grid) chosen = grid;
+        if (file.grid.empty() ? grids.size() == 1 : grid->getName() == file.grid) chosen = grid;
     }
     if (chosen == nullptr) {
-        return fail(ErrorCode::bad_data, "\"" + file.path + "\" has " + number_text(grids->size()) +
+        return fail(ErrorCode::bad_data, "\"" + file.path + "\" has " + number_text(grids.size()) +
                                              " grids, and none is called \"" + file.grid + "\"");
     }
     if (!chosen->isType<openvdb::FloatGrid>() ||
@@ -63,50 +68,58 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
         return tl::unexpected(ok.error());
     }
     initialize_openvdb();
-    openvdb::io::File reader(file.path);
-    reader.open(false);
-    auto chosen = choose_grid(reader, file, settings);
-    if (!chosen) return tl::unexpected(chosen.error());
-    reader.close();
-    // Through a stream that throws at the end of the file: io::File takes lengths from what it could not read.
     std::ifstream in(file.path, std::ios::binary);
+    if (!in) return fail(ErrorCode::io, "cannot read \"" + file.path + "\"");
+    const auto offsets = check_vdb_lengths(in, file_bytes);
+    if (!offsets) return damaged(file.path);
+    if (*offsets == VdbOffsets::present) {
+        // Refuses before voxels are read. A file without offsets would be read as a whole.
+        openvdb::io::File reader(file.path);
+        reader.open(false);
+        const auto stated = choose_grid(*reader.readAllGridMetadata(), file, settings);
+        if (!stated) return tl::unexpected(stated.error());
+    }
+    // Through a stream that throws at the end of the file: io::File takes lengths from what it could not read.
+    in.seekg(0);
     in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     openvdb::io::Stream stream(in, false);
-    openvdb::FloatGrid::Ptr grid;
-    for (const openvdb::GridBase::Ptr& read : *stream.getGrids()) {
-        if (read->getName() == (*chosen)->getName())
-            grid = openvdb::gridPtrCast<openvdb::FloatGrid>(read);
-    }
-    if (grid == nullptr) return fail(ErrorCode::bad_data, "\"" + file.path + "\" is damaged");
-    if (auto ok = check_bytes(file.path, static_cast<double>(grid->memUsage()), settings); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    const auto chosen = choose_grid(*stream.getGrids(), file, settings);
+    if (!chosen) return tl::unexpected(chosen.error());
+    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*chosen);
+    // Tiles become voxels.
+    const double of_voxels = 4.0 * static_cast<double>(grid->activeVoxelCount());
+    const double bytes = std::max(static_cast<double>(grid->memUsage()), of_voxels);
+    if (auto ok = check_bytes(file.path, bytes, settings); !ok) return tl::unexpected(ok.error());
     grid->tree().voxelizeActiveTiles(false);
     return grid;
 }
 
-Result<void> check_shape(const openvdb::FloatGrid& grid, const std::string& path, double spacing) {
-    if (grid.activeVoxelCount() == 0)
-        return fail(ErrorCode::bad_data, "\"" + path + "\" has no active voxels");
-    if (!grid.transform().isLinear() || !grid.hasUniformVoxels()) {
-        return fail(ErrorCode::bad_data, "\"" + path + "\" has voxels that are not cubes");
+// Whether all voxels, and all tiles inside, are so near the origin that coordinates beside them do not overflow.
+bool are_coordinates_in_range(const openvdb::FloatGrid& grid) {
+    constexpr int kFarthest = 1 << 30;
+    const auto is_in_range = [](const openvdb::CoordBBox& box) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (box.min()[axis] < -kFarthest || box.max()[axis] > kFarthest) return false;
+        }
+        return true;
+    };
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        if (!is_in_range(leaf->getNodeBoundingBox())) return false;
     }
-    const double band = double{grid.background()};
-    if (!(band >= kLeastBandSpacings * spacing) || !std::isfinite(band)) {
-        return fail(ErrorCode::bad_data, "the band of \"" + path + "\" is " + number_text(band) +
-                                             " m wide, less than two spacings of " +
-                                             number_text(spacing) + " m");
+    for (auto tile = grid.tree().cbeginValueOff(); tile; ++tile) {
+        if (tile.isVoxelValue() || !(*tile < 0.0f)) continue;
+        openvdb::CoordBBox box;
+        tile.getBoundingBox(box);
+        if (!is_in_range(box)) return false;
     }
-    if (check_distances(grid)) return {};
-    return fail(ErrorCode::bad_data, "\"" + path + "\" does not hold signed distances");
+    return true;
 }
 
-}  // namespace
-
-Result<void> check_distances(const openvdb::FloatGrid& grid) {
+// Whether neighbouring values differ by at most 5/4 voxel, and regions without voxels meet voxels and each other
+// without a change of sign.
+bool are_distances(const openvdb::FloatGrid& grid) {
     const double most = kMostSlope * grid.voxelSize()[0], band = double{grid.background()};
     auto values = grid.getConstAccessor();
-    const auto fault = [] { return fail(ErrorCode::bad_data, "no signed distances"); };
     const auto agree = [&](float a, float b) {
         return std::abs(double{a} - double{b}) <= most && std::abs(double{a}) <= 1.001 * band;
     };
@@ -117,7 +130,7 @@ Result<void> check_distances(const openvdb::FloatGrid& grid) {
                 for (const int step : {-1, 1}) {
                     openvdb::Coord beside = at;
                     beside[axis] += step;
-                    if (!agree(*voxel, values.getValue(beside))) return fault();
+                    if (!agree(*voxel, values.getValue(beside))) return false;
                 }
             }
         }
@@ -136,15 +149,36 @@ Result<void> check_distances(const openvdb::FloatGrid& grid) {
                     for (beside[v] = box.min()[v]; beside[v] <= box.max()[v]; beside[v] += 8) {
                         if (values.probeConstLeaf(beside) == nullptr &&
                             !(values.getValue(beside) < 0.0f)) {
-                            return fault();
+                            return false;
                         }
                     }
                 }
             }
         }
     }
-    return {};
+    return true;
 }
+
+Result<void> check_shape(const openvdb::FloatGrid& grid, const std::string& path, double spacing) {
+    if (grid.activeVoxelCount() == 0)
+        return fail(ErrorCode::bad_data, "\"" + path + "\" has no active voxels");
+    if (!grid.transform().isLinear() || !grid.hasUniformVoxels()) {
+        return fail(ErrorCode::bad_data, "\"" + path + "\" has voxels that are not cubes");
+    }
+    const double band = double{grid.background()};
+    if (!(band >= kLeastBandSpacings * spacing) || !std::isfinite(band)) {
+        return fail(ErrorCode::bad_data, "the band of \"" + path + "\" is " + number_text(band) +
+                                             " m wide, less than two spacings of " +
+                                             number_text(spacing) + " m");
+    }
+    if (!are_coordinates_in_range(grid)) {
+        return fail(ErrorCode::bad_data, "\"" + path + "\" has voxels with indices beyond 2^30");
+    }
+    if (are_distances(grid)) return {};
+    return fail(ErrorCode::bad_data, "\"" + path + "\" does not hold signed distances");
+}
+
+}  // namespace
 
 Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFile& file,
                                                                   const Pose& world_from_shape,
@@ -176,7 +210,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
                  Eigen::Vector3d(origin[0], origin[1], origin[2]), voxel, band}));
     } catch (const std::bad_alloc&) {
         // Sizes were checked: a length inside the file is wrong.
-        return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": it is damaged");
+        return damaged(file.path);
     } catch (const std::exception& error) {
         return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": " + error.what());
     }
