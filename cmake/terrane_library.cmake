@@ -23,7 +23,8 @@ endif()
 if(TERRANE_FUZZ)
     # Counts of edges and compared values, which libFuzzer steers by.
     target_compile_options(terrane_options INTERFACE -fsanitize=fuzzer-no-link
-        -fsanitize-coverage-ignorelist=${PROJECT_SOURCE_DIR}/cmake/coverage_ignorelist.txt)
+        -fsanitize-coverage-ignorelist=${PROJECT_SOURCE_DIR}/cmake/coverage_ignorelist.txt
+        -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/fuzz_ignorelist.txt)
 endif()
 
 include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)

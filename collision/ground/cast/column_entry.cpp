@@ -80,7 +80,9 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
             visit_tops(moved, triangle, [&](const Eigen::Vector3d& m, double gap) {
                 test_moved(m, gap + ground_offset);
             });
-            visit_walls(moved, triangle, test_moved);
+            visit_walls(moved, triangle, [&](const Eigen::Vector3d& m, double gap) {
+                if (is_apart_from_wall(gap, -dot(m, velocity))) test_moved(m, gap);
+            });
         }
         if (!(time + wait < limit)) return {};
         if (widest <= 0.25 * tolerance) return {time, normal};

@@ -13,6 +13,16 @@ struct ColumnEntry {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column
 };
 
+/// Whether a wall keeps a shape apart from its column. Two columns share a wall: a shape without thickness that moves
+/// along it touches both, and is inside the ground.
+///
+/// @param gap     metres
+/// @param closing speed at which the gap shrinks
+inline bool is_apart_from_wall(double gap, double closing) {
+    constexpr double kShared = 1e-9;  // metres, for rounding
+    return gap > kShared || closing < 0.0;
+}
+
 /// First time of contact of a shape with a column, moved back slightly: the gap there is between 0 and half the
 /// tolerance.
 ///

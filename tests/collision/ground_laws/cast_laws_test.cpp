@@ -326,5 +326,62 @@ TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
     }
 }
 
+// Whether a shape is inside the ground by more than a touch: its lift is positive after small sideways offsets too.
+bool is_inside(const Shape& shape, const Pose& pose, const Ground& ground) {
+    constexpr double kOffset = 1e-6;
+    for (const Eigen::Vector3d& d :
+         {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(kOffset, 1.1 * kOffset, 0.0),
+          Eigen::Vector3d(-kOffset, 1.1 * kOffset, 0.0),
+          Eigen::Vector3d(kOffset, -1.1 * kOffset, 0.0),
+          Eigen::Vector3d(-kOffset, -1.1 * kOffset, 0.0)}) {
+        if (!(compute_lift(shape, moved(pose, d), ground).lift > 1e-6)) return false;
+    }
+    return true;
+}
+
+// From outside through the border, below the surface, on lattice lines and diagonals of cells: there a shape without
+// thickness only ever touches columns.
+TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 7);
+    Random random(kSeed + 7);
+    const LawScene slope = make_scene(
+        "slope", [](double x, double y) { return 0.25 * x - 0.5 * y; }, TableGroundSettings{});
+    const auto make_hull = [](std::initializer_list<Eigen::Vector3d> points) {
+        return ConvexHull::create(std::vector<Eigen::Vector3d>(points)).value();
+    };
+    const auto half = [&](double low, double high) {
+        return 0.5 * std::round(2.0 * random.between(low, high));
+    };
+    const long count = count_of_cases(300, 20'000);
+    for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
+             {"point", Sphere{0.0}},
+             {"segment", Capsule{0.0, 1.0}},
+             {"box without size", Box{{0.0, 0.0, 0.0}}},
+             {"plate", Box{{0.0, 1.0, 1.0}}},
+             {"hull of a point", make_hull({{0, 0, 0}})},
+             {"hull of a triangle", make_hull({{0, 0, 0}, {1, 1, 0}, {0, 0, 1}})}}) {
+        long hits = 0;
+        for (long i = 0; i < count; ++i) {
+            Motion motion;
+            motion.start.translation = {half(-6.0, 6.0), half(-6.0, 6.0), half(-20.0, 10.0)};
+            const double x = half(-10.0, 10.0);
+            const int direction = random.below(4);
+            const double y = direction == 0 ? x : direction == 1 ? -x : half(-10.0, 10.0);
+            motion.translation = {direction == 2 ? 0.0 : x, direction == 3 ? 0.0 : y,
+                                  random.below(2) == 0 ? 0.0 : half(-30.0, 10.0)};
+            if (random.below(2) == 0) motion.rotation_vector.z() = half(-3.0, 3.0);
+            const CastAnswer answer = cast(shape, motion, slope.ground);
+            if (answer.started_in_contact) continue;
+            hits += answer.hit ? 1 : 0;
+            const double end = answer.hit ? answer.fraction : 1.0;
+            for (int k = 0; k <= 20; ++k) {
+                ASSERT_FALSE(is_inside(shape, motion.at(end * k / 20), slope.ground))
+                    << name << describe(slope, {name, shape, {}}, motion);
+            }
+        }
+        EXPECT_GT(hits, count / 20) << name;
+    }
+}
+
 }  // namespace cast_laws_test
 }  // namespace terrane
