@@ -39,7 +39,10 @@ public:
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
-        if (slabs_ && take_corners(cell, column, row)) return;
+        if (slabs_) {
+            ++columns_tested_;
+            if (take_corners(cell, column, row)) return;
+        }
         for (const Triangle& triangle : local_.triangles(cell, column, row)) take(triangle);
     }
     void take(const Triangle& triangle) {
@@ -120,10 +123,10 @@ GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const
     return result;
 }
 
-// Where a line through a shape from its lowest to its highest point enters the ground that a range of cells is clamped
-// to; the lowest point where it does not.
-Eigen::Vector3d find_entry(const LocalGround& local, const CellRange& cells,
-                           const LocalShape& shape, const Eigen::Vector3d& lowest) {
+// The first point of the line from a shape's lowest to its highest point that is over the ground that a range of cells
+// is clamped to; the lowest point where none is.
+Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange& cells,
+                                       const LocalShape& shape, const Eigen::Vector3d& lowest) {
     // Two cells around the ground may be in the range.
     const double inside = 2.5 * local.spacing();
     const Eigen::Vector2d low(local.x(cells.west) + inside, local.y(cells.south) + inside);
@@ -194,8 +197,8 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     take_at(lowest[0], lowest[1]);
     if (visitor.columns_tested() == 0) {
-        const Eigen::Vector3d entry = find_entry(local, cells, moved, lowest);
-        take_at(entry[0], entry[1]);
+        const Eigen::Vector3d over = find_point_over_ground(local, cells, moved, lowest);
+        take_at(over[0], over[1]);
     }
     constexpr int kSamples = 8;  // along a side
     constexpr std::int64_t kMany = 4 * kSamples;

@@ -40,25 +40,28 @@ ConvexHull make_needle(const Eigen::Vector3d& tip) {
     return make_hull({{-0.9, -0.6, -0.3}, {1.2, -0.7, -0.4}, {-0.5, 0.1, 0.9}, tip});
 }
 
-TEST(DepthLimit, HoldsForLargeHullsOverRoughGround) {
+TEST(DepthLimit, HoldsForLargeShapesOverRoughGround) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     const Ground ground = make_test_ground(hash_height, 1.0, 1);
     Points ball;
     for (const Eigen::Vector3d& p : sphere(random, 20)) ball.push_back(30.0 * p);
     int limited = 0;
-    for (const auto& [name, hull] : std::initializer_list<std::pair<const char*, ConvexHull>>{
+    for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
              {"needle down", make_needle({-8e3, 2.4e4, -1.5e4})},
              {"needle along", make_needle({3e4, 1e4, 0.0})},
-             {"ball", make_hull(ball)}}) {
+             {"ball", make_hull(ball)},
+             {"box", Box{{30.0, 25.0, 20.0}}},
+             {"capsule", Capsule{20.0, 15.0}}}) {
         for (int i = 0; i < 3; ++i) {
             SCOPED_TRACE(testing::Message() << name << ' ' << i);
             Pose pose;
+            pose.rotation = random.rotation();
             pose.translation = {random.between(20.0, 100.0), random.between(20.0, 100.0), 0.0};
             const double depth = random.between(0.1, 40.0);
-            pose.translation.z() += compute_lift(hull, pose, ground).lift - depth;
+            pose.translation.z() += compute_lift(shape, pose, ground).lift - depth;
             const SearchLimits limits{.most_columns = 1 << 12};
-            const Searched searched = search(hull, pose, ground, limits);
+            const Searched searched = search(shape, pose, ground, limits);
             // The first translation and the search have the limit each. Each ends at a lift after it, and the search
             // makes some for its first triangles.
             EXPECT_LE(searched.columns, 2 * limits.most_columns + 24 * searched.of_one_lift);
@@ -67,7 +70,7 @@ TEST(DepthLimit, HoldsForLargeHullsOverRoughGround) {
             EXPECT_LE(searched.found.lower_bound, searched.found.d.norm());
 
             const Searched unlimited = search(
-                hull, pose, ground, {.most_columns = std::numeric_limits<std::int32_t>::max()});
+                shape, pose, ground, {.most_columns = std::numeric_limits<std::int32_t>::max()});
             EXPECT_LE(unlimited.found.d.norm(), searched.found.d.norm() * (1.0 + 1e-12));
             EXPECT_GE(unlimited.found.d.norm(), searched.found.lower_bound);
             if (unlimited.columns > 4 * searched.columns) ++limited;
