@@ -81,7 +81,8 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
                 test_moved(m, gap + ground_offset);
             });
             visit_walls(moved, triangle, [&](const Eigen::Vector3d& m, double gap) {
-                if (is_apart_from_wall(gap, -dot(m, velocity))) test_moved(m, gap);
+                if (is_touching_wall(gap) && dot(m, velocity) <= 0.0) return;
+                test_moved(m, gap);
             });
         }
         if (!(time + wait < limit)) return {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ground/column/column.h"
+#include "ground/lift/ground_lift.h"
 
 #include <limits>
 
@@ -13,15 +14,10 @@ struct ColumnEntry {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column
 };
 
-/// Whether a wall keeps a shape apart from its column. Two columns share a wall: a shape without thickness that moves
-/// along it touches both, and is inside the ground.
-///
-/// @param gap     metres
-/// @param closing speed at which the gap shrinks
-inline bool is_apart_from_wall(double gap, double closing) {
-    constexpr double kShared = 1e-9;  // metres, for rounding
-    return gap > kShared || closing < 0.0;
-}
+/// Whether a shape with this gap along a wall's normal touches the wall, which two columns may share: a shape without
+/// thickness that moves along it is inside the ground, although it overlaps neither column. So a wall that is touched
+/// separates only what moves away from it.
+inline bool is_touching_wall(double gap) { return gap >= 0.0 && gap <= kTouch; }
 
 /// First time of contact of a shape with a column, moved back slightly: the gap there is between 0 and half the
 /// tolerance.

@@ -204,9 +204,11 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         visit_tops(shape_, triangle, test_top);
         if (is_step_clear) return;
         visit_walls(shape_, triangle, [&](const Eigen::Vector3d& n, double gap) {
-            const double turn = length(cross(n, sweep_.motion.rotation_vector)) * arm_;
-            if (is_apart_from_wall(gap, turn - dot(n, sweep_.motion.translation)))
-                test_plane(n, gap);
+            if (is_touching_wall(gap)) {
+                const double turning = length(cross(n, sweep_.motion.rotation_vector)) * arm_;
+                if (dot(n, sweep_.motion.translation) <= turning) return;
+            }
+            test_plane(n, gap);
         });
         if (is_step_clear) return;
     }

@@ -45,14 +45,13 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
 
 // Adds a half-space for each overlapped column in turn, and solves for the shortest translation inside all. `least_out`
 // is the largest of the minimum translations out of one of those columns alone: a lower bound of the answer's length.
-bool find_from_inside(const LocalGround& local, const LocalBody& body, std::int64_t last_column,
-                      Eigen::Vector3d& d_out, double& least_out) {
+bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
+                      double& least_out) {
     constexpr int kRounds = 24;
     HalfSpaces spaces;
     d_out = Eigen::Vector3d::Zero();
     least_out = 0.0;
     for (int round = 0; round < kRounds; ++round) {
-        if (local.columns_tested() >= last_column) return false;
         const GroundLift lift = find_lift(local, body, d_out, 0.1 * kSeparatedLift);
         if (!(lift.lift > 0.1 * kSeparatedLift)) return true;
         LocalHull hull;
@@ -68,8 +67,7 @@ bool find_from_inside(const LocalGround& local, const LocalBody& body, std::int6
 
 }  // namespace
 
-Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d,
-                        std::int64_t last_column) {
+Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d) {
     constexpr int kRounds = 24;
     constexpr int kColumns = 24;
     for (int round = 0; round < kRounds; ++round) {
@@ -77,7 +75,6 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
         Eigen::Vector3d next = Eigen::Vector3d::Zero();
         bool is_separated = false;
         for (int i = 0; i < kColumns; ++i) {
-            if (local.columns_tested() >= last_column) return d;
             const GroundLift lift = find_lift(local, body, next, 0.1 * kSeparatedLift);
             if (!(lift.lift > 0.1 * kSeparatedLift)) {
                 is_separated = true;
@@ -120,17 +117,14 @@ MinTranslation find_min_translation(const LocalGround& local, const LocalBody& b
     MinTranslation best{Eigen::Vector3d(0.0, 0.0, lift), 0.0};
     Eigen::Vector3d from_inside = Eigen::Vector3d::Zero();
     double least = 0.0;
-    const std::int64_t last_column = local.columns_tested() + limits.most_columns;
-    if (find_from_inside(local, body, last_column, from_inside, least) &&
-        length(from_inside) <= lift) {
+    if (find_from_inside(local, body, from_inside, least) && length(from_inside) <= lift) {
         const double size = length(from_inside);
         if (is_short_enough(body, size, least, limits.deep_share)) {
             return {from_inside, std::min(size, least)};
         }
-        best.d = shorten(local, body, from_inside, last_column);
+        best.d = shorten(local, body, from_inside);
     }
-    const Eigen::Vector3d from_above =
-        shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift), last_column);
+    const Eigen::Vector3d from_above = shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift));
     if (length(from_above) < length(best.d)) best.d = from_above;
     best.lower_bound = std::min(least, length(best.d));
     return search_min_translation(local, body, best, limits);

@@ -12,10 +12,7 @@ inline constexpr double kSeparatedLift = 1e-10;
 inline constexpr double kDeep = 0.2;
 
 /// Shortens a separating translation: a local minimum by repeated projection onto half-spaces; it separates too.
-///
-/// @param last_column count of LocalGround::columns_tested() at which it ends with what it has
-Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d,
-                        std::int64_t last_column);
+Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
 /// Whether a separating translation is long enough to be accepted as the minimum one, whose length is at least `least`:
 /// within rounding, or, where the overlap is deep, within the share that the caller allows.

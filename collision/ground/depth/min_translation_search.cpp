@@ -31,7 +31,7 @@ public:
           size_(length(known.d)),
           known_bound_(known.lower_bound),
           limits_(limits),
-          last_column_(local.columns_tested() + limits.most_columns) {}
+          last_cell_(local.cells_tested() + limits.most_cells) {}
 
     MinTranslation run() {
         if (size_ < local_.spacing()) {
@@ -97,7 +97,9 @@ private:
         const double open = node_count_ > 0 ? nodes_[0].bound : kInfinity;
         return std::max(known_bound_, std::min({open, unsplit_, size_}));
     }
-    bool is_at_limit() const { return local_.columns_tested() >= last_column_; }
+    bool is_at_limit() const {
+        return local_.cells_tested() >= last_cell_ && size_ > 2.0 * body_.whole().smallest;
+    }
     bool is_done() const {
         return node_count_ == 0 || cannot_improve(nodes_[0].bound) || is_at_limit() ||
                is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
@@ -120,7 +122,7 @@ private:
         best_ = d;
         size_ = size;
         if (!is_much) return;
-        const Eigen::Vector3d shorter = shorten(local_, body_, d, last_column_);
+        const Eigen::Vector3d shorter = shorten(local_, body_, d);
         if (!(length(shorter) < size_)) return;
         best_ = shorter;
         size_ = length(shorter);
@@ -319,7 +321,7 @@ private:
     double size_;  // length of the best
     double known_bound_;
     const SearchLimits& limits_;
-    std::int64_t last_column_;    // at which the search ends
+    std::int64_t last_cell_;
     Eigen::Vector3d lowest_;      // point of the part with the largest lift
     double unsplit_ = kInfinity;  // least bound of triangles that are too small to bisect
     // Not initialised: only the first *_count_ are used.

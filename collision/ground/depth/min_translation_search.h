@@ -18,8 +18,9 @@ struct SearchLimits {
     double deep_share =
         1.0;  ///< a deep answer is accepted if the minimum is at least this share of it
     int most_splits = kMostSplits;  ///< triangles of offsets that are bisected at most
-    /// Count of columns after which a search ends. Lifts that a window holds do not count: their cost is bounded.
-    std::int64_t most_columns = 1 << 18;
+    /// Cells that are tested at most where the overlap is deeper than the shape is thick: up to half the thickness the
+    /// minimum is promised. Lifts that a window holds do not count, because their cost is bounded.
+    std::int64_t most_cells = 1 << 17;
 };
 
 /// The minimum translation of a body, by branch and bound over all sideways offsets.

@@ -62,7 +62,6 @@ bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
     std::size_t lone = 0;
     while ((lifts[lone] >= high) != is_in) ++lone;
     const Offset& a = triangle[lone];
-    const double below_high = std::nextafter(high, -kInfinity);
     const auto find_rim = [&](const Offset& b) {
         double low = 0.0, above = 1.0;  // shares of the side, from its high corner
         const Offset& from = is_in ? a : b;
@@ -72,7 +71,7 @@ bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
         };
         for (int i = 0; i < kSteps; ++i) {
             const double s = 0.5 * (low + above);
-            (obstacle.lift_at(at(s), below_high) >= high ? low : above) = s;
+            (obstacle.lift_at(at(s)) >= high ? low : above) = s;
         }
         return at(low);
     };

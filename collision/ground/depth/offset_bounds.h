@@ -40,13 +40,11 @@ public:
     /// Whether the column is ground; required by lift_at().
     bool is_ground() const { return is_ground_; }
     /// Lift at an offset, metres; minus infinity where they do not overlap in plan.
-    ///
-    /// @param floor a lift up to it may be returned as minus infinity
-    double lift_at(const Offset& at, double floor = -kAnyLift) const {
+    double lift_at(const Offset& at) const {
         LocalShape moved = shape_;
         moved.centre[0] += at.x;
         moved.centre[1] += at.y;
-        return compute_column_lift(moved, triangle_, floor);
+        return compute_column_lift(moved, triangle_);
     }
 
 private:

@@ -126,9 +126,9 @@ public:
         return row_ + static_cast<std::int64_t>(std::floor(y / spacing_ + 0.5));
     }
     double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
-    /// Columns that lifts over ranges too large for a window have tested, by which searches limit their work.
-    std::int64_t columns_tested() const { return columns_tested_; }
-    void add_columns_tested(std::int64_t count) const { columns_tested_ += count; }
+    /// Cells that lifts over ranges too large for a window have tested, by which searches limit their work.
+    std::int64_t cells_tested() const { return cells_tested_; }
+    void add_cells_tested(std::int64_t count) const { cells_tested_ += count; }
 
 private:
     void set_origin();
@@ -137,7 +137,7 @@ private:
     mutable GroundWindow window_;
     mutable CellRange error_cells_;  ///< of the last call of error()
     mutable double error_ = 0.0;     ///< its result
-    mutable std::int64_t columns_tested_ = 0;
+    mutable std::int64_t cells_tested_ = 0;
     double spacing_;
     double inverse_spacing_;
     double quantum_;

@@ -22,7 +22,7 @@ public:
     }
 
     const GroundLift& result() const { return result_; }
-    std::int64_t columns_tested() const { return columns_tested_; }
+    std::int64_t cells_tested() const { return cells_tested_; }
 
     bool wants(const CellPrism& prism) const {
         if (has_enough()) return false;
@@ -39,14 +39,11 @@ public:
     }
     void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
-        if (slabs_) {
-            ++columns_tested_;
-            if (take_corners(cell, column, row)) return;
-        }
+        ++cells_tested_;
+        if (slabs_ && take_corners(cell, column, row)) return;
         for (const Triangle& triangle : local_.triangles(cell, column, row)) take(triangle);
     }
     void take(const Triangle& triangle) {
-        ++columns_tested_;
         const double best = std::max(floor_, result_.lift);
         if (!(bound_column_lift(shape_, triangle) > best)) return;
         const double lift = compute_column_lift(shape_, triangle, best);
@@ -105,7 +102,7 @@ private:
     std::optional<BoxSlabs> slabs_;  ///< of a box
     double floor_;
     double enough_;
-    std::int64_t columns_tested_ = 0;
+    std::int64_t cells_tested_ = 0;
     GroundLift result_;
 };
 
@@ -196,7 +193,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     };
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
     take_at(lowest[0], lowest[1]);
-    if (visitor.columns_tested() == 0) {
+    if (visitor.cells_tested() == 0) {
         const Eigen::Vector3d over = find_point_over_ground(local, cells, moved, lowest);
         take_at(over[0], over[1]);
     }
@@ -211,7 +208,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         }
     }
     if (!visitor.has_enough()) visit_cells(local, cells, visitor);
-    local.add_columns_tested(visitor.columns_tested());
+    local.add_cells_tested(visitor.cells_tested());
     return visitor.result();
 }
 

@@ -19,8 +19,7 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
         if (shape.kind == ShapeKind::box) {
             for (const Eigen::Vector3d& axis : shape.axes) add_strip_along(axis[0], axis[1]);
         } else if (shape.hull->is_narrow) {
-            const LocalHull::Strip& strip = shape.hull->strip;
-            add_strip(strip.x, strip.y, strip.low, strip.high);
+            add_strip(shape.hull->strip);
         }
         return;
     }
@@ -28,12 +27,12 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
     core_length_ = length(shape.core);
 }
 
-void Underside::add_strip(double x, double y, double low, double high) {
+void Underside::add_strip(const LocalHull::Strip& strip) {
     constexpr double kSlack = 1e-9;        // metres
     constexpr double kRounding = 0x1p-46;  // share of the size
-    const double size = std::sqrt(x * x + y * y);
+    const double size = std::sqrt(strip.x * strip.x + strip.y * strip.y);
     const double slack = (kSlack + kRounding * (shape_.bounds[0] + shape_.bounds[1])) * size;
-    strips_[strip_count_++] = {x, y, low - slack, high + slack};
+    strips_[strip_count_++] = {strip.x, strip.y, strip.low - slack, strip.high + slack};
 }
 
 // Adds the strip of a box along one of its axes.
@@ -47,7 +46,7 @@ void Underside::add_strip_along(double axis_x, double axis_y) {
         const Eigen::Vector3d& axis = shape_.axes[i];
         reach += std::abs(x * axis[0] + y * axis[1]) * shape_.half[static_cast<Eigen::Index>(i)];
     }
-    add_strip(x, y, -reach, reach);
+    add_strip({x, y, -reach, reach});
 }
 
 double Underside::round_bottom(const CellPrism& prism) const {

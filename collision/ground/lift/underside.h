@@ -36,21 +36,15 @@ private:
         double x, y, z;  // z = plane.z + plane.x x + plane.y y
     };
 
-    // A strip that holds the outline of a box or hull seen from above, relative to the centre.
-    struct Strip {
-        double x, y;       // normal, not normalised
-        double low, high;  // of the shape along it, with some slack
-    };
-
-    void add_strip(double x, double y, double low, double high);
-    void add_strip_along(double x, double y);
+    void add_strip(const LocalHull::Strip& strip);
+    void add_strip_along(double axis_x, double axis_y);
     double round_bottom(const CellPrism& prism) const;
     // Whether a strip separates the shape from a rectangle, seen from above.
     bool is_beside(const CellPrism& prism) const {
         const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
         const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
         for (std::size_t i = 0; i < strip_count_; ++i) {
-            const Strip& strip = strips_[i];
+            const LocalHull::Strip& strip = strips_[i];
             const double at = strip.x * x + strip.y * y;
             const double reach = 0.5 * (std::abs(strip.x) * (prism.east - prism.west) +
                                         std::abs(strip.y) * (prism.north - prism.south));
@@ -62,7 +56,7 @@ private:
     const LocalShape& shape_;
     std::array<Plane, LocalHull::kMostPlanes> planes_;
     std::size_t count_ = 0;
-    std::array<Strip, 3> strips_;
+    std::array<LocalHull::Strip, 3> strips_;  // that hold the outline, with some slack
     std::size_t strip_count_ = 0;
     double run_ = 0.0;
     double core_length_ = 0.0;

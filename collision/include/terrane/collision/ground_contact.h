@@ -94,7 +94,8 @@ struct DistanceAnswer {
 ///
 /// Threads:   any number at once
 /// Allocates: nothing; up to 100 KB of stack
-/// Cost:      overlapping, microseconds where one triangle or a few decide, up to some 10 ms deep in rough ground
+/// Cost:      overlapping, microseconds where one triangle or a few decide, up to some 10 ms deep in rough ground,
+///            0.2 s for a shape of 100 m over rough cells of 1 m
 DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
                                const Ground& ground, double max_distance);
 
