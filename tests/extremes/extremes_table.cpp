@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Writes the table of extremes to the standard output, as the page docs/extremes.md or as JSON, and its progress to
-// the standard error. With --long it takes a quarter of an hour.
+// Writes the table of extremes to the standard output, as Markdown (chapter Extremes of docs/measurements.md) or as
+// JSON, and its progress to the standard error. With --long it takes a quarter of an hour.
 //
 //     extremes_table [--long] [--json] [ROW...]
 #include "extremes/table.h"

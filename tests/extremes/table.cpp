@@ -17,7 +17,7 @@ Each quantity is swept from one end of its range to the other: what is promised,
 ends and what is said far beyond. This page is the output of the command
 
 ```sh
-build/release/tests/extremes/extremes_table --long > docs/extremes.md
+build/release/tests/extremes/extremes_table --long > out/extremes.md
 ```
 
 The rows are in [tests/extremes](../tests/extremes/rows); the tests `ExtremeRows.*` hold every row to its promise and

@@ -28,7 +28,7 @@ MeasuredRow measure(const ExtremeRow& row, bool is_long,
 /// A number of the table: three significant digits, "1e-06" for instance.
 std::string figure_text(double value);
 
-/// The table as the page docs/extremes.md, which ends with a line feed.
+/// The table as in docs/measurements.md, chapter Extremes; ends with a line feed.
 std::string to_markdown(std::span<const MeasuredRow> rows);
 
 /// The table as one JSON object; figures that are not finite are null.

@@ -67,7 +67,7 @@ void add_preset_option(CLI::App& command) {
             },
             "fast, balanced or accurate: values of those of --budget, --max-error-px, "
             "--memory-mb, --dt and --substep that are flags of this command and not given; see "
-            "docs/trade.md")
+            "docs/measurements.md")
         ->type_name("NAME");
 }
 

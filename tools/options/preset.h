@@ -25,7 +25,7 @@ struct Preset {
     std::array<PresetFlag, 5> flags;
 };
 
-/// fast, balanced and accurate: points of the fronts that `terrane trade` measures, see docs/trade.md.
+/// fast, balanced and accurate: points of the fronts that `terrane trade` measures, see docs/measurements.md.
 const std::array<Preset, 3>& presets();
 
 /// The value of a preset's flag as a number; absent for a flag that presets do not set.
