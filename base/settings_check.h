@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/number_text.h>
-#include <terrane/terrain/result.h>
+#include <terrane/base/result.h>
+#include <terrane/base/text.h>
 
 #include <string>
 

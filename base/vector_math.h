@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -80,6 +81,35 @@ inline double determinant(const Eigen::Matrix3d& m) {
 
 inline bool is_finite(const Eigen::Vector3d& a) {
     return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
+}
+
+/// Tangent of an angle, radians, |x| below pi / 2, without libm, so that bits do not depend on the C library; exact to
+/// a few units in the last place.
+///
+/// Source: J. H. Lambert, 1761 (its continued fraction).
+inline double tangent(double x) {
+    if (x == 0.0) return 0.0;
+    double tail = 0.0;
+    for (int odd = 41; odd >= 1; odd -= 2) tail = x * x / (static_cast<double>(odd) - tail);
+    return tail / x;
+}
+
+/// Corners of a triangle, which may be a segment or a point.
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+/// Upper bound of the distance of a point from a closed triangle, but for a relative rounding of 2^-50; with the same
+/// bits with every compiler. Above the distance by at most 2^-48 of the distance to a corner, divided by the ratio of
+/// the triangle's height to its longest edge; a triangle of a ratio below 1e-9 counts as its edges.
+double distance_to_triangle(const Eigen::Vector3d& p, const Corners& triangle);
+
+/// Largest distance of a point of a box from its centre along an axis, both in the box's frame.
+inline double reach_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& half_extents) {
+    return std::abs(axis[0]) * half_extents[0] + std::abs(axis[1]) * half_extents[1] +
+           std::abs(axis[2]) * half_extents[2];
+}
+
+inline double norm1(const Eigen::Vector3d& v) {
+    return std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
 }
 
 }  // namespace terrane::internal

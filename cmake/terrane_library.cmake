@@ -31,9 +31,9 @@ include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)
 
 # terrane_glob_rooms(<out> rooms...)
 #
-# The sources of some folders, without their sub-folders, in the order given; each room becomes one
-# translation unit where CMAKE_UNITY_BUILD is on. Sources named *_avx2.cpp and *_avx512.cpp are left out: they are
-# compiled with flags of their own.
+# The sources of some folders, without their sub-folders, in the order given. Where CMAKE_UNITY_BUILD is on, the sources
+# of a room are one translation unit; a source whose names clash with those of its room sets SKIP_UNITY_BUILD_INCLUSION.
+# Sources named *_avx2.cpp and *_avx512.cpp are left out: they are compiled with flags of their own.
 function(terrane_glob_rooms out)
     set(all)
     foreach(room IN LISTS ARGN)
@@ -49,30 +49,37 @@ function(terrane_glob_rooms out)
     set(${out} ${all} PARENT_SCOPE)
 endfunction()
 
-# The standard library, Eigen and tl::expected: most of what a source of Terrane reads before its own lines. Sources
-# still include what they use: tools/check compiles those that changed without this.
+# The standard library, Eigen and tl::expected: most of what a source of Terrane reads before its own lines. All
+# libraries share the precompiled header of terrane_base; a target that names headers of its own gets another one.
+# Sources still include what they use: tools/check compiles those that changed without this.
 option(TERRANE_PRECOMPILED_HEADERS "Precompile the headers that most sources include" ON)
 function(terrane_precompile_headers target)
-    if(TERRANE_PRECOMPILED_HEADERS)
+    if(NOT TERRANE_PRECOMPILED_HEADERS)
+        return()
+    endif()
+    if(ARGN OR target STREQUAL "terrane_base")
         target_precompile_headers(${target} PRIVATE
             <algorithm> <array> <cmath> <cstddef> <cstdint> <functional> <limits> <map> <memory> <optional>
-            <span> <string> <string_view> <utility> <vector> <Eigen/Core> <tl/expected.hpp> ${ARGN})
+            <span> <string> <string_view> <utility> <vector> <Eigen/Geometry> <tl/expected.hpp> ${ARGN})
+    else()
+        target_precompile_headers(${target} REUSE_FROM terrane_base)
     endif()
 endfunction()
 
-# terrane_add_library(NAME name ROOMS ... HEADERS ... PUBLIC_LINK ... PRIVATE_LINK ...)
+# terrane_add_library(NAME name ROOMS ... PUBLIC_LINK ... PRIVATE_LINK ...)
 #
 # Makes terrane_<name> with the alias terrane::<name> from the sources in ROOMS, which are folders from the lowest
-# floor up (docs/rooms.md). Public headers live in include/terrane/<name>/; a wrong include across components
+# up (docs/rooms.md). Public headers are all of include/terrane/<name>/; a wrong include across components
 # does not compile, because a target sees only the include folders of what it links. Private includes name their room,
 # from the component's folder; those of base/ are seen by all.
 function(terrane_add_library)
-    cmake_parse_arguments(arg "" "NAME" "ROOMS;SOURCES;HEADERS;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
+    cmake_parse_arguments(arg "" "NAME" "ROOMS;SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
     set(target terrane_${arg_NAME})
     terrane_glob_rooms(sources ${arg_ROOMS})
     add_library(${target} ${sources} ${arg_SOURCES})
     add_library(terrane::${arg_NAME} ALIAS ${target})
-    target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
+    file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} include/terrane/${arg_NAME}/*.h)
+    target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${headers})
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR} ${PROJECT_SOURCE_DIR})
     target_link_libraries(${target} PUBLIC ${arg_PUBLIC_LINK}
         PRIVATE $<BUILD_INTERFACE:terrane_options> ${arg_PRIVATE_LINK})
@@ -86,7 +93,7 @@ function(terrane_add_library)
         VERSION ${PROJECT_VERSION}
         SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
         VERIFY_INTERFACE_HEADER_SETS ON)
-    terrane_limit_exports(${target} ${arg_HEADERS})
+    terrane_limit_exports(${target} ${headers})
 
     # What needs a library of others is a package of its own (terrane_packages.cmake).
     set(foreign ${arg_PRIVATE_LINK})

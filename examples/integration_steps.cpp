@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Parts of a simulator's integration, as docs/integration.md shows them, and a main() that runs them.
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -3,7 +3,7 @@
 
 // Where the bodies of an example were: a CSV file for plot_motion.py, if the program is given its name.
 
-#include <terrane/terrain/math.h>
+#include <terrane/base/math.h>
 
 #include <cstdio>
 #include <string>

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The extension module terrane._terrane: terrane/__init__.py makes a package of it.
-#include "bodies/shapes.h"
-#include "bodies/worlds.h"
-#include "ground/meshes.h"
-#include "ground/pager.h"
-#include "ground/sources.h"
-#if TERRANE_PYTHON_RENDER
-#include "pictures/renderer.h"
-#endif
+#include "bodies.h"
+#include "terrain.h"
 
 #include <pybind11/pybind11.h>
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The program `terrane`: parses the command line, runs the subcommand, and reports an error as one line on standard
 // error and an exit code.
-#include "options/command.h"
-#include "options/parse_errors.h"
+#include "program/command.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,11 +1,266 @@
 // SPDX-License-Identifier: MIT
-#include "broadphase/kept_pairs.h"
+#include "broadphase/pair_list.h"
 #include "broadphase/row_grid.h"
 #include "broadphase/sweep_and_prune.h"
 
-#include <terrane/terrain/assert.h>
+#include <terrane/base/result.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Boxes enlarged by a skin, kept while the bodies stay inside: pairs of enlarged boxes hold all pairs of boxes.
+///
+/// Sources:    L. Verlet. Computer "experiments" on classical fluids I. 1967 (lists of neighbours with a skin).
+/// Deviations: the skin is a share of each body's own size, so that sizes may differ by any factor. A few bodies that
+///             leave their boxes get new ones alone. Where all leave soon, boxes are not enlarged for a while.
+class FatBoxes {
+public:
+    /// What the last update() did.
+    enum class Change {
+        none,    ///< every body is inside its enlarged box, as before
+        few,     ///< those of moved() have left, and have new enlarged boxes
+        all,     ///< every enlarged box is new
+        without  ///< there are no enlarged boxes
+    };
+
+    /// Linear in the bodies.
+    Change update(std::span<const Aabb> boxes);
+
+    /// Enlarged boxes; an empty one where the box is empty. Of no use after Change::without.
+    std::span<const Aabb> boxes() const { return fat_; }
+    /// Ascending. After Change::few.
+    std::span<const std::uint32_t> moved() const { return moved_; }
+    /// Bodies read or written by the last update().
+    std::uint64_t operations() const { return operations_; }
+
+private:
+    void find_moved(std::span<const Aabb> boxes);
+    void enlarge(const Aabb& box, Aabb& fat_out) const;
+
+    std::vector<Aabb> fat_;
+    std::vector<std::uint32_t> moved_;
+    std::size_t count_ = 0;  ///< of the last update
+    bool is_kept_ = false;   ///< whether the enlarged boxes are those of the last update
+    int age_ = 0;            ///< updates since all enlarged boxes were new
+    int wait_ = 0;           ///< updates until skins are tried again
+    int next_wait_ = 0;
+    std::uint64_t operations_ = 0;
+};
+
+/// Pairs of a method, kept while the bodies stay inside enlarged boxes: until then only their own boxes are compared,
+/// and the order needs no sorting.
+///
+/// @tparam Method update(boxes), visit_pairs(take), candidate_count() and update_operations() of SweepAndPrune
+template <class Method>
+class KeptPairs {
+public:
+    explicit KeptPairs(double margin) : margin_(margin), method_(margin) {}
+
+    /// @param boxes [bodies] read by this call only, and by find() until enlarged boxes are kept
+    void update(std::span<const Aabb> boxes) {
+        count_ = boxes.size();
+        const FatBoxes::Change change = fat_.update(boxes);
+        update_operations_ = fat_.operations();
+        is_kept_ = change != FatBoxes::Change::without;
+        if (change == FatBoxes::Change::none) return;
+        // Pairs of an earlier update were not asked for: search once for all of them.
+        const bool is_pending = is_stale_ || !moved_.empty();
+        if (change == FatBoxes::Change::few && !is_pending) {
+            moved_.assign(fat_.moved().begin(), fat_.moved().end());
+            return;
+        }
+        moved_.clear();
+        is_stale_ = is_kept_;
+        method_.update(is_kept_ ? fat_.boxes() : boxes);
+        update_operations_ += method_.update_operations();
+    }
+
+    /// The pairs (i, j) for which is_pair(i, j), ascending. It must be false where boxes do not overlap.
+    template <class IsPair>
+    std::span<const BodyPair> find(IsPair&& is_pair) {
+        if (!is_kept_) {
+            collect(is_pair);
+            candidate_count_ = method_.candidate_count();
+            return candidates_.sorted();
+        }
+        candidate_count_ = 0;
+        const auto are_near = [fat = fat_.boxes(), this](std::uint32_t i, std::uint32_t j) {
+            return overlap(fat[i], fat[j], margin_);
+        };
+        if (is_stale_) {
+            collect(are_near);
+            candidate_count_ = method_.candidate_count();
+            is_stale_ = false;
+        }
+        if (!moved_.empty()) replace_moved(are_near);
+        const std::span<const BodyPair> kept = candidates_.sorted();
+        candidate_count_ += kept.size();
+        found_.resize(kept.size());
+        std::size_t count = 0;
+        for (const BodyPair& pair : kept) {
+            found_[count] = pair;
+            count += static_cast<std::size_t>(is_pair(pair.a, pair.b));
+        }
+        return std::span(found_).first(count);
+    }
+
+    std::uint64_t candidate_count() const { return candidate_count_; }
+    std::uint64_t update_operations() const { return update_operations_; }
+
+private:
+    template <class IsPair>
+    void collect(IsPair&& is_pair) {
+        candidates_.clear();
+        method_.visit_pairs([&](std::uint32_t i, std::uint32_t j) {
+            if (is_pair(i, j)) candidates_.add(i, j);
+        });
+        candidates_.sort(count_);
+    }
+
+    // New pairs of the bodies that have new enlarged boxes.
+    template <class AreNear>
+    void replace_moved(AreNear&& are_near) {
+        is_moved_.resize(count_, 0);
+        for (const std::uint32_t i : moved_) is_moved_[i] = 1;
+        candidates_.restart_without(
+            [&](const BodyPair& pair) { return (is_moved_[pair.a] | is_moved_[pair.b]) != 0; });
+        for (const std::uint32_t i : moved_) {
+            for (std::uint32_t j = 0; j < count_; ++j) {
+                if (!are_near(i, j) || i == j || (is_moved_[j] != 0 && j < i)) continue;
+                candidates_.add(i, j);
+            }
+            candidate_count_ += count_;
+        }
+        candidates_.sort(count_);
+        for (const std::uint32_t i : moved_) is_moved_[i] = 0;
+        moved_.clear();
+    }
+
+    double margin_;
+    std::size_t count_ = 0;  ///< bodies
+    FatBoxes fat_;
+    Method method_;
+    PairList candidates_;
+    std::vector<BodyPair> found_;
+    std::vector<std::uint32_t> moved_;    ///< whose pairs are those of their former boxes
+    std::vector<std::uint8_t> is_moved_;  ///< [bodies] while pairs are replaced
+    bool is_kept_ = false;                ///< whether there are enlarged boxes
+    bool is_stale_ = false;  ///< whether `candidates_` are those of former enlarged boxes
+    std::uint64_t candidate_count_ = 0;
+    std::uint64_t update_operations_ = 0;
+};
+
+void PairList::sort(std::size_t body_count) {
+    first_.assign(body_count + 1, 0);
+    for (const BodyPair& pair : found_) ++first_[pair.a + 1];
+    for (std::size_t i = 1; i <= body_count; ++i) first_[i] += first_[i - 1];
+    sorted_.resize(found_.size());
+    for (const BodyPair& pair : found_) sorted_[first_[pair.a]++] = pair;
+    // Now first_[i] is where the pairs of body i end.
+    std::size_t begin = 0;
+    while (begin < sorted_.size()) {
+        const std::size_t end = first_[sorted_[begin].a];
+        std::sort(sorted_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  sorted_.begin() + static_cast<std::ptrdiff_t>(end),
+                  [](const BodyPair& x, const BodyPair& y) { return x.b < y.b; });
+        begin = end;
+    }
+}
+
+namespace {
+
+// Skin on each side, as a share of the box's longest side. Larger ones last longer but have more pairs: measured, an
+// eighth to a half cost the same for spheres that move by 1/60 of their diameter.
+constexpr double kSkin = 0.125;
+// Bodies that get new boxes alone: each is compared with all others, which costs a few percent of a new list.
+constexpr std::size_t kMostMoved = 8;
+// A list that lasted for fewer updates than this cost more than it saved.
+constexpr int kLeastAge = 3;
+// Updates without skins after such a list; twice as many after the next one, up to the limit.
+constexpr int kFirstWait = 2;
+constexpr int kMostWait = 64;
+
+bool contains(const Aabb& fat, const Aabb& box) {
+    int is = 1;
+    for (int i = 0; i < 3; ++i) {
+        is &= static_cast<int>(fat.low[i] <= box.low[i]) &
+              static_cast<int>(box.low[i] <= box.high[i]) &
+              static_cast<int>(box.high[i] <= fat.high[i]);
+    }
+    return is != 0;
+}
+
+bool is_empty(const Aabb& fat) { return !(fat.low[0] <= fat.high[0]); }
+
+}  // namespace
+
+FatBoxes::Change FatBoxes::update(std::span<const Aabb> boxes) {
+    operations_ = 0;
+    moved_.clear();
+    if (boxes.size() != count_) {
+        // Nothing is known of how they move; skins from the next update on.
+        count_ = boxes.size();
+        is_kept_ = false;
+        wait_ = 1;
+        next_wait_ = kFirstWait;
+    }
+    if (is_kept_) {
+        find_moved(boxes);
+        ++age_;
+        if (moved_.empty()) return Change::none;
+        if (moved_.size() <= kMostMoved) {
+            for (const std::uint32_t i : moved_) enlarge(boxes[i], fat_[i]);
+            return Change::few;
+        }
+        is_kept_ = false;
+        if (age_ >= kLeastAge) {
+            next_wait_ = kFirstWait;
+        } else {
+            wait_ = next_wait_;
+            next_wait_ = std::min(2 * next_wait_, kMostWait);
+        }
+    }
+    if (wait_ > 0) {
+        --wait_;
+        return Change::without;
+    }
+    fat_.resize(count_);
+    for (std::size_t i = 0; i < count_; ++i) enlarge(boxes[i], fat_[i]);
+    operations_ += count_;
+    is_kept_ = true;
+    age_ = 0;
+    return Change::all;
+}
+
+// Collects the bodies that have left their enlarged boxes, at most one more than get new boxes alone.
+void FatBoxes::find_moved(std::span<const Aabb> boxes) {
+    for (std::size_t i = 0; i < count_; ++i) {
+        if (contains(fat_[i], boxes[i])) continue;
+        if (is_empty(fat_[i]) && !is_box(boxes[i])) continue;
+        moved_.push_back(static_cast<std::uint32_t>(i));
+        if (moved_.size() > kMostMoved) break;
+    }
+    operations_ += count_;
+}
+
+void FatBoxes::enlarge(const Aabb& box, Aabb& fat_out) const {
+    if (!is_box(box)) {
+        fat_out = empty_box();
+        return;
+    }
+    const double skin = kSkin * (box.high - box.low).maxCoeff();
+    for (int i = 0; i < 3; ++i) {
+        fat_out.low[i] = std::max(box.low[i] - skin, -kLargestCoordinate);
+        fat_out.high[i] = std::min(box.high[i] + skin, kLargestCoordinate);
+    }
+}
+
+}  // namespace terrane::internal
 
 namespace terrane {
 namespace {

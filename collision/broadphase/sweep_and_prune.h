@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "broadphase/box_columns.h"
+#include "broadphase/pair_list.h"
 
 namespace terrane::internal {
 

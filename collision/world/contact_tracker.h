@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/islands/island_solver.h"
-#include "bodies/slot_ids.h"
+#include "world/island_solver.h"
+#include "world/solver/body_checks.h"
 
-#include <terrane/collision/contact_event.h>
+#include <terrane/collision/body.h>
 
 #include <span>
 #include <vector>

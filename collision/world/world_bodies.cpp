@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/step/offset_surface.h"
+#include "world/solver/body_step.h"
 #include "world/world_state.h"
 
 #include <algorithm>

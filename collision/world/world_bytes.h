@@ -3,9 +3,12 @@
 
 #include "base/vector_math.h"
 
-#include <terrane/collision/shape_feature.h>
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/math.h>
+#include <terrane/base/text.h>
+#include <terrane/collision/body.h>
+#include <terrane/collision/query.h>
+#include <terrane/collision/shapes.h>
+#include <terrane/collision/vehicle.h>
 
 #include <bit>
 #include <cmath>
@@ -14,6 +17,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 // Fields of a saved world as bytes: little-endian, fixed width, no padding. A writer and a reader have the same
@@ -207,5 +211,86 @@ inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     }
     return hash;
 }
+
+// Settings of vehicles and characters as fields. Fields that BodySettings holds too are stored there only. Ranges are
+// those of check_vehicle() and check_character().
+
+/// What a body is, besides a body.
+enum class BodyRole : std::uint8_t { plain, vehicle, character };
+
+template <class Stream>
+void list_axle(Stream& stream, auto& axle) {
+    stream.length("axle position", axle.position);
+    stream.length("track", axle.track);
+    stream.length("max_steer", axle.max_steer);
+    stream.flag("is_driven", axle.is_driven);
+    stream.length("anti_roll", axle.anti_roll);
+}
+
+/// Without the shapes: those are the first parts of the chassis' compound.
+template <class Stream>
+void list_vehicle_settings(Stream& stream, auto& settings) {
+    constexpr std::size_t kAxleBytes = 33;
+    stream.list("axles", settings.axles, kAxleBytes,
+                [&stream](auto& axle) { list_axle(stream, axle); });
+    for (auto* value :
+         {&settings.centre_of_mass_height, &settings.wheel_radius, &settings.suspension_travel,
+          &settings.suspension_hertz, &settings.damping_ratio, &settings.tyre_friction,
+          &settings.side_grip, &settings.max_drive_force, &settings.max_drive_power,
+          &settings.max_brake_force, &settings.rolling_resistance, &settings.drag_area}) {
+        stream.length("vehicle setting", *value);
+    }
+    stream.flag("is_tracked", settings.is_tracked);
+}
+
+template <class Stream>
+void list_character_settings(Stream& stream, auto& settings) {
+    for (auto* value : {&settings.max_slope, &settings.max_step, &settings.strength,
+                        &settings.air_acceleration}) {
+        stream.length("character setting", *value);
+    }
+}
+
+// Shapes as fields. A hull is its vertices and a compound its parts: create() makes the same bits of them again. Hulls
+// and compounds that share their data are written once.
+
+/// Writes shapes, and knows which hulls and compounds it has written.
+class ShapeWriter {
+public:
+    explicit ShapeWriter(FieldWriter& out) : out_(out) {}
+
+    void write(const Shape& shape);
+
+private:
+    void write_shape(const Sphere& sphere);
+    void write_shape(const Capsule& capsule);
+    void write_shape(const Box& box);
+    void write_shape(const ConvexHull& hull);
+    void write_shape(const Compound& compound);
+    using Indices = std::unordered_map<const void*, std::uint32_t>;
+    bool write_index(Indices& known, const void* data);
+
+    FieldWriter& out_;
+    Indices hulls_, compounds_;  // of shared data, in the order in which it was written
+};
+
+/// Reads what a ShapeWriter has written.
+class ShapeReader {
+public:
+    explicit ShapeReader(FieldReader& in) : in_(in) {}
+
+    /// A sphere where the reader fails.
+    Shape read();
+
+private:
+    template <class AnyShape>
+    AnyShape read_kind(std::uint32_t last_kind);
+    ConvexHull read_hull();
+    Compound read_compound();
+
+    FieldReader& in_;
+    std::vector<ConvexHull> hulls_;
+    std::vector<Compound> compounds_;
+};
 
 }  // namespace terrane::internal

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bodies/islands/island_solver.h"
-#include "bodies/slot_ids.h"
-#include "bodies/step/collision_step.h"
-#include "character/character_parts.h"
-#include "vehicles/vehicle_parts.h"
+#include "broadphase/body_queries.h"
 #include "world/contact_tracker.h"
-#include "world/queries/world_queries.h"
+#include "world/island_solver.h"
+#include "world/solver/body_checks.h"
+#include "world/solver/body_step.h"
+#include "world/vehicle/character_parts.h"
+#include "world/vehicle/vehicle_parts.h"
 
 #include <terrane/collision/world.h>
 
@@ -67,7 +67,7 @@ struct World::State {
     Result<void> check_force(std::size_t index, const Eigen::Vector3d& force) const;
     Result<void> check_torque(std::size_t index, const Eigen::Vector3d& torque) const;
 
-    // ---- Steps (world_step.cpp, world_sleep.cpp) ----
+    // ---- Steps (world_step.cpp, world_step.cpp) ----
 
     StepReport step(const Ground& ground, double dt);
 
@@ -82,7 +82,7 @@ struct World::State {
     void load_vehicle(std::size_t index, const BodySettings& own, internal::FieldReader& in);
     void load_character(std::size_t index, const BodySettings& own, internal::FieldReader& in);
 
-    // ---- Queries (world_query.cpp) ----
+    // ---- Queries (world.cpp) ----
 
     /// The bodies at their present poses.
     internal::QueryScene scene(const Ground& ground) const;

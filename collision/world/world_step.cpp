@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources:    Catto. Solver2D. 2024 (contacts found once a step, substeps on them).
-//             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
-// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
-//             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
-//             islands' solution.
-#include "bodies/body_checks.h"
-#include "bodies/step/body_depth.h"
+// Islands that fall asleep and wake up.
+#include "world/solver/body_checks.h"
+#include "world/solver/body_step.h"
 #include "world/world_state.h"
 
 #include <algorithm>
@@ -14,6 +10,168 @@
 #include <exception>
 
 namespace terrane {
+namespace {
+
+constexpr double kSleepSpeed = 0.03;  // metres a second, of the fastest point
+constexpr double kSleepDelay = 0.5;   // seconds
+
+}  // namespace
+
+void World::State::wake_group(std::uint32_t group) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        if (!is_asleep(i) || sleep_groups[i] != group) continue;
+        states[i].condition = BodyCondition::awake;
+        quiet_times[i] = 0.0;
+        show_to_drives(i);
+    }
+}
+
+/// Puts islands to sleep whose bodies have been slow and supported for kSleepDelay. An island that a driving body
+/// touches stays awake.
+void World::State::fall_asleep(double dt) {
+    const internal::Islands& islands = island_solver.islands();
+    for (std::size_t island = 0; island < islands.count(); ++island) {
+        const std::span<const std::uint32_t> members = islands.bodies(island);
+        const bool has_links = !islands.links(island).empty();
+        bool is_quiet = !island_solver.is_driven(island);
+        for (const std::uint32_t body : members) {
+            if (states[body].condition == BodyCondition::parked) {  // no time passes for it
+                is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
+                continue;
+            }
+            const internal::Vehicle* const vehicle = vehicles[body].get();
+            const bool is_held =
+                has_links || totals[body].touches || (vehicle != nullptr && vehicle->is_standing());
+            const internal::Character* const character = characters[body].get();
+            const bool may_sleep = (vehicle == nullptr || vehicle->is_braked()) &&
+                                   (character == nullptr || character->is_idle());
+            // Separation of overlaps has no velocity.
+            const double moved =
+                internal::greatest_move(bodies[body], before[body].pose, bodies[body].pose);
+            const bool is_slow =
+                states[body].condition == BodyCondition::awake && is_held && may_sleep &&
+                internal::greatest_speed(bodies[body]) < kSleepSpeed && moved < kSleepSpeed * dt;
+            quiet_times[body] = is_slow ? quiet_times[body] + dt : 0.0;
+            is_quiet = is_quiet && quiet_times[body] >= kSleepDelay;
+        }
+        if (!is_quiet) continue;
+        for (const std::uint32_t body : members) put_to_sleep(body, members.front());
+    }
+}
+
+void World::State::put_to_sleep(std::size_t index, std::uint32_t group) {
+    bodies[index].velocity = {};
+    states[index].velocity.setZero();
+    states[index].angular_velocity.setZero();
+    states[index].condition = BodyCondition::asleep;
+    sleep_groups[index] = group;
+    ground_contacts[index].forget_proof();
+    show_to_drives(index);
+}
+
+// What drives a world's vehicles and characters. Wheels are cast once a collision step through the bodies and the
+// ground, and exert their forces in the substeps of the islands; feet drive contacts there.
+
+using internal::Mobility;
+using internal::StepStart;
+
+void World::State::begin_drives(const Ground& ground, double duration) {
+    if (vehicle_slots.empty() && character_slots.empty()) return;
+    touch();
+    const internal::QueryScene now = scene(ground);
+    cast_wheels(now);
+    team.run_blocks(character_slots.size(), 1, [&](std::size_t i) {
+        const std::uint32_t slot = character_slots[i];
+        if (!is_stepped(slot) || starts[slot].kind != StepStart::Kind::moving) return;
+        characters[slot]->begin_collision_step(bodies[slot], {now, bodies, ids.id(slot)}, duration);
+    });
+}
+
+/// Casts the wheels of the vehicles, of sleeping ones too: a body that moves under a wheel wakes its vehicle.
+void World::State::cast_wheels(const internal::QueryScene& now) {
+    team.run_blocks(vehicle_slots.size(), 1, [&](std::size_t i) {
+        const std::uint32_t slot = vehicle_slots[i];
+        const bool is_moving = is_stepped(slot) && starts[slot].kind == StepStart::Kind::moving;
+        if (!is_moving && !is_asleep(slot)) return;
+        internal::Vehicle& vehicle = *vehicles[slot];
+        if (!vehicle.cast_wheels(bodies[slot], ids.id(slot), now)) {
+            starts[slot].kind = StepStart::Kind::unresident;
+            return;
+        }
+        vehicle.wheels().begin_collision_step(bodies[slot].pose, bodies);
+    });
+    wheel_links.clear();
+    for (const std::uint32_t slot : vehicle_slots) {
+        for (const internal::WheelContact& contact : vehicles[slot]->wheels().contacts()) {
+            if (!contact.touches || contact.body == internal::kNone) continue;
+            const BodyPair link{std::min(slot, contact.body), std::max(slot, contact.body)};
+            if (wheel_links.empty() || !(wheel_links.back() == link)) wheel_links.push_back(link);
+        }
+    }
+}
+
+/// Those of moving bodies act.
+void World::State::choose_drives() {
+    wheel_sets.clear();
+    feet.clear();
+    if (!vehicle_slots.empty()) wheel_sets.resize(bodies.size(), nullptr);
+    if (!character_slots.empty()) feet.resize(bodies.size(), nullptr);
+    for (const std::uint32_t slot : vehicle_slots) {
+        if (mobility[slot] == Mobility::moving) wheel_sets[slot] = &vehicles[slot]->wheels();
+    }
+    for (const std::uint32_t slot : character_slots) {
+        if (mobility[slot] == Mobility::moving) feet[slot] = &characters[slot]->feet();
+    }
+}
+
+/// Steps of stopped characters, one after the other: each sees where the others are.
+void World::State::end_drives(const Ground& ground, double duration) {
+    for (const std::uint32_t slot : character_slots) {
+        internal::Character& character = *characters[slot];
+        const WorldPos& start = starts[slot].pose.translation;
+        if (!is_stepped(slot) || mobility[slot] != Mobility::moving ||
+            !character.is_stopped(bodies[slot], start, duration)) {
+            continue;
+        }
+        touch();
+        const internal::QueryScene now = scene(ground);
+        character.end_collision_step(bodies[slot], {now, bodies, ids.id(slot)}, start, duration);
+    }
+}
+
+void World::State::show_to_drives(std::size_t index) {
+    if (vehicles[index] != nullptr) vehicles[index]->show(states[index]);
+    if (characters[index] != nullptr) characters[index]->show(states[index]);
+}
+
+void World::State::finish_drives(const Ground& ground, double dt, StepReport& report) {
+    for (const std::uint32_t slot : character_slots) characters[slot]->show(states[slot]);
+    if (vehicle_slots.empty()) return;
+    touch();
+    const internal::QueryScene now = scene(ground);
+    for (const std::uint32_t slot : vehicle_slots) {
+        internal::Vehicle& vehicle = *vehicles[slot];
+        if (!is_stepped(slot)) {
+            vehicle.show(states[slot]);
+            continue;
+        }
+        // Where ground under a wheel is not resident, the contacts of the last collision step stand.
+        vehicle.cast_wheels(bodies[slot], ids.id(slot), now);
+        vehicle.end_step(states[slot], now, totals[slot].touches, dt);
+        if (!settings.measure_depth) continue;
+        const double depth = vehicle.wheel_depth(ground);
+        report.max_depth_m = std::max(report.max_depth_m, depth);
+        const internal::RigidBody& body = bodies[slot];
+        if (depth > body.tolerance && !body.started_deep) ++report.too_deep;
+    }
+}
+
+// Sources:    Catto. Solver2D. 2024 (contacts found once a step, substeps on them).
+//             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
+// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
+//             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
+//             islands' solution.
+
 namespace {
 
 using internal::Mobility;

@@ -4,7 +4,7 @@ import math
 
 from svg import Axes, Figure
 
-# terrain/source/noise/noise.h: suprema of noise of wavelength 1.
+# terrain/source/fractal/noise.h: suprema of noise of wavelength 1.
 NOISE_SUP, NOISE_SLOPE, NOISE_CURVATURE = 0.70710678118655, 2.08, 9.3
 # terrane/terrain/fractal_heights.h: the defaults of FractalSettings.
 OCTAVE_COUNT, AMPLITUDE, WAVELENGTH, GAIN = 12, 800.0, 4096.0, 0.5
@@ -15,7 +15,7 @@ def octave(i):
 
 
 def octave_terms(i, hypotenuse):
-    """By supremum, slope and curvature: terrain/source/fractal/octave_bounds.cpp."""
+    """By supremum, slope and curvature: terrain/source/fractal/fractal_bounds.cpp."""
     amplitude, wavelength = octave(i)
     radius = 0.5 * hypotenuse / wavelength
     return (2.0 * NOISE_SUP * amplitude, NOISE_SLOPE * radius * amplitude, 0.5 * NOISE_CURVATURE * radius ** 2 * amplitude)

@@ -4,7 +4,7 @@ import math
 
 from svg import Axes, Figure
 
-LOCAL_CELLS = 64  # how far from the origin of its frame a cast looks at ground: collision/ground/cast
+LOCAL_CELLS = 64  # how far from the origin of its frame a cast looks at ground: collision/ground/heightfield
 
 
 def spacing_of_numbers(value, bits):

@@ -199,7 +199,7 @@ FULL = RATIO ** 2 / (RATIO ** 2 - 1.0)
 
 
 def share(priority):
-    """Of a vertex, its priority in thresholds: lod/mesh/morph.cpp."""
+    """Of a vertex, its priority in thresholds: lod/morph.cpp."""
     return min(max(FULL * (1.0 - 1.0 / priority ** 2), 0.0), 1.0)
 
 

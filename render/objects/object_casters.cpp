@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "objects/object_casters.h"
 
-#include "gl/gl_error.h"
+#include "gl/gl_object.h"
 #include "gl/shader.h"
-#include "objects/store/object_layout.h"
+#include "objects/mesh_store.h"
 
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/text.h>
 
 #include <cstring>
 #include <limits>

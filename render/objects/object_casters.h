@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "gl/stream_buffer.h"
+#include "gl/frame_resources.h"
+#include "light/shadow_maps.h"
 #include "objects/object_draws.h"
-#include "objects/object_programs.h"
-#include "shadow/sun_cascades.h"
 
 #include <terrane/scene/scene_draws.h>
 

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "objects/store/impostor_store.h"
-#include "objects/store/mesh_store.h"
+#include "gl/gl_object.h"
+#include "objects/mesh_store.h"
 
+#include <terrane/base/result.h>
 #include <terrane/scene/mesh_clusters.h>
+#include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/view.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace terrane::internal {
 
@@ -28,6 +35,70 @@ struct BillboardDraw {
     const StoredImpostor* impostor = nullptr;
     std::uint32_t first_instance = 0, instance_count = 0;
     std::uint32_t first_copy = 0, small_count = 0;
+};
+
+/// A program that draws billboards of an impostor, and its uniforms.
+struct ImpostorProgram {
+    GlProgram program;
+    GLint first_instance = -1, centre = -1, half_box = -1, views = -1, radius = -1, texels = -1;
+
+    /// Sets the uniforms of the current program.
+    void set(const StoredImpostor& impostor, std::uint32_t first) const;
+};
+/// Fails: device_unavailable where the program is refused
+Result<ImpostorProgram> make_impostor_program(const std::string& name, std::string_view vertex,
+                                              std::string_view fragment);
+
+/// The programs that draw a scene's objects.
+struct ObjectPrograms {
+    GlProgram meshes, particles;
+    ImpostorProgram impostors;        ///< blend views, and follow their depth
+    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view alone
+    GlVertexArray object_layout, no_layout;
+
+    /// Fails: device_unavailable where a program is refused
+    ///
+    /// @param sample_count of the picture
+    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
+    static Result<ObjectPrograms> create(int sample_count, const std::string& lighting);
+};
+
+/// A command of glMultiDrawElementsIndirect().
+struct PartCommand {
+    std::uint32_t index_count = 0, instance_count = 0, first_index = 0;
+    std::int32_t base_vertex = 0;
+    std::uint32_t first_instance = 0;
+};
+static_assert(sizeof(PartCommand) == 20);
+
+/// Splits the draws of meshes with clusters into commands that leave out clusters which face away.
+///
+/// Triangles keep their order. An instance is drawn whole where it morphs, where the near plane may clip it, and where
+/// few triangles would be left out.
+class SolidParts {
+public:
+    /// Replaces the commands of the frame before; draws without clusters get none.
+    ///
+    /// @param solids        gets `has_parts`, `first_part` and `part_count`
+    /// @param subpixel_bits of the device's window coordinates: GL_SUBPIXEL_BITS
+    void prepare(std::span<SolidDraw> solids, std::span<const ObjectInstance> instances,
+                 const View& view, int subpixel_bits);
+
+    void clear();
+    std::span<const PartCommand> commands() const { return commands_; }
+    /// Triangles of draws that no command has.
+    std::size_t culled_triangles() const { return culled_triangles_; }
+
+private:
+    void add_instance(const SolidDraw& draw, const ObjectInstance& instance, std::uint32_t number,
+                      const View& view);
+    void add_whole(const SolidDraw& draw, std::uint32_t number);
+
+    double angle_error_ = 0.0;  // radians, of window coordinates
+    std::size_t first_of_draw_ = 0;
+    std::vector<PartCommand> commands_;
+    std::vector<TriangleRun> runs_;
+    std::size_t culled_triangles_ = 0;
 };
 
 }  // namespace terrane::internal

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "gl/framebuffer.h"
-#include "gl/stream_buffer.h"
+#include "gl/frame_resources.h"
+#include "objects/mesh_store.h"
 #include "objects/object_casters.h"
 #include "objects/object_draws.h"
-#include "objects/object_programs.h"
-#include "objects/solid_parts.h"
-#include "objects/store/impostor_store.h"
-#include "objects/store/mesh_store.h"
 
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/view.h>

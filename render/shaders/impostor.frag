@@ -27,7 +27,7 @@ void main() {
     vec4 colour = vec4(0.0), shape = vec4(0.0);
     float fraction = 0.0;
     for (int i = 0; i < 4; ++i) {
-        // the axes of the view, as impostor_store.cpp has them
+        // the axes of the view, as mesh_store.cpp has them
         float azimuth = float(layers[i] % views.x) * kTurn / float(views.x);
         float elevation =
             views.y > 1 ? float(layers[i] / views.x) * 0.25 * kTurn / float(views.y - 1) : 0.0;

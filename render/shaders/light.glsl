@@ -47,7 +47,7 @@ float lattice_rise(int height) {
     return metres;
 }
 
-// The value of a square of a level in the table of square_table.h, or -1.
+// The value of a square of a level in the table of shader.h, or -1.
 // square: relative to that of the eye
 int find_entry(isamplerBuffer table, int mask, ivec2 square, int level) {
     uint hash = uint(square.x) * 0x9e3779b1u ^ uint(square.y) * 0x85ebca77u ^

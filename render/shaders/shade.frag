@@ -12,14 +12,14 @@ layout(binding = 3) uniform sampler2DMS overlays;  // rgb: times alpha
 layout(binding = 2) uniform sampler2D depths;
 layout(binding = 3) uniform sampler2D overlays;
 #endif
-layout(binding = 0) uniform sampler2DArray slopes;  // see slope_map.h
-layout(binding = 1) uniform sampler2D noise;        // see ground_noise.h
+layout(binding = 0) uniform sampler2DArray slopes;  // see light_levels.h
+layout(binding = 1) uniform sampler2D noise;        // see ground_shade.cpp
 layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: own share; see light_levels.h
 
 layout(binding = 5) uniform isamplerBuffer table;  // xy: chunk relative to the eye's, z: its
                                                    // level (-1: free), w: layer of slopes and nodes
 
-// see ground_light.cpp
+// see ground_shade.cpp
 layout(std140, binding = 1) uniform Light {
     float root_spacing;
     int finest_level;

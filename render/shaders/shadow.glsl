@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Light of a surface with the sun's shadows. CASCADES, the number of shadow maps, is defined where there are any: see
-// sun_cascades.h and shadow_maps.h.
+// shadow_maps.h and shadow_maps.h.
 
 #ifdef CASCADES
 layout(std140, binding = 2) uniform Shadow {

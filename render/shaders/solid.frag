@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Walls of volumes. Daylight fades with the depth below the heightfield, where a lamp at the eye takes over.
-layout(binding = 1) uniform sampler2D noise;  // see ground_noise.h
+layout(binding = 1) uniform sampler2D noise;  // see ground_shade.cpp
 
 in vec3 p_eye;
 in vec3 surface_normal;

@@ -6,7 +6,7 @@
 // Deviations: light is not refracted, and reflections show the sky alone.
 
 #ifdef WATER
-layout(binding = 7) uniform sampler2D ripples;  // see ground_noise.h
+layout(binding = 7) uniform sampler2D ripples;  // see ground_shade.cpp
 
 // Absorption a metre: of pure water at 650, 550 and 450 nm, and of substances dissolved in a clear lake.
 const vec3 kAbsorption = vec3(0.340, 0.057, 0.009) + vec3(0.06, 0.07, 0.11);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "ground/cell_lines.h"
+#include "ground/ray_walk.h"
 
-#include <terrane/terrain/assert.h>
+#include <terrane/base/result.h>
 
 #include <algorithm>
 

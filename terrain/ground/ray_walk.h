@@ -1,15 +1,100 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "ground/cell_lines.h"
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/lattice.h>
+
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
+namespace terrane::internal {
+
+/// The triangle of a cell over a point of it.
+struct CellHeight {
+    double height;            ///< world z, metres
+    double slope_x, slope_y;  ///< rise along one cell, metres
+    bool is_south;            ///< the triangle contains the cell's southern edge
+
+    /// Unit, upwards.
+    Eigen::Vector3d normal(double spacing) const {
+        const Eigen::Vector3d up(-slope_x / spacing, -slope_y / spacing, 1.0);
+        return up / up.norm();
+    }
+};
+
+/// Selects the triangle without branches: which one it is cannot be predicted, and a misprediction costs more than the
+/// arithmetic here.
+///
+/// @param south_west   sample of the cell's south-west corner in Chunk::heights
+/// @param u, v         place in the cell from that corner, 0 to 1
+/// @param cut          cut_to_north_east() of the cell
+inline CellHeight height_in_cell(const std::int32_t* south_west, double u, double v, bool cut,
+                                 double quantum) {
+    // whether the triangle contains the southern edge, and the eastern one
+    const bool is_south = (cut & (u >= v)) | (!cut & (u + v <= 1.0));
+    const bool is_east = is_south == cut;
+    const std::size_t north = std::size_t{!is_south} * kChunkSamples;
+    const std::size_t east = std::size_t{is_east};
+    const auto rise_of = [&](std::size_t to, std::size_t from) {
+        return quantum *
+               (static_cast<double>(south_west[to]) - static_cast<double>(south_west[from]));
+    };
+    const double slope_x = rise_of(north + 1, north);
+    const double slope_y = rise_of(east + kChunkSamples, east);
+    // from the south-west corner, or from the north-east one where the triangle lacks the former
+    const auto far = static_cast<double>(!is_south & !cut);
+    const double to_north_east = rise_of(1, 0) + rise_of(kChunkSamples + 1, 1);
+    const double rise = far * to_north_east + slope_x * (u - far) + slope_y * (v - far);
+    return {quantum * static_cast<double>(*south_west) + rise, slope_x, slope_y, is_south};
+}
+
+}  // namespace terrane::internal
+
 namespace terrane {
+
+/// log2 of kChunkCells: a right shift by it gives a cell's chunk index, rounded down also below zero.
+inline constexpr int kChunkShift = SamplePyramid::kCoarsest;
+
+/// The product with the reciprocal is inexact: corrected by comparison with the lines.
+inline std::int64_t Ground::Lines::last_up_to(double p) const {
+    const double guess = (p - origin) * inverse_spacing;
+    auto index = static_cast<std::int64_t>(guess);
+    if (guess < static_cast<double>(index)) --index;  // the cast rounds towards zero
+    if (p < at(index)) --index;
+    if (p >= at(index + 1)) ++index;
+    return index;
+}
+
+inline const Chunk* Ground::find_chunk(std::int64_t column, std::int64_t row) const {
+    return resident_->find_chunk({static_cast<std::int32_t>(column >> kChunkShift),
+                                  static_cast<std::int32_t>(row >> kChunkShift),
+                                  static_cast<std::uint8_t>(level_)});
+}
+
+inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std::int64_t row) {
+    GroundCell cell;
+    const auto i = static_cast<int>(column & (kChunkCells - 1));
+    const auto j = static_cast<int>(row & (kChunkCells - 1));
+    const std::uint8_t flags = chunk.flags_at(i, j);
+    if ((flags & cell_outside) != 0) return cell;
+    cell.status = GroundStatus::ok;
+    const std::size_t south_west = sample_index(i, j);
+    cell.south_west = chunk.heights[south_west];
+    cell.south_east = chunk.heights[south_west + 1];
+    cell.north_west = chunk.heights[south_west + kChunkSamples];
+    cell.north_east = chunk.heights[south_west + kChunkSamples + 1];
+    cell.cut_to_north_east = cut_to_north_east(column, row);
+    cell.error_m = chunk.cell_error(cell_index(i, j));
+    cell.filled = (flags & cell_filled) != 0;
+    return cell;
+}
+
 namespace internal {
 
 // One coordinate of a ray as a function of the parameter t, in cells from the line where it starts. The t at a

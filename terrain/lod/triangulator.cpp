@@ -13,17 +13,13 @@
 // the settings and the view.
 #include "base/vector_math.h"
 #include "base/worker_team.h"
-#include "lod/keys/screen_error.h"
-#include "lod/mesh/active_set.h"
-#include "lod/mesh/emission.h"
-#include "lod/mesh/morph.h"
-#include "lod/mesh/residual_error.h"
-#include "lod/selection/selection.h"
-#include "lod/selection/vertex_keys.h"
-#include "lod/solids/solid_selection.h"
+#include "lod/frame_mesh.h"
+#include "lod/screen_error.h"
+#include "lod/selection.h"
+#include "lod/solid_selection.h"
 
-#include <terrane/terrain/assert.h>
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/result.h>
+#include <terrane/base/text.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <algorithm>

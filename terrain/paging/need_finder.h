@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "paging/chunk_loader.h"
 #include "paging/chunk_tree.h"
 #include "paging/demand/contact_needs.h"
-#include "paging/demand/predicted_view.h"
-#include "paging/loaders/load_times.h"
+#include "paging/demand/need.h"
 
 #include <terrane/terrain/pager.h>
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "paging/chunk_loader.h"
 #include "paging/chunk_tree.h"
 #include "paging/demand/camera_motion.h"
 #include "paging/demand/contact_needs.h"
-#include "paging/loaders/load_times.h"
-#include "paging/loaders/retries.h"
 #include "paging/memory_budget.h"
 #include "paging/need_finder.h"
 
@@ -44,7 +43,7 @@ struct SetEntry {
 
 }  // namespace internal
 
-/// The state of a pager. An update records its clients, takes arrived chunks, plans (pager_plan.cpp), queues
+/// The state of a pager. An update records its clients, takes arrived chunks, plans (pager_loads.cpp), queues
 /// loads (pager_loads.cpp), and publishes a set.
 struct Pager::State {
     State(std::shared_ptr<const HeightSource> ground, const PagerSettings& chosen, int level,

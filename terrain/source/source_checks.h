@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "source/bounds/bound_triangles.h"
+#include "source/mesh_bounds.h"
 
 #include <terrane/terrain/check_source.h>
 

@@ -1,11 +1,369 @@
 // SPDX-License-Identifier: MIT
-#include "chunk_reader.h"
-#include "stored_heights.h"
+#include "chunk/chunk_vertices.h"
+#include "store_format.h"
 
+#include <terrane/base/result.h>
 #include <terrane/store/chunk_store.h>
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/height_source.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Reads chunks of a store. Threads: any, at once.
+class ChunkReader {
+public:
+    ChunkReader(SealedReader file, StoreDirectory directory)
+        : file_(std::move(file)), directory_(std::move(directory)) {}
+
+    const StoreDirectory& directory() const { return directory_; }
+
+    /// Reads, checks and decodes a chunk, without locks.
+    /// Fails: io; bad_data if it is damaged
+    Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
+    /// The same through a small cache: for queries of single points.
+    Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
+
+private:
+    struct CachedChunk {
+        std::shared_ptr<const Chunk> chunk;
+        std::uint64_t used = 0;
+    };
+
+    SealedReader file_;
+    StoreDirectory directory_;
+    mutable std::mutex mutex_;  ///< of the cache
+    mutable std::array<CachedChunk, 32> cache_;
+    mutable std::uint64_t clock_ = 0;
+};
+
+/// A store as a source. Bounds beyond the world, or of coarser spacings than its root squares have, are the whole range
+/// of heights.
+class StoredHeights final : public HeightSource {
+public:
+    explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
+
+    double height(double x, double y) const override;
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override;
+    HeightInterval interval(const WorldRect& rect) const override;
+    double rise_bound(double distance) const override;
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                      const std::stop_token& stop) const override;
+
+private:
+    using ChunkResult = Result<std::shared_ptr<const Chunk>>;
+    /// A sample or a cell of a chunk.
+    struct SampleAddress {
+        ChunkKey key;
+        int column = 0, row = 0;
+    };
+    bool contains(LatticePoint point) const;
+    LatticePoint nearest(LatticePoint point) const;
+    SampleAddress find_sample(int level, LatticePoint point) const;
+    SampleAddress find_cell(int level, LatticePoint corner) const;
+    /// The level of a step; -1 for steps above that of the root squares' samples.
+    int level_of(std::int64_t step) const;
+    /// Upper bound of every deviation.
+    float widest() const;
+    Result<float> vertex_bound(LatticePoint point, std::int64_t step) const;
+
+    std::unique_ptr<const ChunkReader> reader_;
+    std::vector<double> distances_;
+    HeightInterval range_;
+};
+
+Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) const {
+    const auto damaged = [&] {
+        return fail(ErrorCode::bad_data, "\"" + file_.path() + "\": chunk " +
+                                             std::to_string(key.x) + ", " + std::to_string(key.y) +
+                                             " of level " + std::to_string(key.level) +
+                                             " is damaged");
+    };
+    const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
+    // At most the longest record: the directory is not trusted.
+    if (record.bytes > 2 * max_encoded_bytes()) return damaged();
+    std::vector<std::uint8_t> stored(record.bytes);
+    if (auto done = file_.read(record.offset, stored); !done) return tl::unexpected(done.error());
+    std::vector<std::uint8_t> content(max_encoded_bytes());
+    const Result<std::size_t> size = decompress(stored, content);
+    if (!size) return damaged();
+    content.resize(*size);
+    if (hash_of(content) != record.hash) return damaged();
+    auto chunk = decode_chunk(content, directory_.lattice, key);
+    if (!chunk) return damaged();
+    return chunk;
+}
+
+Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) const {
+    {
+        const std::lock_guard lock(mutex_);
+        for (CachedChunk& cached : cache_) {
+            if (cached.chunk == nullptr || cached.chunk->key != key) continue;
+            cached.used = ++clock_;
+            return cached.chunk;
+        }
+    }
+    auto chunk = read(key);
+    if (!chunk) return chunk;
+    const std::lock_guard lock(mutex_);
+    CachedChunk& oldest = *std::ranges::min_element(cache_, {}, &CachedChunk::used);
+    oldest = {*chunk, ++clock_};
+    return chunk;
+}
+
+// The bounds of the baked surface hold for the triangulation of the finest level, too: over each finest triangle both
+// the triangulation and a triangle of any level are linear, so that their largest difference is at a finest sample;
+// there the baked surface is the sample, to half a quantum, which every stored bound includes.
+
+StoredHeights::StoredHeights(std::unique_ptr<const ChunkReader> reader)
+    : HeightSource(reader->directory().lattice, reader->directory().extent),
+      reader_(std::move(reader)),
+      distances_(rise_distances(lattice())) {
+    range_ = reader_->directory().chunks.front().heights;
+    const std::size_t roots = static_cast<std::size_t>(lattice().root_count_x) *
+                              static_cast<std::size_t>(lattice().root_count_y);
+    for (std::size_t i = 0; i < roots; ++i) {
+        const HeightInterval& of_root = reader_->directory().chunks[i].heights;
+        range_ = {std::min(range_.low, of_root.low), std::max(range_.high, of_root.high)};
+    }
+}
+
+bool StoredHeights::contains(LatticePoint point) const { return nearest(point) == point; }
+
+LatticePoint StoredHeights::nearest(LatticePoint point) const {
+    return {std::clamp(point.x, lattice().west(), lattice().east()),
+            std::clamp(point.y, lattice().south(), lattice().north())};
+}
+
+StoredHeights::SampleAddress StoredHeights::find_sample(int level, LatticePoint point) const {
+    // The world's eastern and northern border: the last sample of the last chunk.
+    SampleAddress address = find_cell(
+        level, {std::min(point.x, lattice().east() - 1), std::min(point.y, lattice().north() - 1)});
+    if (point.x == lattice().east()) ++address.column;
+    if (point.y == lattice().north()) ++address.row;
+    return address;
+}
+
+StoredHeights::SampleAddress StoredHeights::find_cell(int level, LatticePoint corner) const {
+    const int step_log2 = lattice().finest_level - level;
+    const std::int64_t column = corner.x >> step_log2, row = corner.y >> step_log2;
+    constexpr int kCellsLog2 = 7;
+    static_assert(1 << kCellsLog2 == kChunkCells);
+    return {{static_cast<std::int32_t>(column >> kCellsLog2),
+             static_cast<std::int32_t>(row >> kCellsLog2), static_cast<std::uint8_t>(level)},
+            static_cast<int>(column & (kChunkCells - 1)),
+            static_cast<int>(row & (kChunkCells - 1))};
+}
+
+int StoredHeights::level_of(std::int64_t step) const {
+    const int step_log2 = std::countr_zero(static_cast<std::uint64_t>(step));
+    return std::max(lattice().finest_level - step_log2, -1);
+}
+
+double StoredHeights::height(double x, double y) const {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    const Lattice& l = lattice();
+    const auto index = [&l](double place, double origin, std::int64_t low, std::int64_t high) {
+        return std::clamp((place - origin) / l.spacing, static_cast<double>(low),
+                          static_cast<double>(high));
+    };
+    if (!std::isfinite(x) || !std::isfinite(y)) return kNaN;
+    const double u = index(x, l.origin_x, l.west(), l.east());
+    const double v = index(y, l.origin_y, l.south(), l.north());
+    const LatticePoint corner{std::min(static_cast<std::int64_t>(std::floor(u)), l.east() - 1),
+                              std::min(static_cast<std::int64_t>(std::floor(v)), l.north() - 1)};
+    const SampleAddress address = find_cell(l.finest_level, corner);
+    const ChunkResult chunk = reader_->find(address.key);
+    if (!chunk) return kNaN;
+    const auto at = [&](int dx, int dy) {
+        return l.quantum * (*chunk)->heights[sample_index(address.column + dx, address.row + dy)];
+    };
+    const double fx = u - static_cast<double>(corner.x), fy = v - static_cast<double>(corner.y);
+    const double sw = at(0, 0), se = at(1, 0), nw = at(0, 1), ne = at(1, 1);
+    if (cut_to_north_east(corner.x, corner.y)) {
+        return fx >= fy ? sw + fx * (se - sw) + fy * (ne - se)
+                        : sw + fy * (nw - sw) + fx * (ne - nw);
+    }
+    return fx + fy <= 1.0 ? sw + fx * (se - sw) + fy * (nw - sw)
+                          : ne + (1.0 - fx) * (nw - ne) + (1.0 - fy) * (se - ne);
+}
+
+Result<void> StoredHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    // The coarsest level that contains all of these points.
+    const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
+    const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
+    std::shared_ptr<const Chunk> chunk;
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column) {
+            const SampleAddress address = find_sample(
+                level,
+                nearest({grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}));
+            if (chunk == nullptr || chunk->key != address.key) {
+                ChunkResult found = reader_->find(address.key);
+                if (!found) return tl::unexpected(found.error());
+                chunk = std::move(*found);
+            }
+            heights_out[at++] =
+                lattice().quantum * chunk->heights[sample_index(address.column, address.row)];
+        }
+    }
+    return {};
+}
+
+float StoredHeights::widest() const {
+    return std::nextafter(static_cast<float>(range_.high - range_.low),
+                          std::numeric_limits<float>::infinity());
+}
+
+Result<float> StoredHeights::vertex_bound(LatticePoint point, std::int64_t step) const {
+    const std::int64_t coarsest = lattice().step(0) * kChunkSquares;
+    if (!contains(point) || step > coarsest) return widest();
+    const SampleAddress address = find_sample(std::max(level_of(step), 0), point);
+    const ChunkResult chunk = reader_->find(address.key);
+    if (!chunk) return tl::unexpected(chunk.error());
+    return bound_of((*chunk)->vertices->inverse_square_bound(address.column, address.row));
+}
+
+Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,
+                                          std::span<float> bounds_out) const {
+    TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
+                   "the corner of a grid of vertices must be a multiple of twice its step");
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column, ++at) {
+            bounds_out[at] = 0.0f;
+            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            const Result<float> bound = vertex_bound(
+                {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}, grid.step);
+            if (!bound) return tl::unexpected(bound.error());
+            bounds_out[at] = *bound;
+        }
+    }
+    return {};
+}
+
+Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    TERRANE_ASSERT(grid.corner.x % grid.step == 0 && grid.corner.y % grid.step == 0,
+                   "the corner of a grid of cells must be a multiple of its step");
+    const int level = level_of(grid.step);
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
+            const LatticePoint corner{grid.corner.x + column * grid.step,
+                                      grid.corner.y + row * grid.step};
+            const bool is_inside =
+                contains(corner) && contains({corner.x + grid.step, corner.y + grid.step});
+            if (level >= 0 && is_inside) {
+                const SampleAddress address = find_cell(level, corner);
+                const ChunkResult chunk = reader_->find(address.key);
+                if (!chunk) return tl::unexpected(chunk.error());
+                bounds_out[at] = (*chunk)->cell_bounds[cell_index(address.column, address.row)];
+                continue;
+            }
+            // The triangles of a cell are the diamond of the vertex in its middle.
+            const std::int64_t half = grid.step / 2;
+            const Result<float> bound =
+                is_inside ? vertex_bound({corner.x + half, corner.y + half}, half) : widest();
+            if (!bound) return tl::unexpected(bound.error());
+            bounds_out[at] = *bound;
+        }
+    }
+    return {};
+}
+
+Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
+                                       std::span<std::uint8_t> flags_out) const {
+    // The coarsest level whose cells are these, or parts of them.
+    const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
+    const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
+    const std::int64_t part = lattice().step(level);
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column) {
+            std::uint8_t flags = 0;
+            for (std::int64_t dy = 0; dy < grid.step; dy += part) {
+                for (std::int64_t dx = 0; dx < grid.step; dx += part) {
+                    const LatticePoint corner{grid.corner.x + column * grid.step + dx,
+                                              grid.corner.y + row * grid.step + dy};
+                    if (!contains(corner) || !contains({corner.x + part, corner.y + part})) {
+                        flags |= cell_outside;
+                        continue;
+                    }
+                    const SampleAddress address = find_cell(level, corner);
+                    const ChunkResult chunk = reader_->find(address.key);
+                    if (!chunk) return tl::unexpected(chunk.error());
+                    flags |= (*chunk)->flags_at(address.column, address.row);
+                }
+            }
+            flags_out[at++] = flags;
+        }
+    }
+    return {};
+}
+
+HeightInterval StoredHeights::interval(const WorldRect& rect) const {
+    const StoreDirectory& directory = reader_->directory();
+    const Lattice& l = lattice();
+    const auto index = [&l](double place, double origin, std::int64_t low, std::int64_t end) {
+        const double u = std::floor((place - origin) / l.spacing);
+        if (!(u > static_cast<double>(low))) return low;  // also NaN
+        return u < static_cast<double>(end) ? static_cast<std::int64_t>(u) : end - 1;
+    };
+    // A corner that lies on a border of chunks belongs to both of them.
+    const double margin = 1e-9 * l.spacing;
+    const std::int64_t west = index(rect.west - margin, l.origin_x, l.west(), l.east());
+    const std::int64_t east = index(rect.east + margin, l.origin_x, l.west(), l.east());
+    const std::int64_t south = index(rect.south - margin, l.origin_y, l.south(), l.north());
+    const std::int64_t north = index(rect.north + margin, l.origin_y, l.south(), l.north());
+    // The finest level on which that is at most 8 x 8 chunks.
+    int level = l.finest_level;
+    while (level > 0 && (east - west) / l.chunk_side(level) + 1 > 8) --level;
+    while (level > 0 && (north - south) / l.chunk_side(level) + 1 > 8) --level;
+    const ChunkKey first = find_cell(level, {west, south}).key;
+    const ChunkKey last = find_cell(level, {east, north}).key;
+    HeightInterval found{range_.high, range_.low};
+    for (std::int32_t y = first.y; y <= last.y; ++y) {
+        for (std::int32_t x = first.x; x <= last.x; ++x) {
+            const HeightInterval& of_chunk =
+                directory.chunks[directory.index_of({x, y, static_cast<std::uint8_t>(level)})]
+                    .heights;
+            found = {std::min(found.low, of_chunk.low), std::max(found.high, of_chunk.high)};
+        }
+    }
+    return found.low <= found.high ? found : range_;  // an empty rectangle
+}
+
+double StoredHeights::rise_bound(double distance) const {
+    const auto longer = std::ranges::lower_bound(distances_, std::max(distance, 0.0));
+    return longer == distances_.end()
+               ? range_.high - range_.low
+               : reader_->directory().rises[static_cast<std::size_t>(longer - distances_.begin())];
+}
+
+Result<std::shared_ptr<const Chunk>> StoredHeights::stored_chunk(
+    const ChunkKey& key, const std::stop_token& stop) const {
+    if (stop.stop_requested()) return fail(ErrorCode::cancelled, "the chunk was given up");
+    return reader_->read(key);
+}
+
+}  // namespace terrane::internal
 
 namespace terrane {
 

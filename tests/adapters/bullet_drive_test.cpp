@@ -4,8 +4,8 @@
 #include "bullet_scene.h"
 
 #include <terrane/dem/dem_heights.h>
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/virtual_loader.h>
 
 #include <gtest/gtest.h>
 

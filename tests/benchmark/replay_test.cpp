@@ -8,7 +8,7 @@
 #include "flight.h"
 #include "support/random.h"
 
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>

@@ -26,8 +26,8 @@ class TreeTest(unittest.TestCase):
         self.root = pathlib.Path(self.folder.name)
         self.write("docs/rooms.md", self.TABLES)
         self.write("base/b.h", "")
-        self.write("terrain/low/l.h", "")
-        self.write("terrain/high/h.h", '#include "low/l.h"\n#include "base/b.h"\n')
+        self.write("terrain/low/l.h", '#include "base/b.h"\n')
+        self.write("terrain/high/h.h", '#include "base/b.h"\n')
         self.write("collision/top/t.h", "#include <terrane/terrain/a.h>\n")
 
     def tearDown(self):
@@ -73,10 +73,11 @@ class RoomsTest(TreeTest):
         self.assertIn("terrain/new has no row", faults)
         self.assertIn("collision/gone, which has no sources", faults)
 
-    def test_a_room_of_fifteen_files_is_a_fault(self):
-        for i in range(14):
-            self.write(f"terrain/low/l{i}.cpp", "")
-        self.assertIn("terrain/low has 15 files", self.room_faults()[0])
+    def test_a_private_header_of_one_file_alone_is_a_fault(self):
+        self.write("terrain/high/h.cpp", '#include "high/h.h"\n')
+        self.assertIn("terrain/high/h.h is included by terrain/high/h.cpp alone", self.room_faults()[0])
+        self.write("tests/terrain/h_test.cpp", '#include "high/h.h"\n')
+        self.assertEqual(self.room_faults(), [])
 
 
 class CommentsTest(TreeTest):

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Cost of opening a raster: work proportional to its samples, counted, not timed; memory below the limit; progress
 // reports; timeouts of blocked readers.
-#include "bounds/bound_tiers.h"
-#include "opening_memory.h"
+#include "bounds/level_bounds.h"
+#include "dem_source.h"
 #include "raster_files.h"
 
 #include <fcntl.h>

@@ -3,7 +3,7 @@
 #include "extremes/rows/falls.h"
 #include "extremes/rows/grounds.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/shape_pairs.h>
 #include <terrane/terrain/function_heights.h>
 

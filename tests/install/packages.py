@@ -99,8 +99,8 @@ def main():
 
     project = re.search(r"project\(terrane VERSION (\S+)", read("CMakeLists.txt"))[1]
     header = ".".join(re.findall(r"#define TERRANE_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)",
-                                 read("terrain/include/terrane/terrain/version.h")))
-    symbol = re.search(r"name##_(\d+_\d+)", read("terrain/include/terrane/terrain/version.h"))[1]
+                                 read("base/include/terrane/base/version.h")))
+    symbol = re.search(r"name##_(\d+_\d+)", read("base/include/terrane/base/version.h"))[1]
     versions = {"CMakeLists.txt": project, "version.h": header, "vcpkg.json": vcpkg["version"],
                 "conanfile.py": re.search(r'version = "([^"]+)"', recipe)[1],
                 "TERRANE_VERSIONED": symbol.replace("_", ".") + project[project.rindex("."):]}

@@ -43,7 +43,7 @@ foreach(component IN LISTS components)
 endforeach()
 
 # Headers of the next minor version in front of the installed ones.
-set(header terrane/terrain/version.h)
+set(header terrane/base/version.h)
 file(READ ${moved}/include/${header} text)
 string(REGEX REPLACE "(##_[0-9]+_)[0-9]+" "\\1999" text "${text}")
 file(WRITE ${WORK_DIR}/other/${header} "${text}")

@@ -57,7 +57,7 @@ def main():
 
     for name in headers:
         of_terrane = closure(name, root, set())
-        if of_terrane and "terrane/terrain/version.h" not in of_terrane:
+        if of_terrane and "terrane/base/version.h" not in of_terrane:
             problems.append(f"{name} does not include version.h, directly or through others")
     print("\n".join(problems) or f"{len(headers)} headers include nothing but Eigen, tl::expected and standard headers")
     return 1 if problems else 0

@@ -6,7 +6,7 @@
 #include "reference_meshes.h"
 #include "reference_scan.h"
 
-#include <terrane/terrain/assert.h>
+#include <terrane/base/result.h>
 
 #include <algorithm>
 #include <cstddef>

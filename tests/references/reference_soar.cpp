@@ -8,7 +8,7 @@
 // above a bracket taken from the frame before and picking one of them.
 #include "reference_soar.h"
 
-#include <terrane/terrain/assert.h>
+#include <terrane/base/result.h>
 
 #include <algorithm>
 #include <array>

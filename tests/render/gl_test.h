@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/render/egl_context.h>
+#include <terrane/render/offscreen.h>
 
 #include <gtest/gtest.h>
 

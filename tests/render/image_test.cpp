@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
 
-#include <terrane/render/image.h>
+#include <terrane/render/offscreen.h>
 
 #include <gtest/gtest.h>
 

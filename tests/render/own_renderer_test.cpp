@@ -2,10 +2,10 @@
 //
 // A renderer of one's own, examples/gl_uploader.h, draws what TerrainRenderer draws. Both pictures are lit by the same
 // pass from depths, so that they differ where depths do.
-#include "draw/frame_uniforms.h"
-#include "gl/gl_error.h"
+#include "gl/gl_object.h"
 #include "gl/shader.h"
 #include "gl_uploader.h"
+#include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
 #include "render/gl_test.h"
 #include "scene.h"

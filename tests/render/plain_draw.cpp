@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "plain_draw.h"
 
-#include "draw/frame_uniforms.h"
-#include "gl/gl_error.h"
+#include "gl/gl_object.h"
 #include "gl/shader.h"
+#include "light/frame_uniforms.h"
 
 #include <array>
 #include <cstdint>

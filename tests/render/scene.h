@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/render/image.h>
+#include <terrane/render/offscreen.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstdint>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "format/chunk_codec.h"
-
 #include "store_files.h"
+#include "store_format.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "format/sha256.h"
+#include "store_format.h"
 
 #include <gtest/gtest.h>
 

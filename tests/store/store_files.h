@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "chunks/chunk_vertices.h"
+#include "chunk/chunk_vertices.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "frames/verify.h"
-
+#include "frames/verification.h"
 #include "support/heights/wave_heights.h"
 #include "support/random.h"
 

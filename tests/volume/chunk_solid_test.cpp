@@ -6,7 +6,7 @@
 #include "volume/analytic_solid.h"
 
 #include <terrane/terrain/ground.h>
-#include <terrane/volume/chunk_solid.h>
+#include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include "volume/joined_mesh.h"
 
-#include <terrane/volume/placed_volume.h>
+#include <terrane/volume/volumes.h>
 
 #include <string>
 #include <utility>

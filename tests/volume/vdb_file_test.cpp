@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "vdb/vdb_lengths.h"
+#include "level_set/sampled_shape.h"
 #include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
 

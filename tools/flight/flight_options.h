@@ -2,18 +2,28 @@
 #pragma once
 
 #include "frames/frame_maker.h"
-#include "options/command.h"
-#include "options/option_values.h"
-#include "source/paging_choice.h"
-#include "source/terrain_options.h"
+#include "frames/paging_storage.h"
+#include "program/command.h"
+#include "program/options.h"
+#include "scene/terrain_options.h"
 
+#include <terrane/dem/dem_heights.h>
 #include <terrane/playback/camera_path.h>
+#include <terrane/playback/track.h>
 
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace terrane::tools {
+
+/// Where longitudes and latitudes lie in the world of a raster, or why there are none.
+GeoReference make_geo_reference(const std::optional<DemInfo>& dem);
+
+/// CameraPath::create() along a track; its errors name the flag --start-s.
+Result<CameraPath> follow_track(Track track, const HeightSource& source,
+                                const CameraPathSettings& settings);
 
 /// Options shared by `fly` and `drive`: terrain, pictures, limits and output.
 struct FlightOptions {
@@ -79,7 +89,7 @@ CommandResult<void> check_drivable(const std::string& path);
 /// The built-in paths that vehicles can follow: "straight, orbit".
 std::string drivable_paths();
 
-/// Fails where --budget or --memory-mb is too small for the terrain's root squares: see limits.h.
+/// Fails where --budget or --memory-mb is too small for the terrain's root squares: see terrain_options.h.
 CommandResult<void> check_limits(const FlightOptions& options, const Terrain& terrain);
 
 /// Checks combinations of options. Fails with exit_usage.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_output.h"
 
-#include "flight/flight_report.h"
+#include "flight/report.h"
 
 #include <fmt/format.h>
 

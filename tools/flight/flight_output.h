@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "flight/flight_pictures.h"
+#include "flight/pictures.h"
 #include "frames/flight_log.h"
 #include "frames/frame_maker.h"
-#include "output/interrupt.h"
-#include "output/output_folder.h"
+#include "program/output_file.h"
+#include "program/progress.h"
 
 #include <nlohmann/json.hpp>
 

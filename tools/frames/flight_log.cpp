@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "frames/flight_log.h"
 
-#include "frames/verify.h"
+#include "frames/verification.h"
 
 #include <fmt/format.h>
 

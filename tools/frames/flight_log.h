@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "output/output_file.h"
+#include "program/output_file.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

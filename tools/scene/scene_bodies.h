@@ -1,13 +1,59 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "query/parsing/value_parsing.h"
-#include "world/placed_body.h"
+#include "program/json_values.h"
 
+#include <terrane/base/result.h>
+#include <terrane/collision/shapes.h>
+#include <terrane/collision/world.h>
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <span>
 #include <string>
 #include <vector>
 
 namespace terrane::tools {
+
+/// A body and its state at the start of a run.
+struct PlacedBody {
+    BodySettings settings;
+    BodyState state;
+};
+
+/// Adds bodies to a world, in order. Fails as World::add() does.
+Result<std::vector<BodyId>> add_bodies(std::span<const PlacedBody> bodies, World& world);
+
+/// Whether a shape touches no body of a world.
+bool is_free(const World& world, const Ground& ground, const Shape& shape,
+             const Pose& world_from_shape);
+
+/// The error of bodies from files where none is given, metres.
+inline constexpr double kUsualProxyError = 0.02;
+
+/// A body's shape from a mesh: the hulls of make_collision_proxy().
+///
+/// @param file        of the mesh, for messages
+/// @param proxy_error metres
+///
+/// Fails: as make_collision_proxy(); bad_data where the mesh is not closed or has no thickness, or where the hulls do
+///        not reach the error. The message names the file
+Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& file,
+                                double proxy_error);
+
+/// A compound of another size.
+///
+/// @param scale of its parts and their places, > 0
+///
+/// Fails: as Compound::create(), for sizes that it does not take
+Result<Compound> scaled(const Compound& compound, double scale);
+
+/// A body's shape from a mesh file.
+///
+/// @param scale       multiplies the file's points
+/// @param proxy_error metres, after scaling
+///
+/// Fails: as read_mesh() and make_mesh_body()
+Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale = 1.0);
 
 /// Parses `bodies` of a scene: `[{"shape":S,"position":[x,y,z],"rotation":[w,x,y,z],"velocity":[..],"spin":[..],
 /// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r}..]` with S as read_shape() takes it, or

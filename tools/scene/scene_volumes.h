@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "query/parsing/value_parsing.h"
+#include "program/json_values.h"
 
 #include <terrane/terrain/height_source.h>
 

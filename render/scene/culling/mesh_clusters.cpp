@@ -1,5 +1,113 @@
 // SPDX-License-Identifier: MIT
+#include "base/vector_math.h"
+
+#include <terrane/base/text.h>
+#include <terrane/scene/mesh_clusters.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A triangle, for split_to_clusters().
+struct SplitPoint {
+    Eigen::Vector3d place;   ///< its centroid
+    Eigen::Vector3d normal;  ///< unit; zero: of no use
+    std::uint32_t index = 0;
+};
+
+/// Reorders triangles to consecutive clusters of at most `most`, each near in place and normal; triangles without a
+/// normal are in the last ones, apart. A function of the points, and of their indices where they are equal. Within a
+/// cluster indices ascend.
+///
+/// @returns numbers of triangles
+std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::uint32_t most);
+
+// Halves a set of triangles at the median along the axis of the largest variance, in the space of their places and
+// normals, until the halves are small enough.
 //
+// Source:    J. Bentley. Multidimensional binary search trees used for associative searching. CACM 18(9), 1975.
+// Deviation: normals are three more coordinates, because clusters are culled by place and normal.
+
+namespace {
+
+// Of the unit of normals over that of places, which is the largest side of the box around a mesh's centroids.
+constexpr double kNormalWeight = 2.0;
+
+using Coordinates = std::array<double, 6>;
+
+Coordinates coordinates_of(const SplitPoint& point, double scale) {
+    const Eigen::Vector3d place = scale * point.place;
+    const Eigen::Vector3d normal = kNormalWeight * point.normal;
+    return {place[0], place[1], place[2], normal[0], normal[1], normal[2]};
+}
+
+std::size_t widest_axis(std::span<const SplitPoint> points, double scale) {
+    Coordinates mean{}, variance{};
+    const auto count = static_cast<double>(points.size());
+    for (const SplitPoint& point : points) {
+        const Coordinates at = coordinates_of(point, scale);
+        for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += at[i] / count;
+    }
+    for (const SplitPoint& point : points) {
+        const Coordinates at = coordinates_of(point, scale);
+        for (std::size_t i = 0; i < mean.size(); ++i)
+            variance[i] += (at[i] - mean[i]) * (at[i] - mean[i]);
+    }
+    return static_cast<std::size_t>(std::max_element(variance.begin(), variance.end()) -
+                                    variance.begin());
+}
+
+void split(std::span<SplitPoint> points, std::uint32_t most, double scale,
+           std::vector<std::uint32_t>& counts_out) {
+    if (points.empty()) return;
+    if (points.size() <= most) {
+        std::sort(points.begin(), points.end(),
+                  [](const SplitPoint& a, const SplitPoint& b) { return a.index < b.index; });
+        counts_out.push_back(static_cast<std::uint32_t>(points.size()));
+        return;
+    }
+    const std::size_t axis = widest_axis(points, scale);
+    std::sort(points.begin(), points.end(), [&](const SplitPoint& a, const SplitPoint& b) {
+        const double of_a = coordinates_of(a, scale)[axis], of_b = coordinates_of(b, scale)[axis];
+        return of_a != of_b ? of_a < of_b : a.index < b.index;
+    });
+    const std::size_t half = points.size() / 2;
+    split(points.first(half), most, scale, counts_out);
+    split(points.subspan(half), most, scale, counts_out);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::uint32_t most) {
+    std::vector<std::uint32_t> counts;
+    if (points.empty()) return counts;
+    const auto thin = std::stable_partition(
+        points.begin(), points.end(),
+        [](const SplitPoint& point) { return point.normal != Eigen::Vector3d::Zero(); });
+    Eigen::Vector3d low = points[0].place, high = low;
+    for (const SplitPoint& point : points) {
+        low = low.cwiseMin(point.place);
+        high = high.cwiseMax(point.place);
+    }
+    const double extent = (high - low).maxCoeff();
+    const double scale = extent > 1e-150 ? 1.0 / extent : 0.0;  // finite
+    const auto certain = static_cast<std::size_t>(thin - points.begin());
+    split(points.first(certain), most, scale, counts);
+    split(points.subspan(certain), most, scale, counts);
+    return counts;
+}
+
+}  // namespace terrane::internal
+
 // Splits a mesh into clusters of triangles, and finds those that can face an eye.
 //
 // Source:     L. Shirman, S. Abi-Ezzi. The Cone of Normals Technique for Fast Processing of Curved Patches. Computer
@@ -14,18 +122,6 @@
 // Vertices that move by up to e change the triple product of the corners about E, which is s times twice the area A, by
 // at most e d (p + 3 e) with the perimeter p and d = e + the largest distance of a corner: all terms of its expansion
 // have an edge or e, a distance or e, and e as factors. It keeps its sign where s > e d (p + 3 e) / 2A.
-#include "base/vector_math.h"
-#include "culling/cluster_split.h"
-#include "culling/extents.h"
-
-#include <terrane/scene/mesh_clusters.h>
-#include <terrane/terrain/number_text.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <string>
 
 namespace terrane {
 namespace {

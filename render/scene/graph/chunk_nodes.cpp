@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/scene/chunk_nodes.h>
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/text.h>
+#include <terrane/scene/scene_graph.h>
 
 #include <algorithm>
 #include <cstdint>

@@ -1,19 +1,151 @@
 // SPDX-License-Identifier: MIT
-#include "graph/graph_ray.h"
-#include "graph/level_switch.h"
-#include "graph/node_checks.h"
+#include "base/aabb_tree.h"
 #include "graph/node_store.h"
-#include "graph/world_place.h"
+#include "objects/log_scale.h"
 
+#include <terrane/base/text.h>
+#include <terrane/scene/culling.h>
 #include <terrane/scene/scene_graph.h>
-#include <terrane/scene/view_volume.h>
-#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
+
+namespace terrane::internal {
+
+/// The level or levels that a switch selects in a frame.
+struct SwitchChoice {
+    std::size_t level = 0;   ///< index of a child; beyond the children: nothing
+    bool is_fading = false;  ///< whether level + 1 is drawn too
+    float share = 1.0f;      ///< coverage of the level; that of level + 1 is share - 1
+};
+
+/// Chooses between the levels of a switch.
+///
+/// @param distance     from the eye to the bounding sphere, metres, > 0
+/// @param factor       pixels per metre of error there
+/// @param threshold_px of errors, pixels
+/// @param before       level of the frame before, for hysteresis
+SwitchChoice choose_level(const SwitchNode& levels, double distance, double factor,
+                          double threshold_px, std::size_t before);
+
+/// The first geometry that a segment meets: see SceneGraph::ray().
+///
+/// @param nodes updates their bounds
+/// @param view  that billboards face; null: what is below them is not met
+std::optional<NodeHit> find_hit(NodeStore& nodes, const View* view, const WorldPos& from_world,
+                                const WorldPos& to_world);
+
+// Source: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.1 to 4.4 (switches by distance and by
+//         error, hysteresis, fades).
+
+SwitchChoice choose_level(const SwitchNode& levels, double distance, double factor,
+                          double threshold_px, std::size_t before) {
+    SwitchChoice choice;
+    for (std::size_t i = 0; i < levels.limits.size(); ++i) {
+        // By which ratio the limit is passed: not increasing in i.
+        const double limit = levels.limits[i];
+        const double passed = levels.by == SwitchNode::By::distance
+                                  ? distance / limit
+                                  : threshold_px / (limit * factor);
+        const double wanted = before > i ? 1.0 / levels.hysteresis : levels.hysteresis;
+        if (!(passed >= wanted)) break;
+        if (levels.fade_ratio > 1.0 && passed < levels.fade_ratio) {
+            const float share = 1.0f - log2_of(static_cast<float>(passed)) /
+                                           log2_of(static_cast<float>(levels.fade_ratio));
+            // A share of 0 and of 1 would draw one of the two without pixels.
+            return {i, true, std::clamp(share, 0x1p-10f, 1.0f - 0x1p-10f)};
+        }
+        choice.level = i + 1;
+    }
+    return choice;
+}
+
+namespace {
+
+// Of the coordinates: added to boxes, above the rounding of transforms down the deepest tree.
+constexpr double kNodeMargin = 0x1p-40;
+
+/// A segment, and the first node on it so far.
+class GraphRay {
+public:
+    GraphRay(NodeStore& nodes, const View* view, const WorldPos& from_world,
+             const Eigen::Vector3d& displacement)
+        : nodes_(nodes), view_(view), from_world_(from_world), displacement_(displacement) {}
+
+    void visit(NodeId id, const WorldPlace& place) {
+        const std::optional<Aabb>& bounds = nodes_.bounds(id);
+        if (!bounds) return;
+        // the inverse, not the transpose: rotations are orthonormal to 1e-6 only
+        const Eigen::Matrix3d node_from_world =
+            place.world_from_node.rotation.inverse() / place.scale;
+        const Eigen::Vector3d start =
+            node_from_world * Eigen::Vector3d(from_world_ - place.world_from_node.translation);
+        const Eigen::Vector3d displacement = node_from_world * displacement_;
+        const double largest = std::max(from_world_.cwiseAbs().maxCoeff(),
+                                        place.world_from_node.translation.cwiseAbs().maxCoeff());
+        const double margin =
+            kNodeMargin * (largest / place.scale + bounds->low.cwiseAbs().maxCoeff() +
+                           bounds->high.cwiseAbs().maxCoeff());
+        const double limit = first ? first->fraction : 1.0;
+        if (!(segment_entry(start, displacement, *bounds, margin) <= limit)) return;
+        const GraphNode& node = nodes_.at(id);
+        if (const auto* geometry = std::get_if<GeometryNode>(&node.content))
+            meet(id, *geometry, place, start, displacement);
+        if (const auto* billboard = std::get_if<BillboardNode>(&node.content)) {
+            if (view_ != nullptr)
+                visit_children(node, turned(*billboard, place, *view_), node.children.size());
+            return;
+        }
+        const bool is_switch = std::holds_alternative<SwitchNode>(node.content);
+        visit_children(node, place, is_switch ? 1 : node.children.size());
+    }
+
+    std::optional<NodeHit> first;
+
+private:
+    void visit_children(const GraphNode& node, const WorldPlace& place, std::size_t count) {
+        for (std::size_t i = 0; i < std::min(count, node.children.size()); ++i)
+            visit(node.children[i], place * nodes_.at(node.children[i]).place);
+    }
+
+    void meet(NodeId id, const GeometryNode& geometry, const WorldPlace& place,
+              const Eigen::Vector3d& start, const Eigen::Vector3d& displacement) {
+        if (!geometry.rays) return;
+        const std::optional<MeshHit> hit = geometry.rays->ray(start, start + displacement);
+        if (!hit) return;
+        if (first && !(hit->fraction < first->fraction ||
+                       (hit->fraction == first->fraction && id < first->node)))
+            return;
+        first = NodeHit{.node = id,
+                        .fraction = hit->fraction,
+                        .point_world = from_world_ + hit->fraction * displacement_,
+                        .normal = place.world_from_node.rotation * hit->normal,
+                        .triangle = hit->triangle};
+    }
+
+    NodeStore& nodes_;
+    const View* view_;
+    WorldPos from_world_;
+    Eigen::Vector3d displacement_;
+};
+
+}  // namespace
+
+std::optional<NodeHit> find_hit(NodeStore& nodes, const View* view, const WorldPos& from_world,
+                                const WorldPos& to_world) {
+    const Eigen::Vector3d displacement = to_world - from_world;
+    if (!displacement.allFinite()) return std::nullopt;
+    GraphRay ray(nodes, view, from_world, displacement);
+    ray.visit(nodes.root(), WorldPlace() * nodes.at(nodes.root()).place);
+    return ray.first;
+}
+
+}  // namespace terrane::internal
 
 namespace terrane {
 namespace {

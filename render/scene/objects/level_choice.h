@@ -1,14 +1,82 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "levels/demand_histogram.h"
+#include "objects/log_scale.h"
 
 #include <terrane/scene/object_model.h>
+#include <terrane/terrain/triangulator.h>
 
+#include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace terrane::internal {
+
+/// Logarithms of demands are moved by more than the rounding of sums and of log2_of(), so that no level is drawn that
+/// was not counted.
+inline constexpr float kDemandMargin = 0x1p-12f;
+
+/// Histogram of objects over the factor, pixels per metre of error, on a logarithmic scale.
+class FactorCounts {
+public:
+    void clear() { counts_.fill(0); }
+    void add(float log2_factor) { ++counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
+    /// Requires a factor that was added.
+    void remove(float log2_factor) { --counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
+
+    /// Visits the bins that have objects.
+    /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the
+    ///              scale
+    template <class Visit>
+    void visit(const Visit& visit) const {
+        constexpr float kInfinite = std::numeric_limits<float>::infinity();
+        for (int bin = 0; bin < kBins; ++bin) {
+            const std::uint32_t count = counts_[static_cast<std::size_t>(bin)];
+            if (count == 0) continue;
+            const float low = static_cast<float>(bin - 1) / kBinsPerOctave + kFirstOctave;
+            visit(count, bin == 0 ? -kInfinite : low,
+                  bin == kBins - 1 ? kInfinite : low + 1.0f / kBinsPerOctave);
+        }
+    }
+
+private:
+    static constexpr int kBinsPerOctave = 64, kFirstOctave = -30, kOctaves = 60;
+    static constexpr int kBins = kOctaves * kBinsPerOctave + 2;  // one beyond each end
+
+    static int bin_of(float log2_factor) {
+        const float at = (log2_factor - kFirstOctave) * kBinsPerOctave;
+        if (!(at >= 0.0f)) return 0;
+        return at < kOctaves * kBinsPerOctave ? static_cast<int>(at) + 1 : kBins - 1;
+    }
+
+    std::array<std::uint32_t, kBins> counts_{};
+};
+
+/// Upper bound of the triangles of many objects as a function of the threshold.
+///
+/// An object that draws n triangles while the threshold is in [a, b) pixels adds n at b and removes n at a. Additions
+/// are moved up to the end of a bin and removals down to the end of one, so that the sum is never too small.
+class DemandHistogram {
+public:
+    void clear() { changes_.fill(0); }
+    /// Triangles are drawn below a threshold.
+    void add(float log2_px, std::int64_t triangles) {
+        changes_[static_cast<std::size_t>(ErrorBins::bin_above(log2_px))] += triangles;
+    }
+    /// They are not drawn below a smaller threshold.
+    void remove(float log2_px, std::int64_t triangles) {
+        const int bin = ErrorBins::bin_below(log2_px);
+        if (bin >= 0) changes_[static_cast<std::size_t>(bin)] -= triangles;
+    }
+
+    /// Appends steps of the smallest bound that does not increase with the threshold.
+    void append_to(std::vector<TriangleDemand>& demands_out) const;
+
+private:
+    std::array<std::int64_t, ErrorBins::kCount> changes_{};
+};
 
 /// Levels of one object in a frame: one, or two that fade into each other.
 struct ChosenLevels {
@@ -51,6 +119,40 @@ private:
     };
     std::vector<Step> steps_;  // [levels + 1] finest first; the last one is not drawn
     float log2_ratio_;
+};
+
+/// The levels of an object with continuous levels of detail, on a logarithmic scale: in place of the meshes of
+/// ObjectModel::levels those of ObjectModel::continuous, of which neighbouring ones differ by one contraction. The
+/// impostor and the absence fade in as of other objects (LevelChoice).
+class ContinuousModel {
+public:
+    /// @param model with ObjectModel::continuous
+    ContinuousModel(const ObjectModel& model, double fade_ratio);
+
+    /// Adds the triangles of one object at every threshold.
+    ///
+    /// @param log2_factor of pixels per metre of error: scale times pixels per radian over distance
+    void add_to(float log2_factor, DemandHistogram& histogram) const;
+
+    /// Whether a mesh is drawn at a threshold, as LevelChoice decides it, or may be by rounding.
+    bool draws_mesh(float log2_factor, float log2_threshold) const {
+        return most_log2_error_ + log2_factor + kDemandMargin > log2_threshold;
+    }
+
+    /// Triangles of the coarsest mesh whose screen error is within the threshold.
+    std::uint32_t triangle_count(float log2_factor, float log2_threshold) const;
+
+private:
+    /// Triangles that are drawn below an error, and are not drawn below another one.
+    struct Change {
+        float log2_error;
+        std::int64_t triangles;
+    };
+
+    std::vector<float> log2_errors_;        // [levels] finest first; they do not decrease
+    std::vector<std::uint32_t> triangles_;  // [levels]
+    float most_log2_error_ = 0.0f;          // no mesh is drawn from here on
+    std::vector<Change> additions_, removals_;
 };
 
 }  // namespace terrane::internal

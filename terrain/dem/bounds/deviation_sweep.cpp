@@ -1,5 +1,282 @@
 // SPDX-License-Identifier: MIT
+#include "bounds/kinked_surface.h"
+#include "bounds/level_bounds.h"
+#include "raster/cancellable_work.h"
+
+#include <terrane/terrain/lattice.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace terrane::internal {
+
+/// Tiles, the cells of the first tier, along the side of a block.
+inline constexpr int kBlockTiles = 8;
+
+/// Heights over a square: at its south-western corner and how they rise from tile to tile.
+struct Plane {
+    double corner = 0.0, rise_x = 0.0, rise_y = 0.0;
+    double at(std::int64_t x, std::int64_t y) const {
+        return corner + (static_cast<double>(x) * rise_x + static_cast<double>(y) * rise_y);
+    }
+};
+
+/// The plane of a triangle and the output of its deviation; null: not needed.
+struct Target {
+    Plane plane;
+    float* deviation = nullptr;
+    double found = 0.0;  ///< in this block
+    float known = 0.0f;  ///< so far, rounded outward
+};
+
+/// The half of a tile with its right angle at this corner, or the whole tile.
+enum class Part { whole, south_west, south_east, north_west, north_east };
+
+/// A square of a level, cut into the two triangles of its cell, and into four from its centre, which are halves of the
+/// diamonds of the midpoints of its sides: vertices of half its side.
+struct Square {
+    std::int64_t west = 0, south = 0, side = 0;  ///< tiles
+    bool is_cut_north_east = false;
+    Target lower, upper;  ///< south and north of the diagonal
+    Target south_side, east_side, north_side, west_side;
+
+    std::array<Target*, 6> targets() {
+        return {&lower, &upper, &south_side, &east_side, &north_side, &west_side};
+    }
+};
+
+/// The square of a level whose south-western corner has the indices i, j.
+///
+/// @param levels  as find_deviations()
+Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::size_t level,
+                   std::int64_t i, std::int64_t j);
+
+/// Surface minus plane at the corners of a part of a tile, the tile at (x, y) of the plane's square.
+///
+/// @param heights  south-west, south-east, north-west, north-east
+Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std::int64_t x,
+                   std::int64_t y, Part part);
+
+/// Visits the triangles of a square that contain a tile or a half of it.
+///
+/// @param x, y   position of the tile in the square
+/// @param visit  called with Part, Target&
+template <typename Visit>
+void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit&& visit) {
+    const auto add = [&](Target& target, Part part) {
+        if (target.deviation != nullptr) visit(part, target);
+    };
+    // Above 0: north of the diagonal.
+    const std::int64_t rising = y - x, falling = y + x - (square.side - 1);
+    const std::int64_t cut = square.is_cut_north_east ? rising : falling;
+    if (cut != 0) {
+        add(cut < 0 ? square.lower : square.upper, Part::whole);
+    } else {
+        add(square.lower, square.is_cut_north_east ? Part::south_east : Part::south_west);
+        add(square.upper, square.is_cut_north_east ? Part::north_west : Part::north_east);
+    }
+    if (rising < 0 && falling < 0) add(square.south_side, Part::whole);
+    if (rising > 0 && falling > 0) add(square.north_side, Part::whole);
+    if (rising > 0 && falling < 0) add(square.west_side, Part::whole);
+    if (rising < 0 && falling > 0) add(square.east_side, Part::whole);
+    if (rising == 0) {
+        add(falling < 0 ? square.south_side : square.east_side, Part::south_east);
+        add(falling < 0 ? square.west_side : square.north_side, Part::north_west);
+    }
+    if (falling == 0) {
+        add(rising < 0 ? square.south_side : square.west_side, Part::south_west);
+        add(rising < 0 ? square.east_side : square.north_side, Part::north_east);
+    }
+}
+
+/// Visits the tiles of a square within a block, for each triangle that contains them or a half.
+///
+/// @param block  its south-western tile
+/// @param visit  called with column and row in the block, Part, Target&
+template <typename Visit>
+void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
+    const auto begin = [](std::int64_t of_block, std::int64_t of_square) {
+        return static_cast<int>(std::max<std::int64_t>(of_square - of_block, 0));
+    };
+    const auto end = [&](std::int64_t of_block, std::int64_t of_square) {
+        return static_cast<int>(
+            std::min<std::int64_t>(of_square + square.side - of_block, kBlockTiles));
+    };
+    for (int row = begin(block.y, square.south); row < end(block.y, square.south); ++row) {
+        const std::int64_t y = block.y + row - square.south;
+        for (int column = begin(block.x, square.west); column < end(block.x, square.west);
+             ++column) {
+            const std::int64_t x = block.x + column - square.west;
+            for_each_part_of_tile(
+                square, x, y, [&](Part part, Target& target) { visit(column, row, part, target); });
+        }
+    }
+}
+
+// Beyond the raster the surface repeats the raster's edge: it is constant along x beyond its western
+// and eastern edges, along y beyond the others. A plane is linear. So on a row of tiles beyond the
+// western or eastern edge, surface minus plane is monotone in x over each triangle, and its
+// extremes lie at the ends of the row and where the row meets the diagonals of the square;
+// beyond a corner of the raster, at the vertices of the part of the triangle that lies there. Rounded
+// sums and products are monotone, too: along a row or a column nothing is lost to rounding.
 //
+// A square of n x n tiles beyond the raster thus costs O(n) tiles, or O(1), instead of n^2, and a
+// sweep over the squares around a long narrow raster is linear in its length.
+
+/// A rectangle of tiles; the end is excluded.
+struct Tiles {
+    std::int64_t west = 0, south = 0, east = 0, north = 0;
+
+    bool empty() const { return west >= east || south >= north; }
+    bool contains(const Tiles& other) const {
+        return other.west >= west && other.south >= south && other.east <= east &&
+               other.north <= north;
+    }
+};
+
+namespace beyond {
+
+/// The positions in [begin, end) of the interval's ends and of a line's intersections with a square's diagonals.
+template <typename Visit>
+void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, std::int64_t side,
+                      Visit&& visit) {
+    std::array<std::int64_t, 4> places{begin, end - 1, line, side - 1 - line};
+    std::ranges::sort(places);
+    std::int64_t before = begin - 1;
+    for (const std::int64_t place : places) {
+        if (place <= before || place >= end) continue;
+        visit(place);
+        before = place;
+    }
+}
+
+}  // namespace beyond
+
+/// Visits tiles of a square beyond `core`, including all where surface minus plane is extreme over the part beyond
+/// `core` of any triangle of the square.
+///
+/// @param core   a rectangle of tiles outside of which the surface repeats the raster's edge
+/// @param visit  called with the tile's position x, y in the square; some tiles twice
+template <typename Visit>
+void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visit) {
+    const std::int64_t side = square.side;
+    // In tiles of the square: before the core, along it, after it.
+    const auto cuts = [side](std::int64_t begin, std::int64_t end, std::int64_t first) {
+        return std::array<std::int64_t, 4>{0, std::clamp<std::int64_t>(begin - first, 0, side),
+                                           std::clamp<std::int64_t>(end - first, 0, side), side};
+    };
+    const auto xs = cuts(core.west, core.east, square.west);
+    const auto ys = cuts(core.south, core.north, square.south);
+    for (std::size_t v = 0; v < 3; ++v) {
+        for (std::size_t u = 0; u < 3; ++u) {
+            const Tiles part{xs[u], ys[v], xs[u + 1], ys[v + 1]};
+            const bool constant_x = u != 1, constant_y = v != 1;
+            if (part.empty() || (!constant_x && !constant_y)) continue;
+            const auto row = [&](std::int64_t y) {
+                beyond::for_each_extreme(part.west, part.east, y, side,
+                                         [&](std::int64_t x) { visit(x, y); });
+            };
+            const auto column = [&](std::int64_t x) {
+                beyond::for_each_extreme(part.south, part.north, x, side,
+                                         [&](std::int64_t y) { visit(x, y); });
+            };
+            if (!constant_y) {
+                for (std::int64_t y = part.south; y < part.north; ++y) row(y);
+                continue;
+            }
+            if (!constant_x) {
+                for (std::int64_t x = part.west; x < part.east; ++x) column(x);
+                continue;
+            }
+            row(part.south);
+            row(part.north - 1);
+            column(part.west);
+            column(part.east - 1);
+            // Around the square's centre, where four triangles meet.
+            for (const std::int64_t y : {side / 2 - 1, side / 2}) {
+                for (const std::int64_t x : {side / 2 - 1, side / 2}) {
+                    const bool is_inside =
+                        x >= part.west && x < part.east && y >= part.south && y < part.north;
+                    if (is_inside) visit(x, y);
+                }
+            }
+        }
+    }
+}
+
+Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::size_t level,
+                   std::int64_t i, std::int64_t j) {
+    BoundTier& cells = levels[level];
+    Square square;
+    const std::int64_t side = square.side = cells.step / first.step;
+    const std::int64_t west = square.west = i * side, south = square.south = j * side;
+    const auto height = [&](std::int64_t x, std::int64_t y) {
+        return first.heights[first.at(x, y)];
+    };
+    const double south_west = height(west, south), south_east = height(west + side, south);
+    const double north_west = height(west, south + side),
+                 north_east = height(west + side, south + side);
+    const double whole = static_cast<double>(side);
+    square.is_cut_north_east = ((i + j) & 1) == 0;
+    if (cells.contains(i, j)) {
+        float* deviation = &cells.cell_bounds[cells.at(i, j)];
+        const double along_south = (south_east - south_west) / whole;
+        const double along_north = (north_east - north_west) / whole;
+        const double along_west = (north_west - south_west) / whole;
+        const double along_east = (north_east - south_east) / whole;
+        if (square.is_cut_north_east) {
+            square.lower = {{south_west, along_south, along_east}, deviation};
+            square.upper = {{south_west, along_north, along_west}, deviation};
+        } else {
+            square.lower = {{south_west, along_south, along_west}, deviation};
+            square.upper = {
+                {north_east - whole * (along_north + along_east), along_north, along_east},
+                deviation};
+        }
+    }
+    if (level == 0) return square;
+    BoundTier& middles = levels[level - 1];
+    const double centre = height(west + side / 2, south + side / 2), half = 0.5 * whole;
+    const auto add_side = [&](Target& target, std::int64_t x, std::int64_t y, double begin,
+                              double end, double up, bool along_x) {
+        if (!middles.contains(x, y)) return;
+        target.deviation = &middles.bounds[middles.at(x, y)];
+        const double along = (end - begin) / whole;
+        // From the side to the centre; `up` is 1 for the sides in the south and the west.
+        const double across = up * (centre - 0.5 * (begin + end)) / half;
+        const double corner = up > 0.0 ? begin : begin - whole * across;
+        target.plane = along_x ? Plane{corner, along, across} : Plane{corner, across, along};
+    };
+    add_side(square.south_side, 2 * i + 1, 2 * j, south_west, south_east, 1.0, true);
+    add_side(square.north_side, 2 * i + 1, 2 * j + 2, north_west, north_east, -1.0, true);
+    add_side(square.west_side, 2 * i, 2 * j + 1, south_west, north_west, 1.0, false);
+    add_side(square.east_side, 2 * i + 2, 2 * j + 1, south_east, north_east, -1.0, false);
+    return square;
+}
+
+Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std::int64_t x,
+                   std::int64_t y, Part part) {
+    const double south_west = heights[0] - plane.at(x, y);
+    const double south_east = heights[1] - plane.at(x + 1, y);
+    const double north_west = heights[2] - plane.at(x, y + 1);
+    const double north_east = heights[3] - plane.at(x + 1, y + 1);
+    Range range;
+    if (part != Part::north_east) range.add(south_west);
+    if (part != Part::north_west) range.add(south_east);
+    if (part != Part::south_east) range.add(north_west);
+    if (part != Part::south_west) range.add(north_east);
+    return range;
+}
+
 // Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the longest
 // side cuts from corner to corner. The deviation over a tile has an upper bound: its corners minus the plane, plus
 // cell_high. Only tiles whose bound is above the deviation found so far are evaluated exactly, for all triangles at
@@ -7,23 +284,8 @@
 //
 // Which tiles are pruned depends on the order, the result does not: a pruned tile is not above the maximum. Beyond the
 // raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles where it can be
-// extreme are visited (sweep_beyond.h).
-#include "bounds/deviation_sweep.h"
+// extreme are visited (deviation_sweep.cpp).
 
-#include "bounds/parallel.h"
-#include "bounds/sweep_beyond.h"
-#include "bounds/sweep_square.h"
-
-#include <algorithm>
-#include <array>
-#include <atomic>
-#include <bit>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <utility>
-
-namespace terrane::internal {
 namespace {
 
 /// Covers the rounding of sums in another order.

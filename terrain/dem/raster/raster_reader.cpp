@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "raster/raster_reader.h"
 
-#include "raster/geodesy.h"
-#include "raster/guarded_calls.h"
+#include "raster/cancellable_work.h"
 #include "raster/raster_checks.h"
 
 #include <cpl_error.h>

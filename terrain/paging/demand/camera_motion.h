@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "paging/demand/predicted_view.h"
+#include "paging/demand/need.h"
 
 #include <terrane/terrain/pager.h>
 

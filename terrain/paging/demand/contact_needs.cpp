@@ -1,13 +1,398 @@
 // SPDX-License-Identifier: MIT
 #include "paging/demand/contact_needs.h"
 
-#include <terrane/terrain/assert.h>
+#include <terrane/base/result.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 namespace terrane::internal {
+namespace {
+
+// Unused chunks that may stay cached.
+constexpr std::size_t kSpareChunks = 4096;
+
+bool is_ordered_before(const ChunkKey& a, const ChunkKey& b) {
+    return a.level != b.level ? a.level < b.level : a < b;
+}
+
+}  // namespace
+
+TouchTable::TouchTable(const HeightSource& source, int level)
+    : source_(source),
+      level_(static_cast<std::uint8_t>(level)),
+      index_(64),
+      most_chunks_(kSpareChunks) {}
+
+void TouchTable::clear() {
+    if (chunks_.size() > most_chunks_) drop_unused();
+    for (const Slot slot : touched_) chunks_[slot].time_index = kNever;
+    touched_.clear();
+    ++round_;
+}
+
+TouchTable::Slot TouchTable::add(const ChunkKey& key) {
+    Slot parent = kNone;
+    if (key.level > 0) {
+        parent = index_[bucket_of(key.parent())].slot;
+        if (parent == kNone) parent = add(key.parent());
+    }
+    if (2 * (chunks_.size() + 1) > index_.size()) {
+        index_.assign(2 * index_.size(), {});
+        for (Slot slot = 0; slot < chunks_.size(); ++slot) {
+            index_[bucket_of(chunks_[slot].key)] = {chunks_[slot].key, slot};
+        }
+    }
+    const auto slot = static_cast<Slot>(chunks_.size());
+    index_[bucket_of(key)] = {key, slot};
+    chunks_.push_back({.key = key, .parent = parent});
+    added_.push_back(slot);
+    return slot;
+}
+
+double TouchTable::find_highest(const ChunkKey& key) const {
+    const Lattice& lattice = source_.lattice();
+    const LatticePoint corner = lattice.corner(key);
+    const std::int64_t side = lattice.chunk_side(key.level);
+    const HeightInterval heights =
+        source_.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
+                          lattice.y(corner.y + side)});
+    return heights.high + lattice.quantum;  // samples are rounded to quanta
+}
+
+void TouchTable::touch_ancestors() {
+    const std::size_t count = touched_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        const TimeIndex time_index = chunks_[touched_[i]].time_index;
+        const double end = chunks_[touched_[i]].end;
+        Slot ancestor = chunks_[touched_[i]].parent;
+        // an ancestor touched as early and as long has propagated already
+        while (ancestor != kNone &&
+               (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end)) {
+            touch(ancestor, time_index, end);
+            ancestor = chunks_[ancestor].parent;
+        }
+    }
+}
+
+TouchTable::TimeIndex TouchTable::time_index(const ChunkKey& key) const {
+    const Slot found = index_[bucket_of(key)].slot;
+    return found == kNone ? kNever : chunks_[found].time_index;
+}
+
+// Merges from the back, so that each slot of order_ moves once.
+void TouchTable::order_added() {
+    const auto before = [this](Slot a, Slot b) {
+        return is_ordered_before(chunks_[a].key, chunks_[b].key);
+    };
+    std::sort(added_.begin(), added_.end(), before);
+    auto old_end = static_cast<std::ptrdiff_t>(order_.size());
+    order_.resize(chunks_.size());
+    auto end = static_cast<std::ptrdiff_t>(order_.size());
+    for (; !added_.empty(); added_.pop_back()) {
+        const auto from =
+            std::upper_bound(order_.begin(), order_.begin() + old_end, added_.back(), before);
+        std::move_backward(from, order_.begin() + old_end, order_.begin() + end);
+        end -= old_end - (from - order_.begin()) + 1;
+        old_end = from - order_.begin();
+        order_[static_cast<std::size_t>(end)] = added_.back();
+    }
+}
+
+// Counting sort by time index; order_ is sorted by level and key already, and the sort is stable.
+void TouchTable::sort(std::size_t time_count, std::vector<Slot>& slots_out) {
+    order_added();
+    counts_.assign(time_count + 1, 0);
+    for (const Slot slot : touched_) ++counts_[chunks_[slot].time_index + 1];
+    for (std::size_t i = 0; i < time_count; ++i) counts_[i + 1] += counts_[i];
+    slots_out.resize(touched_.size());
+    for (const Slot slot : order_) {
+        const TimeIndex time_index = chunks_[slot].time_index;
+        if (time_index != kNever) slots_out[counts_[time_index]++] = slot;
+    }
+}
+
+void TouchTable::drop_unused() {
+    kept_.clear();
+    for (const Chunk& chunk : chunks_) {
+        if (chunk.last_used_round == round_) kept_.push_back(chunk);
+    }
+    chunks_.clear();
+    touched_.clear();
+    order_.clear();
+    added_.clear();
+    std::fill(index_.begin(), index_.end(), HashEntry{});
+    for (const Chunk& chunk : kept_) chunks_[add(chunk.key)].highest = chunk.highest;
+    most_chunks_ = 2 * chunks_.size() + kSpareChunks;
+}
+
+// Time intervals in which a moving, growing sphere touches the columns of chunks.
+//
+// The sphere is replaced by its axis-aligned box: for each column and row of chunks the interval of overlap in
+// the plane, then within it the time at which the box is low enough. Only where the box overlaps a square from
+// the beginning is the sphere itself tested. The box is conservative: it adds few chunks, and misses none.
+//
+// A sphere of a speed whose radius grows by g t^2 / 2 closes a gap of at most speed t + g t^2 / 2 in t seconds.
+
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+// The sphere is enlarged by this share of its coordinates, to cover rounding.
+constexpr double kRounding = 1e-14;
+// Of a chunk's side: below it the box overlaps few chunks that the sphere does not.
+constexpr double kLargeSphere = 0.5;
+constexpr double kSqrt2 = 1.4142135623730951;
+constexpr double kPi = 3.141592653589793;
+
+// The earliest time at which speed * t + growth * t^2 / 2 is `gap`.
+double time_to_close(double gap, double speed, double growth) {
+    if (gap <= 0.0) return 0.0;
+    const double root = std::sqrt(speed * speed + 2.0 * growth * gap);
+    if (speed > 0.0) return 2.0 * gap / (speed + root);
+    return growth > 0.0 ? (root - speed) / growth : kNever;
+}
+
+// Upper estimate of the squares that a segment meets: the area within a diagonal of it.
+double square_count(const MotionSegment& segment, double side) {
+    const double distance =
+        segment.duration > 0.0 ? segment.velocity.head<2>().norm() * segment.duration : 0.0;
+    const double growth = 0.5 * segment.growth * segment.duration * segment.duration;
+    const double reach = (segment.radius + growth) / side + kSqrt2;
+    return (2.0 * distance / side + kPi * reach) * reach;
+}
+
+// Shortens a segment until its square_count() is at most `most`, if need be to its begin, with a smaller radius.
+void truncate(MotionSegment& segment, double side, double most) {
+    const double duration = segment.duration;
+    segment.duration = 0.0;
+    if (square_count(segment, side) > most) {
+        segment.radius = std::max(0.0, side * (std::sqrt(most / kPi) - kSqrt2));
+        return;
+    }
+    constexpr int kHalvings = 64;
+    for (int i = 1; i <= kHalvings; ++i) {
+        segment.duration = std::ldexp(duration, -i);
+        if (square_count(segment, side) <= most) return;
+    }
+    segment.duration = 0.0;
+}
+
+// Signed distance from a sphere to the column of a closed square below a height; negative in overlap.
+double gap_to(const WorldPos& centre, double radius, const WorldRect& square, double height) {
+    const double x = std::max({0.0, square.west - centre.x(), centre.x() - square.east});
+    const double y = std::max({0.0, square.south - centre.y(), centre.y() - square.north});
+    const double z = std::max(0.0, centre.z() - height);
+    return std::sqrt(x * x + y * y + z * z) - radius;
+}
+
+// The end of an interval that is nearest to a and b, if both lie beyond the same end; else nothing.
+std::optional<double> end_towards(double low, double high, double a, double b) {
+    if (a < low && b < low) return low;
+    if (a > high && b > high) return high;
+    return std::nullopt;
+}
+
+}  // namespace
+
+void find_segments(const BodyNeed& body, double time_s, double horizon,
+                   std::vector<MotionSegment>& segments_out) {
+    segments_out.clear();
+    if (body.trajectory.empty()) {
+        segments_out.push_back(
+            {0.0, horizon, body.centre_world, body.velocity, body.radius, kGravity});
+        return;
+    }
+    MotionSegment segment{.from_world = body.centre_world, .radius = body.radius};
+    const auto first =
+        std::lower_bound(body.trajectory.begin(), body.trajectory.end(), time_s,
+                         [](const BodyMoment& moment, double now) { return moment.time_s < now; });
+    for (auto next = first; next != body.trajectory.end(); ++next) {
+        const double left = horizon - segment.begin;
+        const double wait = std::max(0.0, next->time_s - time_s - segment.begin);
+        segment.velocity = Eigen::Vector3d::Zero();
+        if (wait > 0.0) segment.velocity = (next->centre_world - segment.from_world) / wait;
+        segment.duration = std::min(wait, left);
+        segments_out.push_back(segment);
+        if (wait > left) return;
+        segment.begin += wait;
+        segment.from_world = next->centre_world;
+    }
+    segment.duration = horizon - segment.begin;
+    segment.velocity = Eigen::Vector3d::Zero();
+    segments_out.push_back(segment);
+}
+
+// The extent of the sphere's box along one axis, as a function of time.
+struct BodySweep::AxisMotion {
+    double from, speed, radius, growth, duration;
+    double low_begin, high_begin, low_end, high_end;
+
+    AxisMotion(const MotionSegment& segment, int axis)
+        : from(segment.from_world[axis]),
+          speed(segment.velocity[axis]),
+          radius(segment.radius),
+          growth(segment.growth),
+          duration(segment.duration),
+          low_begin(from - radius),
+          high_begin(from + radius),
+          low_end(low(duration)),
+          high_end(high(duration)) {}
+
+    // low() is concave, high() convex: their extremes are at the ends.
+    double low(double time) const { return from + speed * time - reach(time); }
+    double high(double time) const { return from + speed * time + reach(time); }
+    double reach(double time) const { return radius + 0.5 * growth * time * time; }
+    double lowest() const { return std::min(low_begin, low_end); }
+    double highest() const { return std::max(high_begin, high_end); }
+
+    // The time interval of overlap with [west, east]. If the box leaves and, growing, returns, the interval
+    // includes the time between.
+    Window over(double west, double east) const {
+        Window when{0.0, duration};
+        if (high_begin < west) {
+            when.enter = time_to_close(west - high_begin, speed, growth);
+        } else if (low_begin > east) {
+            when.enter = time_to_close(low_begin - east, -speed, growth);
+        }
+        const bool is_ahead = low_end > east;
+        if (is_ahead || high_end < west) {
+            // the travel is at least that at the least mean speed
+            const double distance = is_ahead ? east - low_begin : high_begin - west;
+            const double slowest = std::abs(speed) - 0.5 * growth * duration;
+            when.leave = std::min(duration, distance / slowest);
+        }
+        return when;
+    }
+};
+
+void BodySweep::find_lanes(const ChunkAxis& axis, const ChunkSpan& span, const AxisMotion& motion,
+                           std::vector<Lane>& lanes_out) {
+    lanes_out.clear();
+    double low = axis.edge(span.first);
+    for (std::int64_t index = span.first; index <= span.last; ++index) {
+        const double high = axis.edge(index + 1);
+        lanes_out.push_back({low, high, motion.over(low, high)});
+        low = high;
+    }
+}
+
+BodySweep::BodySweep(const HeightSource& source, int level) : grid_(source.lattice(), level) {
+    // chunks that only touch the extent's edge hold no ground
+    const auto inner = [](const ChunkAxis& axis, double low, double high) {
+        ChunkSpan span = axis.touched(low, high, axis.world);
+        if (axis.edge(span.first + 1) <= low) ++span.first;
+        if (axis.edge(span.last) >= high) --span.last;
+        return span;
+    };
+    const WorldRect& extent = source.extent();
+    columns_ = inner(grid_.x, extent.west, extent.east);
+    rows_ = inner(grid_.y, extent.south, extent.north);
+    find_highest(source);
+    for (const ChunkAxis* axis : {&grid_.x, &grid_.y}) {
+        scale_ = std::max({scale_, std::abs(axis->edge(axis->world.first)),
+                           std::abs(axis->edge(axis->world.last + 1))});
+    }
+}
+
+void BodySweep::find_highest(const HeightSource& source) {
+    highest_ = source.interval(source.extent()).high + source.lattice().quantum;
+}
+
+// Whether the sphere misses a square that its box overlaps, because it passes a corner.
+bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& square,
+                              const Window& when) {
+    const Eigen::Vector2d from = segment.from_world.head<2>(),
+                          velocity = segment.velocity.head<2>();
+    const Eigen::Vector2d begin = from + when.enter * velocity, end = from + when.leave * velocity;
+    const auto x = end_towards(square.west, square.east, begin.x(), end.x());
+    if (!x) return false;
+    const auto y = end_towards(square.south, square.north, begin.y(), end.y());
+    if (!y) return false;
+    // the corner is the nearest point of the square throughout
+    const Eigen::Vector2d corner(*x, *y);
+    const double nearest = (corner - from).dot(velocity) / velocity.squaredNorm();
+    const double time = nearest > when.enter ? std::min(nearest, when.leave) : when.enter;
+    const double reach = segment.radius + 0.5 * segment.growth * when.leave * when.leave;
+    return (from + time * velocity - corner).squaredNorm() > reach * reach;
+}
+
+BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& table,
+                                std::vector<Touch>& touches_out) {
+    touches_out.clear();
+    // columns and rows that the box overlaps, if it ever is low enough
+    ChunkSpan columns, rows;
+    const auto find_spans = [&] {
+        columns = rows = {};
+        const AxisMotion x(segment, 0), y(segment, 1);
+        if (AxisMotion(segment, 2).lowest() > highest_) return;
+        columns = grid_.x.touched(x.lowest(), x.highest(), columns_);
+        rows = grid_.y.touched(y.lowest(), y.highest(), rows_);
+    };
+    // exact only near the world, as far as needed
+    segment.radius +=
+        kRounding * (segment.from_world.cwiseAbs().maxCoeff() + scale_ + segment.radius);
+    find_spans();
+    Cost cost;
+    if (columns.count() * rows.count() > most && square_count(segment, grid_.x.side) > most) {
+        truncate(segment, grid_.x.side, most);
+        find_spans();
+        cost.is_truncated = true;
+    }
+    if (columns.count() == 0.0 || rows.count() == 0.0) return cost;
+
+    find_lanes(grid_.x, columns, AxisMotion(segment, 0), column_lanes_);
+    find_lanes(grid_.y, rows, AxisMotion(segment, 1), row_lanes_);
+    Window in_columns{kNever, -kNever};
+    for (const Lane& column : column_lanes_) {
+        in_columns.enter = std::min(in_columns.enter, column.when.enter);
+        in_columns.leave = std::max(in_columns.leave, column.when.leave);
+    }
+    const AxisMotion z(segment, 2);
+    const Eigen::Vector3d& v = segment.velocity;
+    const double speed = std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z());
+    const double large = kLargeSphere * grid_.x.side;
+    std::size_t first = 0;
+    for (std::size_t j = 0; j < row_lanes_.size(); ++j) {
+        const Lane& row = row_lanes_[j];
+        cost.squares += 1.0;
+        if (row.when.intersect(in_columns).is_empty()) continue;
+        // a row's columns are contiguous, and at least one is the previous row's, too
+        const auto is_over = [&](std::size_t i) {
+            return !row.when.intersect(column_lanes_[i].when).is_empty();
+        };
+        while (first + 1 < column_lanes_.size() && !is_over(first)) ++first;
+        while (first > 0 && is_over(first - 1)) --first;
+        for (std::size_t i = first; i < column_lanes_.size(); ++i) {
+            const Lane& column = column_lanes_[i];
+            const Window when = row.when.intersect(column.when);
+            if (when.is_empty()) break;
+            cost.squares += 1.0;
+            const WorldRect square{column.low, row.low, column.high, row.high};
+            if (z.reach(when.leave) > large && passes_corner(segment, square, when)) continue;
+            const TouchTable::Slot slot =
+                table.slot(static_cast<std::int32_t>(columns.first + static_cast<std::int64_t>(i)),
+                           static_cast<std::int32_t>(rows.first + static_cast<std::int64_t>(j)));
+            const double height = table.highest(slot);
+            double time = when.enter;
+            if (time == 0.0) {
+                time = time_to_close(gap_to(segment.from_world, segment.radius, square, height),
+                                     speed, segment.growth);
+            }
+            if (const double gap = z.low(time) - height; gap > 0.0) {
+                time += time_to_close(gap, segment.growth * time - z.speed, segment.growth);
+            }
+            const double last = when.leave < segment.duration ? when.leave : kNever;
+            if (time <= when.leave) touches_out.push_back({slot, time, last});
+        }
+    }
+    return cost;
+}
+
 namespace {
 constexpr double kBelowAllGround = -0x1p38;  // metres: heights are within that
 }  // namespace

@@ -1,17 +1,265 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "paging/demand/body_sweep.h"
-#include "paging/demand/touch_table.h"
-
+#include <terrane/terrain/height_source.h>
 #include <terrane/terrain/pager.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace terrane::internal {
+
+/// The chunks of one level that are touched, and their ancestors, each with its first and last touch. First
+/// touches are indices into the caller's list of times: a smaller one is earlier.
+///
+/// The highest ground of chunks and their order are cached from one clear() to the next, while they are used;
+/// that changes no answer.
+///
+/// Allocates: while it grows
+class TouchTable {
+public:
+    using Slot = std::uint32_t;
+    using TimeIndex = std::uint32_t;
+    static constexpr TimeIndex kNever = std::numeric_limits<TimeIndex>::max();
+
+    /// The source outlives it.
+    TouchTable(const HeightSource& source, int level);
+
+    /// Removes all touches and invalidates slots.
+    void clear();
+
+    /// The slot of a chunk of the level. Requires a chunk of the world.
+    Slot slot(std::int32_t x, std::int32_t y) {
+        const ChunkKey key{x, y, level_};
+        Slot slot = index_[bucket_of(key)].slot;
+        if (slot == kNone) slot = add(key);
+        chunks_[slot].last_used_round = round_;
+        return slot;
+    }
+
+    /// Call when the source's intervals have changed.
+    void forget_heights() {
+        for (Chunk& chunk : chunks_) chunk.highest = kUnknown;
+    }
+
+    /// Upper bound of the samples of a chunk, metres.
+    double highest(Slot slot) {
+        Chunk& chunk = chunks_[slot];
+        if (chunk.highest == kUnknown) chunk.highest = find_highest(chunk.key);
+        return chunk.highest;
+    }
+
+    /// Records a touch: keeps the earliest time index and the latest end, seconds.
+    void touch(Slot slot, TimeIndex time_index, double end) {
+        Chunk& chunk = chunks_[slot];
+        if (chunk.time_index == kNever) {
+            touched_.push_back(slot);
+            chunk.time_index = time_index;
+            chunk.end = end;
+            return;
+        }
+        chunk.time_index = std::min(chunk.time_index, time_index);
+        chunk.end = std::max(chunk.end, end);
+    }
+
+    /// Propagates touches to ancestors. Call it after the last touch().
+    void touch_ancestors();
+
+    const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
+    /// First touch of a chunk; kNever where it is not touched or not in the table.
+    TimeIndex time_index(const ChunkKey& key) const;
+    /// Last touch, seconds. Requires a touched chunk.
+    double end(const ChunkKey& key) const { return chunks_[index_[bucket_of(key)].slot].end; }
+
+    /// The touched chunks, ordered by time index, level and key.
+    ///
+    /// @param time_count above every time index in use
+    /// @param slots_out    resized
+    void sort(std::size_t time_count, std::vector<Slot>& slots_out);
+    TimeIndex time_index(Slot slot) const { return chunks_[slot].time_index; }
+
+private:
+    static constexpr Slot kNone = std::numeric_limits<Slot>::max();
+    static constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    struct Chunk {
+        ChunkKey key;
+        TimeIndex time_index = kNever;
+        double end = 0.0;  // if touched
+        Slot parent = kNone;
+        std::uint32_t last_used_round = 0;  // of slot()
+        double highest = kUnknown;
+    };
+
+    struct HashEntry {
+        ChunkKey key;
+        Slot slot = kNone;
+    };
+
+    // Position in the index of a key, or of the free entry for it.
+    std::size_t bucket_of(const ChunkKey& key) const {
+        const std::size_t mask = index_.size() - 1;
+        std::size_t at = ChunkKeyHash{}(key)&mask;
+        while (index_[at].slot != kNone && index_[at].key != key) at = (at + 1) & mask;
+        return at;
+    }
+    Slot add(const ChunkKey& key);
+    double find_highest(const ChunkKey& key) const;
+    void order_added();
+    void drop_unused();
+
+    const HeightSource& source_;
+    std::uint8_t level_;
+    std::vector<Chunk> chunks_;
+    std::vector<HashEntry> index_;  // open addressing; its size is a power of two
+    std::vector<Slot> touched_;     // unordered
+    std::vector<Slot> order_;       // of all chunks: level, key
+    std::vector<Slot> added_;       // not in order_ yet
+    std::vector<std::size_t> counts_;
+    std::vector<Chunk> kept_;
+    std::uint32_t round_ = 1;      // counts clear()
+    std::size_t most_chunks_ = 0;  // above it clear() drops unused ones
+};
+
+/// A range of columns or rows of chunks, both ends included; empty where last < first.
+struct ChunkSpan {
+    std::int64_t first = 0;
+    std::int64_t last = -1;
+
+    double count() const { return std::max(0.0, static_cast<double>(last - first) + 1.0); }
+};
+
+/// The columns or the rows of the chunks of one level.
+struct ChunkAxis {
+    double origin = 0.0;  ///< of lattice index 0, world, metres
+    double side = 1.0;    ///< of a chunk, metres
+    double inverse_side = 1.0;
+    ChunkSpan world;  ///< all of the world
+
+    /// The western or southern edge of a chunk: the bits of Lattice::x() and y().
+    double edge(std::int64_t index) const { return origin + side * static_cast<double>(index); }
+
+    /// Chunks of `within` that share a point with the closed interval from low to high. Unspecified for
+    /// NaN.
+    ChunkSpan touched(double low, double high, const ChunkSpan& within) const {
+        std::int64_t first = index_at(low, within), last = index_at(high, within);
+        // the index may be off by one, and neighbours share their edge
+        if (edge(first + 1) < low) ++first;
+        if (edge(first) >= low) --first;
+        if (edge(last) > high) --last;
+        if (edge(last + 1) <= high) ++last;
+        return {std::max(first, within.first), std::min(last, within.last)};
+    }
+
+private:
+    // Clamped to two beyond the span, so that it fits an integer.
+    std::int64_t index_at(double place, const ChunkSpan& within) const {
+        const double index = (place - origin) * inverse_side;
+        if (!(index > static_cast<double>(within.first - 2))) return within.first - 2;
+        if (!(index < static_cast<double>(within.last + 2))) return within.last + 2;
+        const auto cut = static_cast<std::int64_t>(index);
+        return static_cast<double>(cut) > index ? cut - 1 : cut;
+    }
+};
+
+/// The chunks of one level.
+struct ChunkGrid {
+    ChunkGrid(const Lattice& lattice, int level)
+        : x{lattice.origin_x,
+            lattice.level_spacing(level) * kChunkCells,
+            1.0 / (lattice.level_spacing(level) * kChunkCells),
+            {}},
+          y{lattice.origin_y, x.side, x.inverse_side, {}} {
+        const auto span = [level](std::int32_t first_root, std::int32_t root_count) {
+            const std::int64_t first = std::int64_t{first_root} << level;
+            return ChunkSpan{first, first + (std::int64_t{root_count} << level) - 1};
+        };
+        x.world = span(lattice.first_root_x, lattice.root_count_x);
+        y.world = span(lattice.first_root_y, lattice.root_count_y);
+    }
+
+    ChunkAxis x, y;
+};
+
+/// A piece of a body's trajectory: a bounding sphere of constant velocity whose radius grows by the distance
+/// that gravity or an impact may move the body off its course.
+struct MotionSegment {
+    double begin = 0.0;     ///< seconds from now
+    double duration = 0.0;  ///< seconds
+    WorldPos from_world = WorldPos::Zero();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+    double growth = 0.0;  ///< m/s^2: growth t^2 / 2 is added to the radius
+};
+
+/// The motion of a body over the horizon. A given trajectory starts at the body's present position, skips
+/// moments in the past, and ends in rest at its last moment.
+///
+/// @param segments_out at least one, in order of time; replaced
+void find_segments(const BodyNeed& body, double time_s, double horizon,
+                   std::vector<MotionSegment>& segments_out);
+
+/// A chunk of the grid that a segment's sphere touches.
+struct Touch {
+    TouchTable::Slot slot;
+    double time = 0.0;  ///< lower bound of the first touch, seconds since the segment's begin
+    /// Upper bound of the last touch, the same clock; infinite where the segment, or as much of it as is
+    /// followed, ends over the chunk.
+    double last = 0.0;
+};
+
+/// Finds the chunks that motion segments touch: in the plane their closed square, in height everything up to
+/// the highest ground in it. Conservative: all that are touched, and some that are missed by little.
+class BodySweep {
+public:
+    /// The source outlives it.
+    BodySweep(const HeightSource& source, int level);
+
+    struct Cost {
+        double squares = 0.0;       ///< squares tested
+        bool is_truncated = false;  ///< the segment was shortened to stay within the limit
+    };
+
+    /// @param most         squares to test, about; a segment that would need more is followed only from its
+    ///                     beginning, a sphere that would, only in its middle
+    /// @param table        caches the heights of chunks
+    /// @param touches_out  each chunk once; replaced
+    Cost find(MotionSegment segment, double most, TouchTable& table,
+              std::vector<Touch>& touches_out);
+
+    /// Asks for the highest ground again.
+    void find_highest(const HeightSource& source);
+
+private:
+    /// The time interval in which the sphere's box overlaps a column or a row.
+    struct Window {
+        double enter, leave;
+        bool is_empty() const { return enter > leave; }
+        Window intersect(const Window& other) const {
+            return {std::max(enter, other.enter), std::min(leave, other.leave)};
+        }
+    };
+    /// A column or a row of chunks.
+    struct Lane {
+        double low, high;  // its edges
+        Window when;
+    };
+    struct AxisMotion;
+    static void find_lanes(const ChunkAxis& axis, const ChunkSpan& span, const AxisMotion& motion,
+                           std::vector<Lane>& lanes_out);
+    static bool passes_corner(const MotionSegment& segment, const WorldRect& square,
+                              const Window& when);
+
+    ChunkGrid grid_;
+    ChunkSpan columns_, rows_;  // with ground
+    double highest_ = 0.0;      // of all ground
+    double scale_ = 0.0;        // largest chunk coordinate, metres
+    std::vector<Lane> column_lanes_, row_lanes_;
+};
 
 /// A rectangle required by a ticket.
 struct RegionNeed {

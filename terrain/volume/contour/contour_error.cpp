@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "contour/contour_error.h"
-
-#include "base/boxes.h"
+#include "base/aabb_tree.h"
+#include "contour/tile_contour.h"
 #include "level_set/placed_shape.h"
-#include "level_set/tile_lines.h"
+#include "level_set/tile_level_set.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include "level_set/tile_level_set.h"
 
-#include <terrane/volume/volume_contour.h>
+#include <terrane/volume/volume_tile.h>
 
 #include <array>
 #include <cstdint>

@@ -3,9 +3,14 @@
 
 #include "level_set/tile_level_set.h"
 
-#include <terrane/volume/volume_contour.h>
+#include <terrane/terrain/solid_surface.h>
+#include <terrane/volume/volume_tile.h>
+#include <terrane/volume/volumes.h>
 
 #include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 namespace terrane::internal {
 
@@ -15,5 +20,34 @@ namespace terrane::internal {
 /// @param closes the western, eastern, southern and northern side: whether its cap is made
 VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines,
                            const VolumeTileKey& key, const std::array<bool, 4>& closes);
+
+/// Upper bounds of the Hausdorff distance between a contour and the true surface, one for each box of 4 x 4 x 4 cells.
+struct ContourErrors {
+    std::vector<SolidErrorBox> boxes;   ///< each encloses its triangles
+    std::vector<std::uint32_t> box_of;  ///< [triangles] index of the triangle's box
+};
+
+/// Bounds the error of a tile's contour.
+///
+/// Where a single smooth part of one shape is near, the bound comes from its curvature. Everywhere else, as in creases,
+/// beside the heightfield and for sampled shapes, it is the diameter of the tetrahedra, VolumeContour::error_m.
+///
+/// Argument: let F be the composed distance and L its linear interpolant over the tetrahedra, |F - L| <= E. The tile's
+/// contour is the set L = 0. F is the signed distance of the single part there. So F changes its sign along the normal
+/// within E of each point of the contour, and L within E of each point of the true surface. The interpolant of
+/// a function whose second derivatives are at most H is off by at most H r^2 / 2, where r is the radius of the
+/// tetrahedron's least enclosing ball (S. Waldron. The error in linear interpolation at the vertices of a simplex. SIAM
+/// J. Numer. Anal. 35, 1998); r^2 <= 3/8 of its squared diameter (Jung). The distance of a capsule of radius R has H =
+/// 1 / (R - d) where it is at least -d; that of a box beside one face has 0. Two capsules of a tube that meet at an
+/// angle a: F is the minimum of two such functions, whose gradients differ by at most 2 sin(a / 2) where they are
+/// equal, if neither segment is shorter than (R + d) sin a.
+///
+/// Limit: the heightfield beyond the tile is not known; at the tile's border it is assumed to rise no more than inside.
+///
+/// @param operations those that touch the tile, in any order. With more than 64 every error is that of tetrahedra
+///
+/// Cost: O(triangles + boxes * parts of shapes over the tile)
+ContourErrors bound_errors(const VolumeContour& contour, const VolumeTile& tile,
+                           std::span<const PlacedVolume* const> operations);
 
 }  // namespace terrane::internal

@@ -1,15 +1,409 @@
 // SPDX-License-Identifier: MIT
-#include "edit/editor_state.h"
+#include "edit/edit_files.h"
+#include "edit/edited_volumes.h"
 
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/text.h>
 #include <terrane/volume/volume_editor.h>
 
+#include <algorithm>
 #include <cmath>
+#include <condition_variable>
+#include <deque>
 #include <filesystem>
+#include <mutex>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace terrane {
+
+/// Changes wait in `submitted` for update(), which finds the resident chunks that they touch, go from `queue` to
+/// `prepared` on the worker, or in update() where there is none, and from there into force in update(). All keep their
+/// order. A chunk that arrives between is made again for the last change that touches it: a
+/// *completion*.
+struct VolumeEditor::State {
+    State(std::shared_ptr<VolumeHeights> ground, const VolumeEditorSettings& chosen);
+    ~State();
+
+    // Constant, or of the owner.
+    const std::shared_ptr<VolumeHeights> source;
+    const VolumeEditorSettings settings;
+    const Volumes volumes;
+    internal::EditedVolumes& edited;
+    std::shared_ptr<internal::ChunkFiles> files;  // null without a folder
+    std::optional<internal::DigLog> log;
+    std::vector<std::shared_ptr<const internal::Edit>>
+        done;  // edits not taken back, waiting ones too
+    std::uint32_t last_number = 0;
+    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks and their last change
+
+    std::deque<internal::Change> submitted;
+
+    struct Start {
+        internal::Change change;
+        std::vector<std::shared_ptr<const Chunk>> chunks;  // resident ones that it touches
+    };
+    struct Completion {
+        std::shared_ptr<internal::PreparedChange> change;
+        std::vector<std::shared_ptr<const Chunk>> chunks;
+    };
+    struct Snapshot {
+        std::shared_ptr<const internal::Edit> edit;
+        std::map<ChunkKey, internal::ChunkVersion> before;
+    };
+    mutable std::mutex mutex;  // of all below
+    std::condition_variable_any changed;
+    std::deque<Start> queue;
+    std::deque<std::shared_ptr<internal::PreparedChange>> prepared;
+    std::deque<Completion> completions;
+    bool is_working = false;
+    std::deque<Snapshot> snapshots;
+    /// The last change of a batch: of some changes that waited when it began, each chunk is made for the last one only.
+    std::uint32_t batch_end = 0;
+    /// Replaced chunks, which the worker frees when nobody else holds them: megabytes each.
+    std::vector<std::shared_ptr<const Chunk>> old_chunks;
+    std::vector<std::shared_ptr<const internal::ChunkTiles>> old_tiles;
+    std::vector<std::shared_ptr<internal::PreparedChange>> old_changes;
+    VolumeEditorStats counts;
+    std::string last_failure;
+    std::jthread worker;  // last: stopped first
+
+    using Lock = std::unique_lock<std::mutex>;
+    bool is_idle() const { return queue.empty() && completions.empty() && !is_working; }
+    /// Makes the first change or completion, if there is one.
+    bool work(Lock& lock);
+    void prepare(Lock& lock);
+    void complete(Lock& lock);
+    void use_latest_tiles(internal::PreparedChange& change, const ChunkKey& key) const;
+    bool has_free_chunks() const;
+    bool free_old(Lock& lock);
+    void run(const std::stop_token& stop);
+
+    /// Hands the submitted changes to the worker.
+    void start(const ResidentSet& set);
+    /// How many of the first `most` prepared changes can come into force now; asks for chunks that are missing.
+    ///
+    /// @param splits_batches also for those that later changes of a batch will make
+    std::size_t ready_count(std::size_t most, const ResidentSet& set, bool splits_batches);
+    /// Brings the first changes into force; whether they fit.
+    bool switch_to(std::size_t count, Pager* pager, const ResidentSet& set);
+    std::uint32_t update(Pager* pager);
+    Result<void> replay();
+    std::uint32_t submit(internal::Change change);
+};
+
+// The worker's half of an editor: changes and the chunks that they need.
+
+using internal::Change;
+using internal::ChunkVersion;
+using internal::PreparedChange;
+
+namespace {
+/// More would keep the first of them waiting for long.
+constexpr std::size_t kMostOfBatch = 32;
+}  // namespace
+
+void VolumeEditor::State::run(const std::stop_token& stop) {
+    Lock lock(mutex);
+    while (!stop.stop_requested()) {
+        if (free_old(lock) || work(lock)) continue;
+        changed.wait(lock, stop, [this] {
+            return !queue.empty() || !completions.empty() || has_free_chunks();
+        });
+    }
+}
+
+// Requires the lock.
+bool VolumeEditor::State::has_free_chunks() const {
+    return !old_tiles.empty() || !old_changes.empty() ||
+           std::ranges::any_of(old_chunks,
+                               [](const auto& chunk) { return chunk.use_count() == 1; });
+}
+
+bool VolumeEditor::State::free_old(Lock& lock) {
+    if (!has_free_chunks()) return false;
+    std::vector<std::shared_ptr<const Chunk>> chunks, held;
+    for (auto& chunk : old_chunks)
+        (chunk.use_count() == 1 ? chunks : held).push_back(std::move(chunk));
+    old_chunks = std::move(held);
+    auto tiles = std::exchange(old_tiles, {});
+    auto changes = std::exchange(old_changes, {});
+    lock.unlock();
+    chunks.clear();
+    tiles.clear();
+    changes.clear();
+    lock.lock();
+    return true;
+}
+
+bool VolumeEditor::State::work(Lock& lock) {
+    if (completions.empty() && queue.empty()) return false;
+    is_working = true;
+    if (!completions.empty()) {
+        complete(lock);
+    } else {
+        prepare(lock);
+    }
+    is_working = false;
+    changed.notify_all();
+    return true;
+}
+
+// The lock is released while tiles are made.
+void VolumeEditor::State::prepare(Lock& lock) {
+    auto made = std::make_shared<PreparedChange>();
+    made->change = std::move(queue.front().change);
+    auto chunks = std::move(queue.front().chunks);
+    queue.pop_front();
+    const Change& change = made->change;
+    if (change.number > batch_end) {
+        const std::size_t others = std::min(queue.size(), kMostOfBatch - 1);
+        batch_end = others == 0 ? change.number : queue[others - 1].change.number;
+    }
+    std::erase_if(chunks, [&](const auto& chunk) {
+        const bool is_later = std::ranges::any_of(queue, [&](const Start& later) {
+            return later.change.number <= batch_end &&
+                   std::ranges::any_of(later.chunks,
+                                       [&](const auto& other) { return other->key == chunk->key; });
+        });
+        if (is_later) made->deferred.push_back(chunk->key);
+        return is_later;
+    });
+    made->touched = change.edit->chunks(volumes.level());
+    std::map<ChunkKey, ChunkVersion> before;
+    for (const ChunkKey& key : made->touched) {
+        ChunkVersion& version = before[key];
+        auto last = prepared.rbegin();
+        while (last != prepared.rend() && !(*last)->versions.contains(key)) ++last;
+        version = last != prepared.rend() ? (*last)->versions.at(key) : edited.version_of(key);
+    }
+    std::map<ChunkKey, ChunkVersion> earlier;
+    const bool has_snapshot =
+        change.is_undo && !snapshots.empty() && snapshots.back().edit == change.edit;
+    if (has_snapshot) {
+        earlier = std::move(snapshots.back().before);
+        snapshots.pop_back();
+    }
+    lock.unlock();
+    begin(*made, source->heights(), volumes, edited, std::move(before),
+          has_snapshot ? &earlier : nullptr);
+    for (const auto& chunk : chunks) {
+        make_chunk_of(*made, volumes, *chunk);
+        if (!made->failure.empty()) break;  // update() asks for it again
+    }
+    chunks.clear();
+    lock.lock();
+    if (!made->failure.empty()) {
+        ++counts.failed;
+        last_failure = made->failure;
+    }
+    std::deque<Snapshot> old;  // freed without the lock
+    if (!change.is_undo) {
+        snapshots.push_back({change.edit, std::move(made->before)});
+        while (snapshots.size() > static_cast<std::size_t>(settings.undo_depth)) {
+            old.push_back(std::move(snapshots.front()));
+            snapshots.pop_front();
+        }
+    }
+    made->before.clear();
+    prepared.push_back(std::move(made));
+    lock.unlock();
+    old.clear();
+    earlier.clear();
+    lock.lock();
+}
+
+void VolumeEditor::State::complete(Lock& lock) {
+    const Completion wanted = std::move(completions.front());
+    completions.pop_front();
+    PreparedChange& change = *wanted.change;
+    for (const auto& chunk : wanted.chunks) use_latest_tiles(change, chunk->key);
+    lock.unlock();
+    for (const auto& chunk : wanted.chunks) {
+        make_chunk_of(change, volumes, *chunk);
+        if (!change.failure.empty()) break;
+    }
+    lock.lock();
+    change.is_completing = false;
+    if (change.failure.empty()) {
+        counts.completed += wanted.chunks.size();
+    } else {
+        ++counts.failed;
+        last_failure = change.failure;
+    }
+}
+
+// Of those held anywhere that are a beginning of the change's own.
+void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKey& key) const {
+    ChunkVersion& version = change.versions.at(key);
+    const auto consider = [&version](const ChunkVersion& other) {
+        if (other.is_made() && begins_with(version.list(), other.list()) &&
+            (!version.tiles || other.tile_edits > version.tile_edits)) {
+            version.tiles = other.tiles;
+            version.tile_edits = other.tile_edits;
+        }
+    };
+    consider(edited.version_of(key));
+    for (const auto& earlier : prepared) {
+        const auto found = earlier->versions.find(key);
+        if (earlier->change.number < change.change.number && found != earlier->versions.end())
+            consider(found->second);
+    }
+}
+
+// The owner's half of an editor: what comes into force in a frame.
+
+using internal::ChunkVersion;
+using internal::EditedVolumes;
+using internal::PreparedChange;
+
+// Requires the lock.
+void VolumeEditor::State::start(const ResidentSet& set) {
+    for (internal::Change& change : submitted) {
+        Start begun{std::move(change), {}};
+        for (const ChunkKey& key : begun.change.edit->chunks(volumes.level())) {
+            const std::int32_t index = set.find(key);
+            if (index == ResidentSet::kNone) continue;
+            const std::shared_ptr<const Chunk>& chunk =
+                set.chunks()[static_cast<std::size_t>(index)];
+            begun.chunks.push_back(chunk);
+        }
+        queue.push_back(std::move(begun));
+    }
+    submitted.clear();
+}
+
+// Requires the lock.
+std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet& set,
+                                             bool splits_batches) {
+    std::size_t count = most;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (prepared[i]->is_completing) count = i;
+    }
+    for (bool is_cut = true; is_cut;) {
+        is_cut = false;
+        std::map<ChunkKey, std::pair<std::size_t, std::size_t>> touches;  // first and last change
+        for (std::size_t i = 0; i < count; ++i) {
+            for (const ChunkKey& key : prepared[i]->touched) {
+                touches.try_emplace(key, i, i).first->second.second = i;
+            }
+        }
+        const PreparedChange* incomplete = nullptr;
+        Completion completion;
+        for (const auto& [key, of] : touches) {
+            const auto& [first, last] = of;
+            PreparedChange& change = *prepared[last];
+            const std::int32_t index = set.find(key);
+            if (index == ResidentSet::kNone || change.chunks.contains(key)) continue;
+            const bool comes_later =
+                !splits_batches && change.change.number < batch_end &&
+                std::ranges::find(change.deferred, key) != change.deferred.end();
+            if (incomplete == nullptr && !change.is_completing && !comes_later) {
+                incomplete = &change;
+                completion.change = prepared[last];
+            }
+            if (incomplete == &change) {
+                completion.chunks.push_back(set.chunks()[static_cast<std::size_t>(index)]);
+            }
+            count = std::min(count, first);
+            is_cut = true;
+        }
+        if (incomplete != nullptr) {
+            completion.change->is_completing = true;
+            completions.push_back(std::move(completion));
+        }
+    }
+    return count;
+}
+
+// Called without the lock: the first prepared changes are nobody else's while they are not being completed.
+bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const ResidentSet& set) {
+    std::vector<std::shared_ptr<PreparedChange>> changes;
+    {
+        const Lock lock(mutex);
+        changes.assign(prepared.begin(), prepared.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+    std::map<ChunkKey, PreparedChange*> last;
+    for (const auto& change : changes) {
+        for (const ChunkKey& key : change->touched) last[key] = change.get();
+    }
+    std::vector<ChunkKey> touched;
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    std::vector<std::shared_ptr<const Chunk>> old;
+    std::vector<EditedVolumes::NewVersion> versions;
+    for (const auto& [key, change] : last) {
+        touched.push_back(key);
+        versions.push_back({key, change->versions.at(key), 0});
+        const auto chunk = change->chunks.find(key);
+        if (chunk == change->chunks.end()) continue;
+        chunks.push_back(chunk->second);
+        if (const std::int32_t index = set.find(key); index != ResidentSet::kNone)
+            old.emplace_back(set.chunks()[static_cast<std::size_t>(index)]);
+        versions.back().chunk_bytes = chunk->second->bytes();
+    }
+    const std::uint32_t number = changes.back()->change.number;
+    std::vector<std::shared_ptr<const internal::ChunkTiles>> tiles;
+    const auto bring_up_to_date = [&] { tiles = edited.switch_to(versions, number); };
+    if (pager == nullptr) {
+        bring_up_to_date();
+    } else if (!pager->replace(chunks, touched, bring_up_to_date)) {
+        return false;
+    }
+    for (const auto& change : changes) {
+        const internal::Change& of = change->change;
+        for (const ChunkKey& key : change->touched) unsaved[key] = of.number;
+        if (!log) continue;
+        internal::LogRecord record{of.number, 0, std::nullopt};
+        if (of.is_undo) {
+            record.undone = of.edit->number;
+        } else {
+            record.operation = of.edit->operation;
+        }
+        files->add_position(of.number, log->add(std::move(record)));
+    }
+    const Lock lock(mutex);
+    prepared.erase(prepared.begin(), prepared.begin() + static_cast<std::ptrdiff_t>(count));
+    if (settings.worker_count > 0) {
+        old_chunks.insert(old_chunks.end(), old.begin(), old.end());
+        old_tiles.insert(old_tiles.end(), tiles.begin(), tiles.end());
+        old_changes.insert(old_changes.end(), changes.begin(), changes.end());
+    }
+    return true;
+}
+
+std::uint32_t VolumeEditor::State::update(Pager* pager) {
+    static const ResidentSet kNothing({}, {}, {}, 0);
+    const std::shared_ptr<const ResidentSet> set = pager ? pager->resident() : nullptr;
+    const ResidentSet& chunks = set ? *set : kNothing;
+    Lock lock(mutex);
+    start(chunks);
+    const auto make_all = [&] {
+        while (settings.worker_count == 0 && work(lock)) {
+        }
+    };
+    make_all();
+    if (pager == nullptr) {
+        changed.notify_all();
+        changed.wait(lock, [this] { return is_idle(); });
+    }
+    std::size_t count = ready_count(prepared.size(), chunks, false);
+    const std::uint64_t failed = counts.failed;
+    while (settings.worker_count == 0 && !completions.empty() && counts.failed == failed) {
+        make_all();
+        count = ready_count(prepared.size(), chunks, false);
+    }
+    while (count > 0) {
+        lock.unlock();
+        const bool fits = switch_to(count, pager, chunks);
+        lock.lock();
+        if (fits) break;
+        ++counts.postponed;
+        // Where all do not fit at once, the first may.
+        count = count == 1 ? 0 : ready_count(1, chunks, true);
+    }
+    if (!is_idle() || has_free_chunks()) changed.notify_all();
+    return edited.number();
+}
 
 using internal::Edit;
 

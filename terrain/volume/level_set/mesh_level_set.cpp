@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The level set of a closed mesh, by openvdb::tools::meshToVolume.
 #include "level_set/sampled_grid.h"
-#include "shapes/mesh_checks.h"
+#include "level_set/shapes.h"
 
-#include <terrane/terrain/number_text.h>
+#include <terrane/base/text.h>
 
 #include <openvdb/tools/MeshToVolume.h>
 

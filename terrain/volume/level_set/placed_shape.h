@@ -2,7 +2,7 @@
 #pragma once
 
 #include "level_set/sampled_shape.h"
-#include "shapes/exact_shape.h"
+#include "level_set/shapes.h"
 
 #include <cstdint>
 #include <functional>

@@ -1,12 +1,90 @@
 // SPDX-License-Identifier: MIT
 #include "level_set/tile_level_set.h"
 
-#include "level_set/node_tree.h"
+#include "level_set/sampled_grid.h"
+
+#include <terrane/base/text.h>
+
+#include <openvdb/io/Compression.h>
+#include <openvdb/io/io.h>
+#include <openvdb/tree/InternalNode.h>
+#include <openvdb/tree/LeafNode.h>
+#include <openvdb/tree/RootNode.h>
+#include <openvdb/tree/Tree.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <sstream>
 
 namespace terrane::internal {
+
+inline constexpr int kLeafSide = 4, kLeafNodes = 64;
+using NodeLeaf = openvdb::tree::LeafNode<std::int16_t, 2>;
+using NodeTree =
+    openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<NodeLeaf, 2>>>;
+
+/// Does something that OpenVDB divides among threads, such as to copy or free a tree, on this thread alone: tiles are
+/// divided among threads already, and a frame's thread is not to wait for others.
+template <class Work>
+auto alone(const Work& work) {
+    return tbb::task_arena(1).execute(work);
+}
+
+struct TileLevelSet::Trees {
+    NodeTree to_void, to_solid;
+    Trees() : to_void(kBandSteps), to_solid(kBandSteps) {}
+    Trees(const Trees& other) = default;
+    Trees& operator=(const Trees&) = delete;
+    ~Trees() {
+        alone([this] {
+            to_void.clear();
+            to_solid.clear();
+        });
+    }
+    NodeTree& of(Field field) { return field == Field::to_void ? to_void : to_solid; }
+};
+
+Result<TileLines> TileLines::create(const Lattice& lattice, int level, const VolumeTileKey& key,
+                                    std::span<const std::int32_t> heights) {
+    const std::int64_t step = lattice.step(level);
+    TileLines lines;
+    lines.spacing = lattice.level_spacing(level);
+    lines.west = key.column * kVolumeTileCells;
+    lines.south = key.row * kVolumeTileCells;
+    const auto name = [&] {
+        return "tile (" + number_text(key.column) + ", " + number_text(key.row) + ")";
+    };
+    if (lines.west * step < lattice.west() ||
+        (lines.west + kVolumeTileCells) * step > lattice.east() ||
+        lines.south * step < lattice.south() ||
+        (lines.south + kVolumeTileCells) * step > lattice.north()) {
+        return fail(ErrorCode::invalid_argument, name() + " is not of the world");
+    }
+    if (heights.size() != kTileLines) {
+        return fail(ErrorCode::invalid_argument,
+                    name() + " has 33 * 33 heights, got " + number_text(heights.size()));
+    }
+    for (std::size_t i = 0; i < kVolumeTileSamples; ++i) {
+        lines.x[i] = lattice.x((lines.west + static_cast<std::int64_t>(i)) * step);
+        lines.y[i] = lattice.y((lines.south + static_cast<std::int64_t>(i)) * step);
+    }
+    for (std::size_t line = 0; line < kTileLines; ++line) {
+        const double height = static_cast<double>(heights[line]) * lattice.quantum;
+        const double k = std::floor(height / lines.spacing + 0.5);
+        if (!(std::abs(k) < kMostNode)) {
+            return fail(
+                ErrorCode::invalid_argument,
+                name() + " has a height of " + number_text(height) + " m, beyond 2^28 spacings");
+        }
+        lines.height[line] = height;
+        lines.surface[line] = static_cast<std::int32_t>(k);
+        lines.offset[line] = height - k * lines.spacing;
+    }
+    return lines;
+}
+
 namespace {
 
 int leaf_of(double node) { return static_cast<int>(std::floor(node / kLeafSide)); }
@@ -233,6 +311,45 @@ std::uint64_t TileLevelSet::band_node_count() const {
     return alone([this] {
         return trees_->to_void.activeVoxelCount() + trees_->to_solid.activeVoxelCount();
     });
+}
+
+// Level sets as bytes.
+
+TileLevelSet::TileLevelSet(const TileLevelSet& other)
+    : trees_(alone([&] { return std::make_unique<Trees>(*other.trees_); })), band_(other.band_) {}
+
+std::vector<std::uint8_t> TileLevelSet::encoded() const {
+    std::ostringstream out(std::ios::binary);
+    openvdb::io::setDataCompression(out, openvdb::io::COMPRESS_NONE);
+    for (const NodeTree* tree : {&trees_->to_void, &trees_->to_solid}) {
+        tree->writeTopology(out);
+        tree->writeBuffers(out);
+    }
+    const std::string bytes = std::move(out).str();
+    return {bytes.begin(), bytes.end()};
+}
+
+Result<void> TileLevelSet::decode(std::span<const std::uint8_t> bytes) {
+    const auto damaged = [] {
+        return fail(ErrorCode::bad_data, "the level sets of a tile are damaged");
+    };
+    try {
+        initialize_openvdb();
+        std::istringstream in(std::string(bytes.begin(), bytes.end()), std::ios::binary);
+        in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+        openvdb::io::setCurrentVersion(in);
+        openvdb::io::setDataCompression(in, openvdb::io::COMPRESS_NONE);
+        auto trees = std::make_unique<Trees>();
+        for (NodeTree* tree : {&trees->to_void, &trees->to_solid}) {
+            tree->readTopology(in);
+            tree->readBuffers(in);
+        }
+        if (static_cast<std::size_t>(in.tellg()) != bytes.size()) return damaged();
+        trees_ = std::move(trees);
+        return {};
+    } catch (const std::exception&) {
+        return damaged();
+    }
 }
 
 }  // namespace terrane::internal

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/result.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/result.h>
 
 #include <benchmark/benchmark.h>
 

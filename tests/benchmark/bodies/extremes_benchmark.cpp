@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The support vertex of a convex hull: time of a scan and of a climb against the number of vertices, and where they
-// cross. kClimbFrom of collision/shapes/extremes.h comes from here.
+// cross. kClimbFrom of collision/shapes/polyhedron.h comes from here.
 #include "collision/shapes/point_clouds.h"
-#include "shapes/hull_data.h"
+#include "shapes/query_shapes.h"
 
 #include <algorithm>
 #include <array>

@@ -11,9 +11,9 @@
 // Exits with 1 if a body of ours fell through or was deeper than its tolerance.
 #include "benchmark/machine.h"
 #include "body_drop.h"
-#include "options/preset.h"
+#include "program/options.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #ifdef TERRANE_BENCH_BULLET
 #include "bodies_peer.h"

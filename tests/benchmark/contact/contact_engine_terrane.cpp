@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "contact_engine.h"
 
-#include <terrane/collision/ground_cast.h>
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <array>
 

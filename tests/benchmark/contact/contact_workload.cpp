@@ -3,7 +3,7 @@
 
 #include "support/random.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/terrain/pager.h>
 
 #include <Eigen/Geometry>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/step/ground_contact_cache.h"
 #include "contact_oracle.h"
 #include "contact_workload.h"
 #include "support/random.h"
+#include "world/solver/body_step.h"
 
 #include <algorithm>
 #include <cmath>

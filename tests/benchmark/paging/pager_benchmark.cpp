@@ -4,9 +4,9 @@
 // time all chunks are made already, so that what is timed is the pager alone.
 #include "benchmark/machine.h"
 
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/virtual_loader.h>
 
 #include <algorithm>
 #include <cstdio>

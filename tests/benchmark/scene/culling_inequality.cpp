@@ -4,11 +4,11 @@
 //
 //   culling_inequality [--quick] [REPORT.html]
 #include "assets.h"
-#include "report/report.h"
+#include "flight/report.h"
 #include "scene/culling/random_views.h"
 
 #include <terrane/render/terrain_renderer.h>
-#include <terrane/scene/view_volume.h>
+#include <terrane/scene/culling.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 // nearer by a thousandth a frame. Frames of the two alternate; medians.
 //
 //   dense_object_benchmark [--quick] [--pictures FOLDER]
-#include "objects/object_levels.h"
+#include "frames/object_field.h"
 #include "support/meshes/objects.h"
 
 #include <terrane/render/terrain_renderer.h>

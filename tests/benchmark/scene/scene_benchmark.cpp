@@ -3,7 +3,7 @@
 #include "scene/culling/random_views.h"
 #include "scene/objects/random_scene.h"
 
-#include <terrane/scene/cull_tree.h>
+#include <terrane/scene/culling.h>
 #include <terrane/scene/scene.h>
 
 #include <benchmark/benchmark.h>

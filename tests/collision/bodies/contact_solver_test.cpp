@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/solver/contact_solver.h"
+#include "world/solver/contact_solver.h"
 
 #include "support/random.h"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The cache's clear distance: how far a body may move without a cast.
-#include "bodies/step/ground_contact_cache.h"
-
 #include "body_cases.h"
 #include "support/heights/table_ground.h"
 #include "support/random.h"
+#include "world/solver/body_step.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

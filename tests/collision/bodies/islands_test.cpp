@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/islands/islands.h"
-
 #include "support/random.h"
+#include "world/island_solver.h"
 
 #include <gtest/gtest.h>
 

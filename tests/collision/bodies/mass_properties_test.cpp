@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/solver/mass_properties.h"
-
 #include "body_cases.h"
 #include "support/random.h"
+#include "world/solver/solver_body.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/shape_pairs.h>
 
 #include <Eigen/LU>

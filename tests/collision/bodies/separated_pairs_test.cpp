@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "bodies/islands/separated_pairs.h"
-
 #include "support/random.h"
+#include "world/solver/pair_manifolds.h"
 
 #include <terrane/collision/shape_pairs.h>
 

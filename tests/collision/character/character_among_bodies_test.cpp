@@ -3,7 +3,7 @@
 #include "lone_character.h"
 #include "support/heights/table_ground.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

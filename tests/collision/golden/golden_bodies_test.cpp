@@ -2,7 +2,7 @@
 // Bits of body states after a second of falling, bouncing and sliding. They may change only with an entry in
 // CHANGELOG.md; a failure prints the new hash. Built with both compilers at several optimisation levels, which must
 // agree.
-#include <terrane/collision/path_driver.h>
+#include <terrane/collision/vehicle.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The work of a search for the minimum translation is limited, however many cells a shape overlaps, where nothing is
 // promised of its length.
-#include "ground/depth/min_translation.h"
+#include "ground/heightfield/min_translation.h"
 #include "hull_cases.h"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 // docs/numerics.md derives.
 #include "ground_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

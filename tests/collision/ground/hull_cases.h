@@ -4,7 +4,7 @@
 #include "collision/shapes/point_clouds.h"
 #include "ground_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "ground_checks.h"
 #include "hull_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

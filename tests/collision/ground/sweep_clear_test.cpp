@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "ground/cast/sweep_clear.h"
-
+#include "ground/heightfield/heightfield_queries.h"
 #include "ground_cases.h"
 
-#include <terrane/collision/convex_hull.h>
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/shapes.h>
 
 #include <gtest/gtest.h>
 

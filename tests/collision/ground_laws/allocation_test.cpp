@@ -3,7 +3,7 @@
 #include "law_cases.h"
 #include "support/allocation_counter.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

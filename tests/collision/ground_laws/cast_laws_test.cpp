@@ -2,7 +2,7 @@
 // Casts against brute-force lifts along the motion: never through the ground, never a hit too early.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

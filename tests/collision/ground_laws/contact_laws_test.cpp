@@ -2,7 +2,7 @@
 // Contacts: present wherever brute force overlaps, with normals in the ground's normal cones and depths along them.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include "collision/ground_laws/oracles/sampled_depth.h"
 #include "law_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include "collision/ground_laws/oracles/brute_gap.h"
 #include "law_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

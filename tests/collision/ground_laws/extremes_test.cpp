@@ -2,7 +2,7 @@
 // Extreme sizes and arguments: the right answer, or status `invalid`.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

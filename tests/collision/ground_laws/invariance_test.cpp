@@ -2,7 +2,7 @@
 // The same query on the same ground elsewhere: shifted by whole chunks or by anything, mirrored, turned by 90 degrees.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

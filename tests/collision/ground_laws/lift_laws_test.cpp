@@ -2,7 +2,7 @@
 // Lift, test and the sign of the signed distance, against brute force over every triangle of the ground.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include "collision/ground_laws/oracles/brute_gap.h"
 #include "law_cases.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

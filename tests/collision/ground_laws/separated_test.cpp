@@ -2,7 +2,7 @@
 // Shapes below the ground are separated by repeatedly finding contacts and resolving them all.
 #include "law_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include "law_cases.h"
 #include "references/reference_maps.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/pager.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "cave_scene.h"
 
-#include <terrane/collision/compound.h>
+#include <terrane/collision/shapes.h>
 
 #include <algorithm>
 #include <cmath>

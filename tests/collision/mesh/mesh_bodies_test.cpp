@@ -6,7 +6,7 @@
 #include "support/allocation_counter.h"
 #include "support/random.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>

@@ -5,8 +5,7 @@
 #include "collision/bodies/body_cases.h"
 #include "support/random.h"
 
-#include <terrane/collision/ground_cast.h>
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

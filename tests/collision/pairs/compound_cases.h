@@ -4,7 +4,7 @@
 #include "case_count.h"
 #include "pair_cases.h"
 #include "pair_oracle.h"
-#include "shapes/hull_data.h"
+#include "shapes/query_shapes.h"
 
 #include <terrane/collision/shape_pairs.h>
 

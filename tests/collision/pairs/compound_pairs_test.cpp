@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "compound_cases.h"
-#include "math/half_spaces.h"
+#include "pairs/convex_core.h"
 
 #include <gtest/gtest.h>
 

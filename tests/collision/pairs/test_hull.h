@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "pairs/convex_queries.h"
+#include "pairs/convex_pairs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "support/random.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

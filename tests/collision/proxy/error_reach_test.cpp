@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "proxy/error_reach.h"
-
 #include "collision/proxy/proxy_meshes.h"
+#include "shapes/proxy_cells.h"
 
 #include <terrane/collision/collision_proxy.h>
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "proxy/solid_mesh.h"
-
 #include "collision/proxy/proxy_meshes.h"
 #include "collision/proxy/proxy_oracle.h"
+#include "shapes/proxy_distance.h"
 
 #include <gtest/gtest.h>
 

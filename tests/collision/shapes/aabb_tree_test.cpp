@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/aabb_tree.h"
 
-#include "base/boxes.h"
 #include "point_clouds.h"
 
 #include <gtest/gtest.h>

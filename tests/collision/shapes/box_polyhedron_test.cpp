@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "hull_checks.h"
-#include "shapes/hull_data.h"
 #include "shapes/polyhedron.h"
+#include "shapes/query_shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "point_clouds.h"
 
-#include <terrane/collision/compound.h>
 #include <terrane/collision/shapes.h>
 
 #include <gtest/gtest.h>

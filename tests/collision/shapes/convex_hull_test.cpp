@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "hull_checks.h"
 #include "point_clouds.h"
-#include "shapes/hull_data.h"
+#include "shapes/query_shapes.h"
 
-#include <terrane/collision/convex_hull.h>
+#include <terrane/collision/shapes.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ double extent_of(const Points& points) {
 
 ConvexHull hull_of(const Points& points) { return ConvexHull::create(points).value(); }
 
-// Checks the contract of convex_hull.h for a set of points.
+// Checks the contract of shapes.h for a set of points.
 void expect_good(const Points& points, const std::string& name) {
     const ConvexHull hull = hull_of(points);
     const internal::Polyhedron& polyhedron = internal::polyhedron(hull);

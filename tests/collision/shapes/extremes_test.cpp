@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "point_clouds.h"
-#include "shapes/hull_data.h"
+#include "shapes/query_shapes.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "lone_vehicle.h"
 #include "support/heights/table_ground.h"
 
-#include <terrane/collision/path_driver.h>
+#include <terrane/collision/vehicle.h>
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/path_driver.h>
 #include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/vehicle.h>
 
 #include <gtest/gtest.h>
 

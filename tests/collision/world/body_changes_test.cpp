@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "collision/bodies/body_cases.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include "support/random.h"
 
 #include <terrane/collision/world.h>
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>

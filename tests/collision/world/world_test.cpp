@@ -4,7 +4,7 @@
 #include "support/heights/table_ground.h"
 #include "support/random.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "raster/guarded_calls.h"
+#include "raster/cancellable_work.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "raster/voids.h"
+
 #include "dem/raster_files.h"
-#include "voids/void_map.h"
 
 #include <gtest/gtest.h>
 

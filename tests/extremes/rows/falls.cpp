@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "extremes/rows/falls.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <algorithm>
 #include <cmath>

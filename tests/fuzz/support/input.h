@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/math.h>
+#include <terrane/base/math.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "support/input.h"
 
-#include <terrane/collision/motion.h>
+#include <terrane/collision/query.h>
 #include <terrane/collision/shapes.h>
 #include <terrane/terrain/ground.h>
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Baked terrains. The first byte chooses: changes to the content of a chunk, to the directory of a store (with hashes
 // that are right), or to the whole file (support/patches.h).
-#include "format/chunk_codec.h"
-#include "format/store_directory.h"
+#include "store_format.h"
 #include "support/patches.h"
 #include "support/scratch_folder.h"
 

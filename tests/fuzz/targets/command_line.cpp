@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Command lines of the program: words are split at line ends. Parsed, never run.
-#include "options/command.h"
-#include "options/parse_errors.h"
+#include "program/command.h"
 #include "support/input.h"
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Logs of digs: records with hashes that are right, of edits, undos and any bytes; then any bytes at the end. The log
 // is replayed, and dug on.
-#include "shapes/operation_bytes.h"
+#include "level_set/shapes.h"
 #include "support/scratch_folder.h"
 #include "support/shape_input.h"
 
@@ -97,7 +97,7 @@ std::vector<std::uint8_t> take_record(fuzz::Input& input, std::uint32_t next) {
     return out.bytes();
 }
 
-/// A log in the format of edit/dig_log.h.
+/// A log in the format of edit/edit_files.h.
 std::vector<std::uint8_t> take_log(fuzz::Input& input,
                                    const std::array<std::uint64_t, 2>& fingerprint) {
     ByteWriter out;

@@ -3,7 +3,7 @@
 #include "support/input.h"
 #include "support/shape_input.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "support/input.h"
 #include "support/shape_input.h"
 
-#include <terrane/collision/ground_cast.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Mesh files: the first byte chooses the format, the rest is the file.
-#include "scene/mesh/mesh_reader.h"
+#include "scene/mesh_files.h"
 #include "support/input.h"
 #include "support/scratch_folder.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Lines of `terrane query`: parsed, and answered on a small fractal.
-#include "output/summary.h"
-#include "query/query_answers.h"
+#include "program/summary.h"
+#include "query/answers.h"
 #include "support/input.h"
 
 #include <terrane/terrain/fractal_heights.h>

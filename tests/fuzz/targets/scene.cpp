@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scene files: parsed, their volumes placed on a coarse fractal, and their surface asked.
-#include "source/terrain_options.h"
+#include "scene/terrain_options.h"
 #include "support/input.h"
 #include "support/scratch_folder.h"
 

@@ -4,7 +4,7 @@
 #include "support/scratch_folder.h"
 #include "support/shape_input.h"
 
-#include <terrane/volume/placed_volume.h>
+#include <terrane/volume/volumes.h>
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>

@@ -2,8 +2,8 @@
 // Prints layouts of public structs and the bits of what the library answers, to be compared between builds of this file
 // with different flags against the same library. Everything is computed behind calls, as far as the flags of this file
 // cannot reach.
-#include <terrane/collision/ground_contact.h>
-#include <terrane/collision/path_driver.h>
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/vehicle.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

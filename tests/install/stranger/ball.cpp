@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Drops a sphere for three seconds; it must not be in the ground.
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -1,5 +1,5 @@
 // The bounds of an object, without OpenGL.
-#include <terrane/scene/bounds.h>
+#include <terrane/scene/culling.h>
 
 #include <cstdio>
 

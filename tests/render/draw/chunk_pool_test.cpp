@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "draw/chunk_pool.h"
-
-#include "gl/gl_error.h"
+#include "gl/gl_object.h"
 #include "render/gl_test.h"
 #include "support/heights/wave_heights.h"
+#include "terrain/ground_draws.h"
 
-#include <terrane/render/egl_context.h>
+#include <terrane/render/offscreen.h>
 
 #include <gtest/gtest.h>
 

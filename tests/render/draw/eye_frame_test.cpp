@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "draw/eye_frame.h"
-
+#include "light/frame_uniforms.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "draw/ground_draws.h"
+#include "terrain/ground_draws.h"
 
-#include "draw/frame_uniforms.h"
-#include "gl/framebuffer.h"
-#include "gl/gl_error.h"
+#include "gl/frame_resources.h"
+#include "gl/gl_object.h"
 #include "gl/shader.h"
+#include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
 #include "render/gl_test.h"
 #include "render/scene.h"

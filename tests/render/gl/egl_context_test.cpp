@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "gl/gl_error.h"
+#include "gl/gl_object.h"
 
-#include <terrane/render/egl_context.h>
+#include <terrane/render/offscreen.h>
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>

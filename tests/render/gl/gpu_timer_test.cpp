@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "gl/gpu_timer.h"
-
-#include "gl/gl_error.h"
+#include "gl/frame_resources.h"
+#include "gl/gl_object.h"
 #include "render/gl_test.h"
 
 #include <gtest/gtest.h>

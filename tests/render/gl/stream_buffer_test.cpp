@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "gl/stream_buffer.h"
-
-#include "gl/gl_error.h"
+#include "gl/frame_resources.h"
+#include "gl/gl_object.h"
 #include "render/gl_test.h"
 
-#include <terrane/render/egl_context.h>
+#include <terrane/render/offscreen.h>
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "imagery/imagery_loader.h"
-#include "imagery/imagery_selection.h"
 #include "render/gl_test.h"
 #include "render/plane_scene.h"
+#include "terrain/imagery_squares.h"
 
 #include <terrane/render/terrain_renderer.h>
 

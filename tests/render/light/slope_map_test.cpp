@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "light/slope_map.h"
-
+#include "light/light_levels.h"
 #include "render/scene.h"
 
 #include <gtest/gtest.h>

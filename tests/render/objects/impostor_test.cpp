@@ -3,7 +3,7 @@
 #include "render/scene.h"
 #include "support/meshes/objects.h"
 
-#include <terrane/render/impostor_error.h>
+#include <terrane/render/terrain_renderer.h>
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "shadow/sun_cascades.h"
-
+#include "light/shadow_maps.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "continuous/near_objects.h"
-
+#include "objects/continuous_levels.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

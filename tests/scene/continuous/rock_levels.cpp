@@ -3,7 +3,7 @@
 
 #include "support/meshes/objects.h"
 
-#include <terrane/scene/bounds.h>
+#include <terrane/scene/culling.h>
 
 #include <algorithm>
 #include <utility>

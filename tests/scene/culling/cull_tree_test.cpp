@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene/culling/random_views.h"
 
-#include <terrane/scene/cull_tree.h>
+#include <terrane/scene/culling.h>
 
 #include <gtest/gtest.h>
 

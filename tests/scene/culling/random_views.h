@@ -3,7 +3,7 @@
 
 #include "support/random.h"
 
-#include <terrane/scene/bounds.h>
+#include <terrane/scene/culling.h>
 #include <terrane/terrain/view.h>
 
 #include <functional>

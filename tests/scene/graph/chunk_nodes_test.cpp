@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <terrane/scene/chunk_nodes.h>
+#include <terrane/scene/scene_graph.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 

@@ -2,7 +2,7 @@
 #include "support/meshes/objects.h"
 #include "support/random.h"
 
-#include <terrane/scene/bounds.h>
+#include <terrane/scene/culling.h>
 #include <terrane/scene/scene_graph.h>
 
 #include <gtest/gtest.h>

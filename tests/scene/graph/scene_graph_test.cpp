@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene/culling/random_views.h"
 
+#include <terrane/scene/culling.h>
 #include <terrane/scene/scene_graph.h>
-#include <terrane/scene/view_volume.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include "support/random.h"
 
-#include <terrane/scene/mesh_rays.h>
+#include <terrane/scene/object_model.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/triangulator.h>

@@ -4,8 +4,8 @@
 #include "scene/horizon/hill_world.h"
 #include "terrain/lod/states/random_world.h"
 
+#include <terrane/scene/culling.h>
 #include <terrane/scene/horizon_map.h>
-#include <terrane/scene/view_volume.h>
 
 #include <gtest/gtest.h>
 

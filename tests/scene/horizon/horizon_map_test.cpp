@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "scene/horizon/hill_world.h"
 
+#include <terrane/scene/culling.h>
 #include <terrane/scene/horizon_map.h>
-#include <terrane/scene/view_volume.h>
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/function_heights.h>
 #include <terrane/terrain/ground.h>

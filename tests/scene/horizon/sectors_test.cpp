@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "horizon/sectors.h"
-
+#include "culling/horizon_rows.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

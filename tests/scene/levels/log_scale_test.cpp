@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "levels/demand_histogram.h"
+#include "objects/level_choice.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 #include "scene/culling/random_views.h"
 #include "scene/objects/random_scene.h"
 
+#include <terrane/scene/culling.h>
 #include <terrane/scene/scene.h>
-#include <terrane/scene/view_volume.h>
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "support/meshes/objects.h"
 #include "support/random.h"
 
-#include <terrane/scene/mesh_rays.h>
+#include <terrane/scene/object_model.h>
 #include <terrane/scene/scene.h>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "base/triangle_distance.h"
-
+#include "base/vector_math.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

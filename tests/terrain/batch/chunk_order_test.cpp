@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The order of places by chunk, and rays that are answered in it.
-#include "batch/chunk_order.h"
-
+#include "ground/ground_batch.h"
 #include "support/heights/table_ground.h"
 #include "terrain/batch/batch_scene.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The kernels of heights at every level of vector instructions, against the scalar code of single calls.
-#include "batch/kernels/height_kernels.h"
+#include "ground/height_kernels.h"
 
-#include "ground/cell_height.h"
+#include "ground/ray_walk.h"
 #include "support/random.h"
 #include "terrain/batch/batch_scene.h"
 

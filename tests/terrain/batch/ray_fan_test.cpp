@@ -4,8 +4,8 @@
 #include "terrain/batch/batch_scene.h"
 
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/ground_batch.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/ray_fan.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "chunks/chunk_vertices.h"
+#include "chunk/chunk_vertices.h"
 #include "support/random.h"
 
 #include <terrane/terrain/chunk.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/random.h"
 
-#include <terrane/terrain/painted_surface.h>
+#include <terrane/terrain/surface.h>
 
 #include <gtest/gtest.h>
 

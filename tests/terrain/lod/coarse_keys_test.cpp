@@ -2,8 +2,8 @@
 // Keys of root squares' coarser vertices are computed only for strides that may have one below the floor. No stride
 // that has one is passed over, by an oracle that computes the keys of all.
 #include "base/worker_team.h"
-#include "lod/keys/screen_error.h"
-#include "lod/selection/vertex_keys.h"
+#include "lod/screen_error.h"
+#include "lod/selection.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bound of the rounding of keys, and so of projected errors, that docs/numerics.md derives, against long double.
-#include "lod/keys/screen_error.h"
-#include "lod/selection/vertex_keys.h"
+#include "lod/screen_error.h"
+#include "lod/selection.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "lod/mesh/morph.h"
-
+#include "lod/frame_mesh.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

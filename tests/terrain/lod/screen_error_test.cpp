@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "lod/keys/screen_error.h"
+#include "lod/screen_error.h"
 
 #include "support/random.h"
 

@@ -3,7 +3,7 @@
 // Chunks that are larger than their loads have claimed: loaded again with a larger claim; the ceiling holds.
 #include "support/heights/wave_heights.h"
 
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/solid_surface.h>
 

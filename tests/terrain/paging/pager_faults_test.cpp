@@ -5,7 +5,7 @@
 #include "support/heights/faulty_heights.h"
 #include "support/heights/file_heights.h"
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -3,7 +3,7 @@
 // Storage or memory does not suffice for all needs.
 #include "pager_scene.h"
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 

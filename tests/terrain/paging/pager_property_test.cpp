@@ -5,7 +5,7 @@
 #include "support/hash.h"
 #include "support/random.h"
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 

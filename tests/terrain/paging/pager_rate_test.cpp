@@ -3,7 +3,7 @@
 // The requests of a pager depend on the clock, not on the rate of updates.
 #include "pager_scene.h"
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 

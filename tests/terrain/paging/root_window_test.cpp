@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "chunks/root_window.h"
-
+#include "chunk/resident_set.h"
 #include "pager_scene.h"
 #include "support/random.h"
 
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/virtual_loader.h>
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,6 @@
 
 #include <terrane/terrain/check_source.h>
 #include <terrane/terrain/chunk.h>
-#include <terrane/terrain/detail_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>

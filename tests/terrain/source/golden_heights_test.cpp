@@ -3,7 +3,6 @@
 // The heights of a seed, hashed as doubles. They must be the same with every compiler, at every
 // optimisation level and on every processor. Whoever changes them on purpose runs this test, copies
 // the hashes that it prints, and writes the change under "Terrain changes" in CHANGELOG.md.
-#include <terrane/terrain/detail_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "camera/chase_camera.h"
-
+#include "flight/cameras.h"
 #include "support/heights/table_ground.h"
 #include "support/heights/wave_heights.h"
 

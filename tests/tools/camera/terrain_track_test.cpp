@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "camera/terrain_track.h"
-
+#include "flight/flight_options.h"
 #include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/schemes/crowd.h"
+#include "lab/crowd.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "crowd/study/study.h"
+#include "lab/study.h"
 
-#include "crowd/study/power_law.h"
-#include "crowd/study/study_comparison.h"
-#include "crowd/study/study_findings.h"
-#include "crowd/study/study_limits.h"
-#include "crowd/study/study_plans.h"
-#include "crowd/study/study_report.h"
+#include "lab/study_plans.h"
+#include "lab/study_report.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "dig/wheel_ruts.h"
+#include "scene/wheel_ruts.h"
 
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drive/character_traveller.h"
+#include "commands/travellers.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "drive/vehicle_traveller.h"
+#include "commands/travellers.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 

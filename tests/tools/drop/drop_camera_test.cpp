@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "drop/drop_camera.h"
+#include "flight/cameras.h"
 
 #include <terrane/terrain/fractal_heights.h>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "drop/drop_layout.h"
+#include "program/geometry.h"
+#include "scene/body_placement.h"
 
-#include "world/body_random.h"
-
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "frames/frame_horizon.h"
-
 #include "frames/frame_maker.h"
-#include "frames/triangle_heap.h"
+#include "frames/verification.h"
 #include "support/meshes/objects.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "objects/object_bodies.h"
-
+#include "scene/body_placement.h"
 #include "support/meshes/objects.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "objects/object_field.h"
+#include "frames/object_field.h"
 
 #include "support/meshes/objects.h"
 
-#include <terrane/scene/view_volume.h>
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/scene/culling.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>

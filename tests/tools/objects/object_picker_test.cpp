@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "objects/object_picker.h"
+#include "query/object_picker.h"
 
-#include "objects/near_ground.h"
 #include "support/meshes/objects.h"
 #include "support/random.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How much of an object's picture its changes of level change, from frame to frame of a slow approach.
-#include "objects/object_levels.h"
-#include "scene/mesh/mesh_reader.h"
+#include "frames/object_field.h"
+#include "scene/mesh_files.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/scene.h>

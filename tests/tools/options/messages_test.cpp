@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Messages with numbers, of every library, are short for any value.
-#include <terrane/collision/compound.h>
-#include <terrane/collision/convex_hull.h>
+#include <terrane/base/text.h>
+#include <terrane/collision/shapes.h>
 #include <terrane/collision/world.h>
 #include <terrane/dem/dem_heights.h>
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/number_text.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
-#include <terrane/terrain/virtual_loader.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "options/option_values.h"
+#include "program/options.h"
 
 #include <gtest/gtest.h>
 

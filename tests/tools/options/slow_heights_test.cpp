@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/slow_heights.h"
-
+#include "frames/paging_storage.h"
 #include "support/heights/wave_heights.h"
 #include "support/random.h"
 

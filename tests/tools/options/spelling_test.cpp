@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "options/spelling.h"
+#include "program/command.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/terrain_options.h"
+#include "scene/terrain_options.h"
 
 #include <CLI/CLI.hpp>
 #include <gtest/gtest.h>

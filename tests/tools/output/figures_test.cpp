@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "output/figures.h"
+#include "program/summary.h"
 
 #include <gtest/gtest.h>
 

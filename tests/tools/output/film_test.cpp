@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "film/film.h"
+#include "flight/film.h"
 
 #include <gtest/gtest.h>
 

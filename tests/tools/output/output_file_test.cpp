@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "output/output_file.h"
+#include "program/output_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mesh/ply.h"
+#include "scene/mesh_files.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

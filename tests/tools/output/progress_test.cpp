@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "output/progress.h"
+#include "program/progress.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "flight/flight_report.h"
-#include "page/paging_report.h"
+#include "flight/report.h"
+
+#include "lab/paging_table.h"
 
 #include <gtest/gtest.h>
 

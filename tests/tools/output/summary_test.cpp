@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "output/summary.h"
+#include "program/summary.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "page/foresight.h"
-
+#include "lab/paging_run.h"
 #include "support/heights/wave_heights.h"
 
 #include <gtest/gtest.h>

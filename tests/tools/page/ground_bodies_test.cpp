@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "page/ground_bodies.h"
-
+#include "lab/paging_run.h"
 #include "support/heights/wave_heights.h"
 #include "support/random.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "page/page_options.h"
+#include "lab/paging_table.h"
 
 #include <gtest/gtest.h>
 

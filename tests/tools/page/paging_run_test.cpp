@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "page/paging_run.h"
+#include "lab/paging_run.h"
 
 #include "support/heights/wave_heights.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/parsing/line_reader.h"
+#include "query/questions.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

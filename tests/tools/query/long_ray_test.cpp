@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "query/loading/long_ray.h"
-
-#include "query/query_answers.h"
+#include "query/answers.h"
+#include "query/query_ground.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/query_answers.h"
+#include "query/answers.h"
 
 #include <terrane/terrain/fractal_heights.h>
 

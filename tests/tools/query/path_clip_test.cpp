@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/loading/path_clip.h"
-
+#include "query/query_ground.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

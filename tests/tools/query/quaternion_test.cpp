@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/parsing/quaternion.h"
-
+#include "program/geometry.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

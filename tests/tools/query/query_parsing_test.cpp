@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "query/parsing/query_parsing.h"
+#include "query/questions.h"
 
 #include <gtest/gtest.h>
 

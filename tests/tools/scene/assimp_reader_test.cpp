@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "mesh/mesh_file.h"
-#include "scene/mesh/mesh_reader.h"
+#include "scene/mesh_files.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

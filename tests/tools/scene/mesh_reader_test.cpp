@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scene/mesh/mesh_reader.h"
-
-#include "mesh/mesh_file.h"
-#include "mesh/ply.h"
+#include "scene/mesh_files.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene/scene_bodies.h"
-#include "scene/scene_surface.h"
-#include "source/terrain_options.h"
+#include "scene/scene_objects.h"
+#include "scene/terrain_options.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene/scene_volumes.h"
 
-#include "source/terrain_options.h"
+#include "scene/terrain_options.h"
 
 #include <gtest/gtest.h>
 

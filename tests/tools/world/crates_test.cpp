@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "world/crates.h"
+#include "scene/body_placement.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Digs of absurd sizes, at absurd places, too many, and in too little memory.
-#include "edit/dig_log.h"
+#include "edit/edit_files.h"
 #include "volume/edit/edited_world.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "volume/edit/edited_world.h"
 
-#include <terrane/volume/chunk_solid.h>
+#include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Pictures of volumes: no gap shows the sky, and vertices on the heightfield have the bits of the heightfield's.
-#include "draw/solid_draws.h"
 #include "render/gl_test.h"
 #include "support/heights/wave_heights.h"
+#include "terrain/solid_draws.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/pager.h>

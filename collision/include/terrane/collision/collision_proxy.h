@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/compound.h>
-#include <terrane/terrain/result.h>
+#include <terrane/base/result.h>
+#include <terrane/collision/shapes.h>
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstddef>

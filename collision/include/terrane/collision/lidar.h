@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/body_id.h>
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
+#include <terrane/collision/body.h>
 #include <terrane/collision/world_query.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/result.h>
 
 #include <cstddef>
 #include <cstdint>

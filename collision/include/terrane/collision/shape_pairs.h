@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/motion.h>
-#include <terrane/collision/query_status.h>
-#include <terrane/collision/shape_feature.h>
+#include <terrane/collision/query.h>
 #include <terrane/collision/shapes.h>
 
 #include <array>

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/math.h>
 #include <terrane/collision/body.h>
 #include <terrane/collision/broadphase.h>
-#include <terrane/collision/character.h>
-#include <terrane/collision/contact_event.h>
-#include <terrane/collision/motion.h>
+#include <terrane/collision/query.h>
 #include <terrane/collision/vehicle.h>
 #include <terrane/collision/world_query.h>
-#include <terrane/terrain/aabb.h>
-#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/ray_fan.h>
+#include <terrane/terrain/ground_batch.h>
+#include <terrane/terrain/pager.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/collision/body_id.h>
-#include <terrane/collision/query_status.h>
-#include <terrane/terrain/math.h>
+#include <terrane/base/math.h>
+#include <terrane/collision/body.h>
+#include <terrane/collision/query.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -74,7 +74,7 @@ struct NearestQueryAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool is_found = false;                      ///< whether anything is within the largest distance
     BodyId body{};                              ///< the nearest; of the ground: none
-    double distance = 0.0;  ///< signed distance, metres: see shape_pairs.h and ground_contact.h
+    double distance = 0.0;  ///< signed distance, metres: see shape_pairs.h and ground_queries.h
     WorldPos point_world = WorldPos::Zero();        ///< on the shape that asks
     WorldPos point_other_world = WorldPos::Zero();  ///< on the body or the ground
     /// Unit, towards the shape that asks; distance = normal . (point - point_other)

@@ -1,19 +1,97 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/result.h>
 #include <terrane/terrain/height_source.h>
-#include <terrane/terrain/polygon.h>
 
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
+
+namespace terrane {
+
+/// A place in the world's plane, metres.
+struct PlanePoint {
+    double x = 0.0;  ///< world, east
+    double y = 0.0;  ///< world, north
+    friend bool operator==(const PlanePoint&, const PlanePoint&) = default;
+};
+
+/// An area of the world's plane: its corners in order, either way around, the last one joined to the first. Its edges
+/// are part of it. Where edges cross, a place is inside if a ray from it crosses an odd number of them.
+struct Polygon {
+    std::vector<PlanePoint> corners;  ///< at least 3, finite
+};
+
+/// The corners of a rectangle.
+Polygon polygon_of(const WorldRect& rect);
+
+/// Fails: invalid_argument, naming the corner, for fewer than 3 corners, or one that is not finite
+Result<void> check(const Polygon& polygon);
+
+/// A source that answers as another one does: the base of sources that change a part of its answers, such as those that
+/// delay it or add volumes.
+///
+/// Threads: as HeightSource
+class ForwardedHeights : public HeightSource {
+public:
+    // All as HeightSource.
+    double height(double x, double y) const override { return heights_->height(x, y); }
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        return heights_->sample(grid, heights_out);
+    }
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        return heights_->vertex_bounds(grid, bounds_out);
+    }
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
+        return heights_->cell_bounds(grid, bounds_out);
+    }
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override {
+        return heights_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
+    }
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override {
+        return heights_->cell_flags(grid, flags_out);
+    }
+    HeightInterval interval(const WorldRect& rect) const override {
+        return heights_->interval(rect);
+    }
+    double rise_bound(double distance) const override { return heights_->rise_bound(distance); }
+    bool is_certified() const override { return heights_->is_certified(); }
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                      const std::stop_token& stop) const override {
+        return heights_->stored_chunk(key, stop);
+    }
+    std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override {
+        return heights_->solid_extent(key);
+    }
+    bool is_in_volume(double x, double y, double z) const override {
+        return heights_->is_in_volume(x, y, z);
+    }
+    std::size_t max_chunk_bytes(const ChunkKey& key) const override {
+        return heights_->max_chunk_bytes(key);
+    }
+    bool is_current(const Chunk& chunk) const override { return heights_->is_current(chunk); }
+
+    /// The source that is asked.
+    const HeightSource& heights() const { return *heights_; }
+
+protected:
+    /// Requires a source.
+    explicit ForwardedHeights(std::shared_ptr<const HeightSource> heights)
+        : HeightSource(heights->lattice(), heights->extent()), heights_(std::move(heights)) {}
+
+private:
+    std::shared_ptr<const HeightSource> heights_;
+};
 
 /// Sources that are made of other sources. All of them
 ///   - have the lattice of their parts, which must be the same for both;
 ///   - are certified where both parts are (HeightSource::is_certified()), with bounds that follow from those of the
 ///     parts;
 ///   - are heightfields: volumes go on top (VolumeHeights), not into a part.
-namespace terrane {
 
 /// Values of a mask over a rectangle, 0 <= least <= most <= 1.
 struct MaskInterval {

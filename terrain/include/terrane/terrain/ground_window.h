@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/aabb.h>
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/result.h>
 
 #include <cstddef>
 #include <cstdint>

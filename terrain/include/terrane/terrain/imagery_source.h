@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/result.h>
 #include <terrane/terrain/height_source.h>
-#include <terrane/terrain/result.h>
 
 #include <array>
 #include <cstdint>

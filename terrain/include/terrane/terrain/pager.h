@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/body_need.h>
+#include <terrane/base/math.h>
 #include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
@@ -14,6 +14,25 @@
 #include <string>
 
 namespace terrane {
+
+/// A future position of a body.
+struct BodyMoment {
+    double time_s = 0.0;                       ///< on the clock of Pager::update()
+    WorldPos centre_world = WorldPos::Zero();  ///< of the bounding sphere
+};
+
+/// A body that touches ground, or may soon; the pager keeps that ground resident.
+struct BodyNeed {
+    WorldPos centre_world = WorldPos::Zero();            ///< of the bounding sphere
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, world axes
+    double radius = 1.0;                                 ///< bounding, metres
+    /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
+    std::span<const BodyMoment> trajectory = {};
+    /// Whether the body is parked on ground that is not resident. The pager then loads the chunks under and over it at
+    /// once, whatever their heights: contact bounds absent ground by coarser chunks, which may be far above the
+    /// interval of the source.
+    bool is_waiting = false;
+};
 
 /// A future state of a camera.
 struct CameraMoment {
@@ -156,7 +175,7 @@ public:
 
     Pager(Pager&&) noexcept;
     Pager& operator=(Pager&&) noexcept;
-    /// Stops the loader; waits for loads in flight, but not for storage that hangs: see thread_loader.h.
+    /// Stops the loader; waits for loads in flight, but not for storage that hangs: see chunk_loader.h.
     ~Pager();
 
     /// Inserts arrived chunks, requests what is needed next, evicts. With workers it never waits for a load.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/result.h>
+#include <terrane/base/result.h>
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstddef>

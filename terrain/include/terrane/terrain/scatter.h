@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
 #include <terrane/terrain/height_source.h>
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/result.h>
 
 #include <cstdint>
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/aabb.h>
+#include <terrane/base/math.h>
 
 #include <array>
 #include <bitset>

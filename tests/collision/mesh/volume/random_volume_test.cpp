@@ -6,7 +6,7 @@
 #include "support/random.h"
 #include "volume_ground.h"
 
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <gtest/gtest.h>
 

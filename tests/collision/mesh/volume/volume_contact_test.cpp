@@ -7,8 +7,8 @@
 #include "support/random.h"
 #include "volume_ground.h"
 
-#include <terrane/collision/ground_contact.h>
-#include <terrane/collision/path_driver.h>
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/vehicle.h>
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include "support/heights/table_ground.h"
 
-#include <terrane/volume/chunk_solid.h>
+#include <terrane/volume/volume_tile.h>
 
 #include <memory>
 #include <optional>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "shapes/hull/hull_lattice.h"
-
 #include "collision/shapes/point_clouds.h"
+#include "shapes/quickhull.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

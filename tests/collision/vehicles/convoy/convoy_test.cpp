@@ -3,9 +3,9 @@
 // drive: for as many seconds as TERRANE_CONVOY_SECONDS says.
 #include "support/random.h"
 
-#include <terrane/collision/ground_contact.h>
-#include <terrane/collision/path_driver.h>
+#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/vehicle.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "world/queries/body_tree.h"
-
+#include "broadphase/body_queries.h"
 #include "support/allocation_counter.h"
 #include "support/random.h"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "broadphase/body_queries.h"
 #include "collision/ground/ground_cases.h"
 #include "collision/pairs/compound_cases.h"
-#include "world/queries/body_bounds.h"
-#include "world/queries/world_queries.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and in motion,
 // with ample memory and with so little that chunks are evicted all the time, and checks every frame
 // with the verifier of `terrane fly --verify`.
-#include "frames/verify.h"
+#include "frames/verification.h"
 
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/fractal_heights.h>

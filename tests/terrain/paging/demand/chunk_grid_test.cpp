@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "paging/demand/chunk_grid.h"
-
+#include "paging/demand/contact_needs.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

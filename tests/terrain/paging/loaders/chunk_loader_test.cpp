@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "paging/loaders/claimed_load.h"
+#include "paging/chunk_loader.h"
+
 #include "support/random.h"
 
 #include <terrane/terrain/chunk_loader.h>

@@ -5,7 +5,7 @@
 #include "support/heights/faulty_heights.h"
 #include "support/heights/wave_heights.h"
 
-#include <terrane/terrain/thread_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 #include <pthread.h>

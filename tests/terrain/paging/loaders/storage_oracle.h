@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <algorithm>
 #include <cstdint>

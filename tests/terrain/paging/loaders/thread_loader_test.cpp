@@ -4,7 +4,7 @@
 #include "support/heights/wave_heights.h"
 #include "support/random.h"
 
-#include <terrane/terrain/thread_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "loads.h"
 
-#include <terrane/terrain/virtual_loader.h>
+#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 

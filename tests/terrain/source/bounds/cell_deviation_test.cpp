@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/bounds/cell_deviation.h"
+#include "source/cell_deviation.h"
 
 #include "support/random.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "source/detail/amplitude_field.h"
+#include "source/fractal/amplitude_field.h"
 #include "support/random.h"
 #include "terrain/source/bound_checks.h"
 
-#include <terrane/terrain/detail_heights.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>

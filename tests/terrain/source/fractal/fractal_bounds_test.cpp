@@ -2,7 +2,7 @@
 #include "source/fractal/fractal_bounds.h"
 
 #include "source/fractal/fractal_surface.h"
-#include "source/noise/noise.h"
+#include "source/fractal/noise.h"
 #include "support/fractal_kind_name.h"
 #include "support/random.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/fractal/head_samples.h"
-
+#include "source/fractal/fractal_surface.h"
 #include "support/fractal_kind_name.h"
 #include "support/random.h"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/fractal/noise_columns.h"
-
+#include "source/fractal/fractal_surface.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

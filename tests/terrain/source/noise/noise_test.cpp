@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "source/noise/noise.h"
+#include "source/fractal/noise.h"
 
 #include "support/random.h"
 

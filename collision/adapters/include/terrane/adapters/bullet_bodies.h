@@ -16,7 +16,7 @@
 // Threads: one, and not during a step.
 
 #include <terrane/adapters/bullet_ground.h>
-#include <terrane/terrain/body_need.h>
+#include <terrane/terrain/pager.h>
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

@@ -20,9 +20,9 @@
 // Deviations: Bowring's formula is iterated, from a first value that knows the height, so that it holds from 200 km
 //             below the surface to any height.
 
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/number_text.h>
-#include <terrane/terrain/result.h>
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
+#include <terrane/base/text.h>
 
 #include <cmath>
 #include <numbers>

@@ -8,7 +8,7 @@
 // south-west. Threads: one.
 
 #include <terrane/adapters/surface_point.h>
-#include <terrane/terrain/aabb.h>
+#include <terrane/base/math.h>
 #include <terrane/terrain/ground_window.h>
 
 #include <algorithm>

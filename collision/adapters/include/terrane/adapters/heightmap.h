@@ -17,9 +17,9 @@
 //
 // Threads: any number. Source: the SDF specification (sdformat.org), element heightmap.
 
+#include <terrane/base/math.h>
+#include <terrane/base/text.h>
 #include <terrane/terrain/height_source.h>
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/number_text.h>
 
 #include <algorithm>
 #include <cmath>

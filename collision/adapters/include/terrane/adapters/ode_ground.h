@@ -23,8 +23,8 @@
 // Threads:  one for each ground, as ODE's spaces.
 
 #include <terrane/adapters/sphere_contacts.h>
-#include <terrane/collision/ground_contact.h>
-#include <terrane/terrain/body_need.h>
+#include <terrane/collision/ground_queries.h>
+#include <terrane/terrain/pager.h>
 
 #include <ode/ode.h>
 

@@ -9,7 +9,7 @@
 // and every normal is thereby in the ground's normal cone.
 
 #include <terrane/adapters/ground_triangles.h>
-#include <terrane/collision/ground_contact.h>
+#include <terrane/collision/ground_queries.h>
 
 #include <optional>
 

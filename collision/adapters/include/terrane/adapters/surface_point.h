@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/base/result.h>
+#include <terrane/base/text.h>
 #include <terrane/terrain/ground.h>
-#include <terrane/terrain/number_text.h>
-#include <terrane/terrain/result.h>
 
 #include <array>
 #include <atomic>

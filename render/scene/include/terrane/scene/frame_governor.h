@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/result.h>
+#include <terrane/base/result.h>
 
 #include <cstddef>
 #include <optional>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/aabb.h>
-#include <terrane/terrain/bounding_sphere.h>
+#include <terrane/base/math.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/triangulator.h>
 #include <terrane/terrain/view.h>

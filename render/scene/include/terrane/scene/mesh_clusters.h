@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/bounding_sphere.h>
-#include <terrane/terrain/result.h>
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstdint>

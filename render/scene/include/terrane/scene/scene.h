@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/scene/caster_volume.h>
-#include <terrane/scene/cull_tree.h>
+#include <terrane/scene/culling.h>
 #include <terrane/scene/horizon_map.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene_draws.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/forwarded_heights.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/volume/volumes.h>
 
 #include <cstddef>

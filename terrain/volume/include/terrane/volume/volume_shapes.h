@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/math.h>
-#include <terrane/terrain/result.h>
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
 
 #include <array>
 #include <cstdint>

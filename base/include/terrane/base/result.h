@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/version.h>
+
+#include <tl/expected.hpp>
+
+#include <string>
+
+namespace terrane {
+
+/// Called when a contract is violated. Must not return; the default prints one line and aborts.
+using AssertHandler = void (*)(const char* condition, const char* message, const char* file,
+                               int line);
+
+/// Replaces the handler and returns the previous one. Threads: call before any other use.
+AssertHandler set_assert_handler(AssertHandler handler);
+
+namespace internal {
+/// Prints the condition, the message and the place, and aborts.
+[[noreturn]] void assert_failed(const char* condition, const char* message, const char* file,
+                                int line);
+}  // namespace internal
+}  // namespace terrane
+
+#if TERRANE_ASSERTS
+#define TERRANE_ASSERT(condition, message) \
+    ((condition) ? (void)0                 \
+                 : ::terrane::internal::assert_failed(#condition, message, __FILE__, __LINE__))
+#else
+#define TERRANE_ASSERT(condition, message) ((void)0)
+#endif
+
+namespace terrane {
+
+/// What kind of failure an error is.
+enum class ErrorCode {
+    invalid_argument,    ///< a setting or an input value is out of its range
+    io,                  ///< a file is missing, unreadable or cannot be written
+    bad_data,            ///< a file was read, and its content is invalid
+    out_of_memory,       ///< a ceiling, or the system, has less than needed
+    device_unavailable,  ///< no EGL device, or not the version that is needed
+    cancelled,           ///< stopped on request
+    timed_out,           ///< no answer within the time allowed
+};
+
+/// A failure that can occur in a correct program. `message` is one English sentence that names the
+/// thing and the value, such as "octave_count must be 1 to 24, got 25".
+struct Error {
+    ErrorCode code = ErrorCode::invalid_argument;  ///< what kind of failure
+    std::string message;  ///< one sentence that names the thing and the value
+};
+
+/// A value, or the error that stands in its place.
+template <class T>
+using Result = tl::expected<T, Error>;
+
+/// `return fail(ErrorCode::io, "cannot open " + path);` in a function that returns a Result.
+inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
+    return tl::unexpected<Error>(Error{code, std::move(message)});
+}
+
+}  // namespace terrane

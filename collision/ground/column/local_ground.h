@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/vector_math.h"
+
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/height_source.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace terrane::internal {
+
+/// Slopes of a triangle of a window along x and y, metres per cell.
+struct WindowSlopes {
+    double x, y;
+};
+
+/// The largest lift over a window, and the triangle that it is over: on the southern or northern side of a cell.
+struct WindowLift {
+    double lift = -std::numeric_limits<double>::infinity();
+    int column = 0, row = 0;
+    bool is_south = false;
+};
+
+/// The heights of a few cells, read once and used by many queries of small shapes.
+///
+/// Columns and rows count cells from the south-western corner; heights are metres above `base` of read().
+struct GroundWindow {
+    static constexpr int kMostCells = 18;  ///< along a side
+    static constexpr int kStride = kMostCells + 1;
+
+    CellRange cells;       ///< lattice indices; empty until read()
+    int columns = 0;       ///< of cells
+    int rows = 0;          ///< of cells
+    bool is_odd = false;   ///< whether column + row of the south-western corner is odd
+    bool is_full = false;  ///< whether all cells are ground
+    double high = 0.0;     ///< highest corner, metres
+    std::array<std::uint32_t, kMostCells> ground;  ///< a bit per cell: is it ground
+    std::array<double, static_cast<std::size_t>(kStride) * kStride>
+        z;  ///< heights of corners, row by row
+
+    static std::size_t index(int column, int row) {
+        return static_cast<std::size_t>(row * kStride + column);
+    }
+    /// Height of the vertex (column, row), metres.
+    double at(int column, int row) const { return z[index(column, row)]; }
+    /// Whether a cell of the window is ground.
+    bool is_ground(int column, int row) const {
+        return is_full || (ground[static_cast<std::size_t>(row)] >> column & 1u) != 0;
+    }
+    /// Whether the diagonal of a cell runs from its south-western corner to its north-eastern one.
+    bool is_cut_to_north_east(int column, int row) const {
+        return (((column + row) & 1) != 0) == is_odd;
+    }
+    /// Height of a cell's highest corner, metres.
+    double highest(int column, int row) const {
+        return std::max(
+            {at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)});
+    }
+    /// Slopes of a cell's southern or northern triangle.
+    WindowSlopes slopes(int column, int row, bool is_south) const {
+        const int y = is_south ? row : row + 1;
+        const int x = is_south == is_cut_to_north_east(column, row) ? column + 1 : column;
+        return {at(column + 1, y) - at(column, y), at(x, row + 1) - at(x, row)};
+    }
+    /// Whether a range lies inside the window.
+    bool holds(const CellRange& range) const {
+        return range.west >= cells.west && range.east <= cells.east && range.south >= cells.south &&
+               range.north <= cells.north;
+    }
+    /// Whether all cells of a range are ground. Requires holds(range).
+    bool is_ground(const CellRange& range) const;
+
+    /// Reads the heights of a range of cells. False where it is empty or more than kMostCells along a side.
+    ///
+    /// @param base    height that z is 0 at, quanta
+    /// @param quantum metres
+    bool read(GroundReader& reader, const CellRange& range, std::int64_t base, double quantum);
+};
+
+/// A triangle of the contact surface, counter-clockwise from above; its column is everything on or below it.
+struct Triangle {
+    std::array<Eigen::Vector3d, 3> v;
+    Eigen::Vector3d normal;  ///< unit, z > 0
+};
+
+/// Makes a triangle from its corners, counter-clockwise from above.
+inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                              const Eigen::Vector3d& c) {
+    const Eigen::Vector3d n = cross(b - a, c - a);
+    return {{a, b, c}, n / length(n)};
+}
+
+/// Whether the projection of a point onto a triangle's plane lies in the triangle, with a tolerance so that a point
+/// over an edge is over at least one of the two faces.
+inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Eigen::Vector3d& a = triangle.v[i];
+        const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - a;
+        if (dot(cross(edge, p - a), triangle.normal) < -1e-12 * dot(edge, edge)) return false;
+    }
+    return true;
+}
+
+/// The vertical prism over a rectangle of cells and below `high`: contains the ground there. The surface is nowhere
+/// below `low`. Metres, local frame.
+struct CellPrism {
+    double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
+    double low = -std::numeric_limits<double>::infinity();
+};
+
+/// The ground in a local frame whose origin is a lattice point near the query. Lattice integers are subtracted before
+/// they become lengths, so that results do not depend on where in the world the query is.
+///
+/// Threads: one; each query makes its own
+class LocalGround {
+public:
+    LocalGround(const Ground& ground, const WorldPos& near_world);
+    /// The same ground in a frame near a point of another frame, whole cells and quanta away from it.
+    LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
+    LocalGround(const LocalGround&) = delete;
+    LocalGround& operator=(const LocalGround&) = delete;
+
+    Eigen::Vector3d to_local(const WorldPos& p_world) const { return p_world - origin_world_; }
+    WorldPos to_world(const Eigen::Vector3d& p) const { return p + origin_world_; }
+    double spacing() const { return spacing_; }
+    double inverse_spacing() const { return inverse_spacing_; }
+    const Ground& ground() const { return reader_.ground(); }
+
+    /// Cells that a closed rectangle meets, clamped to the ground's extent and one cell around it.
+    CellRange cells(double west, double south, double east, double north) const;
+
+    /// The prism over a range of cells whose heights are between two, quanta.
+    CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
+    /// The prism over a cell of a window.
+    CellPrism cell_prism(const GroundWindow& window, int column, int row) const {
+        const std::int64_t east = window.cells.west + column;
+        const std::int64_t north = window.cells.south + row;
+        return {x(east), y(north), x(east + 1), y(north + 1), window.highest(column, row)};
+    }
+    GroundCell cell(std::int64_t column, std::int64_t row) const {
+        return reader_.cell(column, row);
+    }
+    /// A window that holds a range of cells and `ring` more on each side, valid until the next call; null where they
+    /// are too many, or a cell of the range is not ground or not resident.
+    ///
+    /// @param ring 0 or 1
+    const GroundWindow* window(const CellRange& cells, int ring) const;
+    /// Whether a cell is ground and resident.
+    bool is_ground(std::int64_t column, std::int64_t row) const {
+        if (window_.holds({column, row, column, row})) {
+            return window_.is_ground(static_cast<int>(column - window_.cells.west),
+                                     static_cast<int>(row - window_.cells.south));
+        }
+        return cell(column, row).status == GroundStatus::ok;
+    }
+    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) in chunks that are partly ground
+    bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
+    /// A vertex of the contact surface; false where none of the cells around it is ground and resident.
+    bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
+    /// Largest error_m of the cells of a range that are ground and resident, metres.
+    double error(const CellRange& cells) const;
+    /// The south-western corner of a window, at z = 0.
+    Eigen::Vector3d corner(const GroundWindow& window) const {
+        return {x(window.cells.west), y(window.cells.south), 0.0};
+    }
+    /// A vertex of a window.
+    Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
+        return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
+    }
+    /// The southern or northern triangle of a window's cell; corners() is without the normal.
+    Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
+        const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
+        return make_triangle(v[0], v[1], v[2]);
+    }
+    std::array<Eigen::Vector3d, 3> corners(const GroundWindow& window, int column, int row,
+                                           bool is_south) const;
+    RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
+        return reader_.square(column, row, log2_side);
+    }
+    /// The two triangles of a cell whose status is ok.
+    std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
+                                      std::int64_t row) const;
+    double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
+    double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
+    /// Lattice index of a coordinate from x() or y().
+    std::int64_t column_of(double x) const {
+        return column_ + static_cast<std::int64_t>(std::floor(x / spacing_ + 0.5));
+    }
+    std::int64_t row_of(double y) const {
+        return row_ + static_cast<std::int64_t>(std::floor(y / spacing_ + 0.5));
+    }
+    double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
+    /// Cells that lifts over ranges too large for a window have tested, by which searches limit their work.
+    std::int64_t cells_tested() const { return cells_tested_; }
+    void add_cells_tested(std::int64_t count) const { cells_tested_ += count; }
+
+private:
+    void set_origin();
+
+    mutable GroundReader reader_;
+    mutable GroundWindow window_;
+    mutable CellRange error_cells_;  ///< of the last call of error()
+    mutable double error_ = 0.0;     ///< its result
+    mutable std::int64_t cells_tested_ = 0;
+    double spacing_;
+    double inverse_spacing_;
+    double quantum_;
+    std::int64_t column_ = 0;
+    std::int64_t row_ = 0;
+    std::int64_t base_ = 0;  ///< quanta
+    WorldPos origin_world_;
+};
+
+/// Visits the cells of a range, top down through blocks of 2^k cells whose height ranges are known. The visitor has
+///   bool wants(const CellPrism&)                whether to visit what is inside
+///   void take(const GroundCell&, column, row)   a cell that is ground
+///   bool miss(const CellPrism&)                 a cell that is not resident, with the bounds known of its height;
+///                                               the traversal stops if false
+/// and may have
+///   bool take_square(const CellRange&)          at most 16 x 16 cells at once; visited one by one if false
+template <class Visitor>
+void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
+    constexpr std::int64_t kFew = 4;  // cells along a side: visited without blocks
+    constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
+    constexpr int kSmallest = 2;
+    constexpr int kSquare = 4;  // a window holds it and one more cell on each side
+    static_assert((1 << kSquare) + 2 <= GroundWindow::kMostCells);
+    if (all.east < all.west || all.north < all.south) return;
+    const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
+    const auto visit_each = [&](const CellRange& r) {
+        for (std::int64_t row = r.south; row <= r.north; ++row) {
+            for (std::int64_t column = r.west; column <= r.east; ++column) {
+                const GroundCell cell = local.cell(column, row);
+                if (cell.status == GroundStatus::ok) {
+                    const auto [low, high] = std::minmax(
+                        {cell.south_west, cell.south_east, cell.north_west, cell.north_east});
+                    if (visitor.wants(local.prism({column, row, column, row}, low, high))) {
+                        visitor.take(cell, column, row);
+                    }
+                } else if (cell.status == GroundStatus::not_resident) {
+                    const CellRange only{column, row, column, row};
+                    const RangeAnswer range = local.ground().range(only);
+                    const std::int32_t high = range.high;
+                    CellPrism prism = local.prism(only, range.low, high);
+                    if (high == std::numeric_limits<std::int32_t>::max()) {
+                        prism.high = std::numeric_limits<double>::infinity();
+                    }
+                    if (!visitor.miss(prism)) return false;
+                }
+            }
+        }
+        return true;
+    };
+    if (is_small) {
+        visit_each(all);
+        return;
+    }
+    // Blocks aligned to powers of two, whose height ranges chunks store.
+    struct Square {
+        std::int64_t west, south;
+        int log2_side;
+    };
+    std::array<Square, 32> stack;
+    const std::int64_t largest = std::int64_t{1} << kLargest;
+    for (std::int64_t south = all.south & -largest; south <= all.north; south += largest) {
+        for (std::int64_t west = all.west & -largest; west <= all.east; west += largest) {
+            std::size_t count = 0;
+            stack[count++] = {west, south, kLargest};
+            while (count > 0) {
+                const Square square = stack[--count];
+                const std::int64_t side = std::int64_t{1} << square.log2_side;
+                const CellRange r{std::max(square.west, all.west),
+                                  std::max(square.south, all.south),
+                                  std::min(square.west + side - 1, all.east),
+                                  std::min(square.south + side - 1, all.north)};
+                if (r.east < r.west || r.north < r.south) continue;
+                const RangeAnswer range = local.square(square.west, square.south, square.log2_side);
+                if (range.status == GroundStatus::outside) continue;
+                if (range.high != std::numeric_limits<std::int32_t>::max() &&
+                    !visitor.wants(local.prism(r, range.low, range.high))) {
+                    continue;
+                }
+                if constexpr (requires { visitor.take_square(r); }) {
+                    if (square.log2_side == kSquare && visitor.take_square(r)) continue;
+                }
+                if (square.log2_side <= kSmallest) {
+                    if (!visit_each(r)) return;
+                    continue;
+                }
+                const int log2_half = square.log2_side - 1;
+                const std::int64_t half = std::int64_t{1} << log2_half;
+                stack[count++] = {square.west + half, square.south + half, log2_half};
+                stack[count++] = {square.west, square.south + half, log2_half};
+                stack[count++] = {square.west + half, square.south, log2_half};
+                stack[count++] = {square.west, square.south, log2_half};
+            }
+        }
+    }
+}
+
+/// A triangle's plane as a height over x and y.
+struct TrianglePlane {
+    explicit TrianglePlane(const Triangle& triangle)
+        : a(triangle.v[0]),
+          slope_x(-triangle.normal[0] / triangle.normal[2]),
+          slope_y(-triangle.normal[1] / triangle.normal[2]) {}
+    /// Height of the plane at (x, y) of a point minus the point's z, metres.
+    double above(const Eigen::Vector3d& p) const {
+        return slope_x * (p[0] - a[0]) + slope_y * (p[1] - a[1]) - (p[2] - a[2]);
+    }
+    Eigen::Vector3d a;
+    double slope_x;
+    double slope_y;
+};
+
+/// Twice the signed area of (a, b, p) seen from above: >= 0 to the left of a to b.
+inline double left_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                      const Eigen::Vector3d& p) {
+    return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+}
+
+/// Whether a point lies over or below a triangle, seen from above.
+inline bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
+    return left_of(triangle.v[0], triangle.v[1], p) >= 0.0 &&
+           left_of(triangle.v[1], triangle.v[2], p) >= 0.0 &&
+           left_of(triangle.v[2], triangle.v[0], p) >= 0.0;
+}
+
+/// log2 of the cells along the side of a chunk.
+inline constexpr int kChunkLog2 = 7;
+static_assert(1 << kChunkLog2 == kChunkCells);
+
+/// Visits the solids of the chunks that a range of cells overlaps, with the part of the range in the chunk, cells
+/// counted from its corner: take(const SolidSurface&, const CellRange& in_chunk).
+template <class Take>
+void visit_solids(const Ground& ground, const CellRange& cells, Take&& take) {
+    constexpr std::int64_t kLast = kChunkCells - 1;
+    for (std::int64_t row = cells.south >> kChunkLog2; row <= cells.north >> kChunkLog2; ++row) {
+        for (std::int64_t column = cells.west >> kChunkLog2; column <= cells.east >> kChunkLog2;
+             ++column) {
+            const std::int64_t west = column << kChunkLog2, south = row << kChunkLog2;
+            const SolidSurface* const solid = ground.solid(west, south);
+            if (solid == nullptr) continue;
+            take(*solid, CellRange{std::max(cells.west - west, std::int64_t{0}),
+                                   std::max(cells.south - south, std::int64_t{0}),
+                                   std::min(cells.east - west, kLast),
+                                   std::min(cells.north - south, kLast)});
+        }
+    }
+}
+
+/// Whether a unit direction lies in the ground's normal cone at the feature of a triangle that is highest along it: a
+/// face has only its own normal; the cone of an edge or a corner has the directions along which no vertex around it is
+/// higher. Where the ground ends only face normals count, because its sides are no surface.
+bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
+                       const Eigen::Vector3d& n);
+
+}  // namespace terrane::internal

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ground/column/local_ground.h"
+#include "ground/heightfield/contact_patches.h"
+
+namespace terrane::internal {
+
+/// Pairs the features of a separated shape with those of one triangle after the other.
+class FeaturePairs {
+public:
+    /// @param shape       after the translation, separated
+    /// @param translation metres
+    /// @param reach       gaps up to this are paired, metres
+    /// @param margin      contacts whose gap at the untranslated pose is up to this are kept, metres
+    FeaturePairs(const LocalGround& local, const LocalShape& shape,
+                 const Eigen::Vector3d& translation, double reach, double margin,
+                 std::uint32_t part, ContactPatches& patches)
+        : local_(local),
+          shape_(shape),
+          translation_(translation),
+          reach_(reach),
+          margin_(margin),
+          // Without a translation a round shape overlaps, down to its core.
+          least_(shape.kind == ShapeKind::round && length(translation) == 0.0 ? -shape.radius
+                                                                              : -kTouch),
+          part_(part),
+          patches_(patches) {}
+
+    /// Adds the contacts with a triangle to the patches.
+    void pair(const Triangle& triangle);
+
+private:
+    void pair_round(const Triangle& triangle);
+    void pair_box(const Triangle& triangle);
+    void pair_box_face(const Triangle& triangle);
+    void pair_box_corners(const Triangle& triangle);
+    void pair_box_edges(const Triangle& triangle);
+    void pair_hull(const Triangle& triangle);
+    double pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle);
+
+    /// The axis of the largest gap within the ground's normal cone.
+    Separation find_separation_in_cone(const Triangle& triangle) const;
+    void add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n, double gap,
+             const ShapeFeature& feature);
+
+    const LocalGround& local_;
+    const LocalShape& shape_;
+    Eigen::Vector3d translation_;
+    double reach_;
+    double margin_;
+    double least_;  ///< gaps down to this are paired, metres
+    std::uint32_t part_;
+    ContactPatches& patches_;
+};
+
+/// Finds the contacts of a box with some cells, as find_patches() does: with their faces, southern and western sides,
+/// diagonals and south-western corners.
+///
+/// @param window      holds the cells and one more on each side
+/// @param cells       all that the box's bounds and the margin meet, or some of them
+/// @param translation separates the box
+/// @param reach       features are paired where the gap of the translated box is up to this, metres
+void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+                      const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
+                      double margin, double reach, ContactPatches& patches);
+
+/// Finds the contacts of a sphere or capsule with some cells, as find_patches() does: with their faces, southern and
+/// western sides, diagonals and south-western corners.
+///
+/// @param window      holds the cells and one more on each side
+/// @param cells       all that the bounds and the margin meet, or some of them
+/// @param shape       radius > kThin
+/// @param translation separates the shape; or zero, where its core is clear of the ground
+/// @param reach       features are paired where the gap of the translated shape is up to this, metres
+void find_round_patches(const LocalGround& local, const GroundWindow& window,
+                        const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+                        const Eigen::Vector3d& translation, double margin, double reach,
+                        ContactPatches& patches);
+
+/// Radius below which directions between closest points may be rounding noise, metres.
+inline constexpr double kThin = 1e-6;
+
+}  // namespace terrane::internal

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/ground_queries.h>
+
+// The queries of ground_queries.h against the heightfield alone: the solid below its triangles.
+namespace terrane::internal::columns {
+
+ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
+                            double margin, std::span<Contact> contacts_out);
+DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
+                               const Ground& ground, double max_distance);
+LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
+TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
+
+/// cast() of ground_queries.h against the heightfield alone.
+CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
+                const CastSettings& settings);
+
+}  // namespace terrane::internal::columns
+
+namespace terrane::internal {
+
+/// Swept separation test: true only if a shape stays further than a margin from the ground during the whole of a short
+/// motion. True where one plane for each triangle in reach proves it for all of the motion. False is no proof of
+/// contact: also where a plane would have to change during the motion, where cells in reach are not ground or not
+/// resident, and for rotations of 0.5 rad or more.
+///
+/// @param margin metres, > 0
+///
+/// Cost: O(cells in reach), and a fraction of a cast
+bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin);
+
+}  // namespace terrane::internal

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ground/column/local_shape.h"
+#include "ground/surface_triangles.h"
+#include "pairs/convex_core.h"
+
+#include <optional>
+
+namespace terrane::internal {
+
+/// Closest points of a shrunk part and a triangle, without the part's radius.
+struct MeshPair {
+    Eigen::Vector3d on_part = Eigen::Vector3d::Zero();  ///< on the core of a round part
+    Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from the triangle to the part
+    double distance = 0.0;                              ///< metres; <= 0 where they intersect
+    double lower = 0.0;  ///< certified lower bound of the distance, metres
+};
+
+/// How far a shrunk part is from a triangle, by a few separating planes.
+struct TriangleBound {
+    double distance = -kInfinity;  ///< a lower bound, metres
+    double front =
+        -kInfinity;  ///< height of the part's lowest point above the triangle's plane, metres
+};
+
+/// A convex part of a body, whole and shrunk by an offset: no point of the surface of the whole is farther than the
+/// offset from the shrunk part along any normal. Spheres and capsules lose radius, boxes half extents, hulls are
+/// scaled about the mean of their vertices. Neither copied nor moved, because cores point into it.
+class MeshPart {
+public:
+    /// @param shape outlives this
+    MeshPart(const LocalShape& shape, std::uint32_t index, double offset);
+    MeshPart(const MeshPart&) = delete;
+    MeshPart& operator=(const MeshPart&) = delete;
+
+    void set_offset(double offset);
+
+    const LocalShape& whole() const { return shape_; }
+    std::uint32_t index() const { return index_; }
+    bool is_round() const { return shape_.kind == ShapeKind::round; }
+    double radius() const { return radius_; }  ///< of a round shrunk part
+    /// A point of the shrunk part, and the radius of a ball around it that is in it.
+    Eigen::Vector3d inside() const { return inside_; }
+    double ball() const;
+
+    /// The box around the whole, widened.
+    Aabb box(double margin) const {
+        const Eigen::Vector3d half = shape_.bounds + Eigen::Vector3d::Constant(margin);
+        return {shape_.centre - half, shape_.centre + half};
+    }
+    /// Smallest n . p of the points of the shrunk part, for a unit direction.
+    double lowest(const Eigen::Vector3d& n) const;
+    /// How much farther the whole reaches against a unit direction, metres, at most the offset.
+    double shift(const Eigen::Vector3d& n) const;
+    /// Derivative of shift() by the offset, 0 to 1.
+    double opening(const Eigen::Vector3d& n) const;
+
+    /// Whether a triangle is farther than a distance from the part, along an axis of the box around a box or a capsule;
+    /// false for other parts.
+    bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
+    /// A lower bound of the distance from a triangle by a few separating planes, metres.
+    /// @param enough the search may stop at a bound of at least this; `front` is then unset
+    TriangleBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
+    /// @param enough the search may stop at a lower bound above it
+    MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
+
+    /// The whole as a core; makes it on first use.
+    const Core& whole_core() const;
+
+private:
+    double lowest_of_whole(const Eigen::Vector3d& n) const {
+        return dot(n, shape_.centre) - shape_.drop(n);
+    }
+
+    const LocalShape& shape_;
+    std::uint32_t index_;
+    double radius_ = 0.0;                             // round
+    Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // box; of the box around a capsule
+    std::array<Eigen::Vector3d, 3> axes_{};           // of that box
+    bool has_axes_ = false;
+    double reach_ = 0.0;                              // hull: from the mean of its vertices
+    double scale_ = 1.0;                              // hull
+    Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();  // hull: body frame
+    Eigen::Vector3d inside_;
+    CoreStorage storage_;
+    mutable CoreStorage whole_storage_;
+    Core core_;
+    mutable std::optional<Core> whole_core_;
+};
+
+/// A triangle as a core.
+class TriangleCore {
+public:
+    explicit TriangleCore(const SurfaceTriangle& triangle);
+    TriangleCore(const TriangleCore&) = delete;
+    TriangleCore& operator=(const TriangleCore&) = delete;
+    const Core& core() const { return core_; }
+
+private:
+    std::array<Eigen::Vector3d, 3> vertices_;  // from the first
+    std::array<Polyhedron::Face, 2> faces_;
+    Core core_;
+};
+
+/// n . p of the highest corner of a triangle.
+inline double highest(const SurfaceTriangle& triangle, const Eigen::Vector3d& n) {
+    return std::max({dot(n, triangle.v[0]), dot(n, triangle.v[1]), dot(n, triangle.v[2])});
+}
+
+}  // namespace terrane::internal

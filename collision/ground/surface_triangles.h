@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+#include "ground/column/local_ground.h"
+
+#include <terrane/base/math.h>
+
+#include <array>
+
+namespace terrane::internal {
+
+/// Which side of the joined surface a point lies on.
+enum class SurfaceSide {
+    air,
+    solid,
+    unknown,  ///< ground there is not resident
+};
+
+/// A triangle of the joined surface: the corners are counter-clockwise and the normal points out, seen from outside the
+/// solid; of ceilings z < 0.
+using SurfaceTriangle = Triangle;
+
+/// Whether a query in a box must see the triangles of volumes: false where the heightfield below the box is all of the
+/// solid that it could meet, as in worlds without volumes and above everything.
+///
+/// Cost: one comparison in worlds without volumes, else O(log n)
+bool is_near_volume(const Ground& ground, const Aabb& box_world);
+
+/// The surface of the joined solid as triangles: those of the heightfield that are not replaced, and those of volumes;
+/// in the frame of a LocalGround.
+///
+/// Threads: one, because of the frame
+class SurfaceTriangles {
+public:
+    explicit SurfaceTriangles(const LocalGround& local) : local_(local) {}
+
+    const LocalGround& local() const { return local_; }
+
+    /// Visits the triangles that may overlap a box, `take(const SurfaceTriangle&)`, in an order that depends on nothing
+    /// else. False where ground that is not resident may reach the box.
+    template <class Take>
+    bool visit(const Aabb& box, Take&& take) const {
+        return visit(
+            box, [](const std::array<Eigen::Vector3d, 3>&) { return true; }, take);
+    }
+    /// The same for triangles that are wanted, `wants(corners)`: those of the heightfield are not asked for.
+    template <class Wants, class Take>
+    bool visit(const Aabb& box, const Wants& wants, Take&& take) const {
+        const CellRange cells = local_.cells(box.low[0], box.low[1], box.high[0], box.high[1]);
+        if (cells.east < cells.west || cells.north < cells.south) return true;
+        FieldVisitor<Take> field{*this, box, take};
+        visit_cells(local_, cells, field);
+        visit_solids(local_.ground(), cells, [&](const SolidSurface& solid, const CellRange&) {
+            visit_solid(solid, box, wants, take);
+        });
+        return !field.is_missing;
+    }
+
+    /// Whether no triangle, and no ground that is not resident, may overlap a box. Stops at the first.
+    bool is_empty(const Aabb& box) const;
+
+    /// The side of a convex set that no triangle crosses.
+    ///
+    /// @param inside a point of it
+    /// @param reach  a ball of this radius around the point is in it too, metres
+    SurfaceSide side_of(const Eigen::Vector3d& inside, double reach) const;
+
+    /// Largest error_m of the cells and solids under and over a box, metres.
+    double error(const Aabb& box) const;
+
+private:
+    /// A box in the world, slightly wider for the rounding of the frame.
+    Aabb to_world(const Aabb& box) const {
+        const Eigen::Vector3d origin = local_.to_world(Eigen::Vector3d::Zero());
+        const Eigen::Vector3d hair =
+            Eigen::Vector3d::Constant(1e-9 * (1.0 + 1e-6 * origin.cwiseAbs().maxCoeff()));
+        return {box.low + origin - hair, box.high + origin + hair};
+    }
+    template <class Wants, class Take>
+    void visit_solid(const SolidSurface& solid, const Aabb& box, const Wants& wants,
+                     Take&& take) const {
+        const Aabb box_world = to_world(box);
+        std::array<std::uint32_t, 32> found;
+        std::uint32_t cursor = 0;
+        for (std::size_t count = found.size(); count == found.size();) {
+            count = solid.find_overlaps(box_world, cursor, found);
+            for (std::size_t i = 0; i < count; ++i) {
+                if (solid.is_kept_neighbour(found[i])) continue;  // the heightfield has it
+                std::array<Eigen::Vector3d, 3> v = solid.corners_world(found[i]);
+                for (Eigen::Vector3d& corner : v) corner = local_.to_local(corner);
+                if (!wants(v)) continue;
+                const Eigen::Vector3d n = cross(v[1] - v[0], v[2] - v[0]);
+                const double size = length(n);
+                // One without area is an edge of its neighbours.
+                if (size > 0.0) take(SurfaceTriangle{v, n / size});
+            }
+        }
+    }
+
+    template <class Take>
+    struct FieldVisitor {
+        const SurfaceTriangles& triangles;
+        const Aabb& box;
+        Take& take_triangle;
+        bool is_missing = false;
+        const SolidSurface* solid = nullptr;  // of the chunk of the last cell
+        std::int64_t chunk_column = 0, chunk_row = 0;
+        bool has_chunk = false;
+
+        bool wants(const CellPrism& prism) const {
+            return prism.high >= box.low[2] && prism.low <= box.high[2];
+        }
+        bool miss(const CellPrism& prism) {
+            is_missing = is_missing || prism.high >= box.low[2];
+            return true;
+        }
+        void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+            if (!has_chunk || column >> kChunkLog2 != chunk_column ||
+                row >> kChunkLog2 != chunk_row) {
+                solid = triangles.local_.ground().solid(column, row);
+                chunk_column = column >> kChunkLog2;
+                chunk_row = row >> kChunkLog2;
+                has_chunk = true;
+            }
+            const auto index = static_cast<std::size_t>((row & (kChunkCells - 1)) * kChunkCells +
+                                                        (column & (kChunkCells - 1)));
+            const std::array<Triangle, 2> both = triangles.local_.triangles(cell, column, row);
+            for (const bool is_north : {false, true}) {
+                if (solid != nullptr && solid->is_replaced(index, is_north)) continue;
+                take_triangle(both[is_north ? 1 : 0]);
+            }
+        }
+    };
+
+    const LocalGround& local_;
+};
+
+}  // namespace terrane::internal

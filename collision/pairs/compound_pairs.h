@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+#include "pairs/convex_core.h"
+#include "pairs/convex_pairs.h"
+
+#include <terrane/collision/shapes.h>
+
+#include <array>
+#include <limits>
+
+namespace terrane::internal {
+
+/// Non-owning view of a shape as convex parts with a tree of their bounds. A convex shape is its own only part.
+class ShapeView {
+public:
+    ShapeView() = default;
+    explicit ShapeView(const Shape& shape);
+
+    bool is_single() const { return compound_ == nullptr || compound_->parts().size() == 1; }
+    ConvexView part(std::uint32_t index) const;
+    /// Null for a convex shape.
+    const Pose* body_from_part(std::uint32_t index) const;
+    double reach() const { return reach_; }  ///< bounding radius, metres
+
+    /// Must be called before tree(); only queries with a compound need it.
+    void find_bounds();
+    std::span<const AabbNode> tree() const;
+
+private:
+    const Compound* compound_ = nullptr;
+    ConvexView convex_;
+    AabbNode own_;  ///< of a convex shape
+    double reach_ = 0.0;
+};
+
+/// A shape placed in world axes about an origin near both shapes of a query.
+struct PlacedShape {
+    const ShapeView* view = nullptr;
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+
+    PlacedConvex part(std::uint32_t index) const;
+    PlacedShape moved(const Eigen::Vector3d& translation) const {
+        return {view, rotation, centre + translation};
+    }
+};
+
+/// Rotation of a part of a rotated body, orthonormal; bit for bit the body's where the part is not rotated in it.
+Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part);
+
+// Traversal of the pairs of parts of two placed shapes by their trees, nearest bounds first.
+
+/// Lower bounds of the signed distances of parts.
+class BoundGaps {
+public:
+    BoundGaps(const PlacedShape& a, const PlacedShape& b);
+
+    /// Lower bound of the signed distance of any two shapes inside the boxes: the distance of the boxes, or minus their
+    /// least overlap along a face normal.
+    double operator()(const Aabb& of_a, const Aabb& of_b) const;
+
+private:
+    Eigen::Matrix3d a_from_b_;
+    Eigen::Matrix3d spread_;  ///< its absolute values
+    Eigen::Vector3d offset_;  ///< of b's body frame, in a's
+    double rounding_ = 0.0;
+};
+
+/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`; it returns the new limit, -infinity
+/// to stop.
+///
+/// @param bound (box of a, box of b) -> number; not smaller for boxes inside of them
+template <class Bound, class Visit>
+void visit_part_pairs(std::span<const AabbNode> tree_a, std::span<const AabbNode> tree_b,
+                      double limit, const Bound& bound, const Visit& visit) {
+    struct Entry {
+        std::uint32_t a, b;
+        double bound;
+    };
+    // Every descent replaces one pair by two.
+    std::array<Entry, 2 * AabbNode::kMaxDepth + 1> stack;
+    std::size_t count = 0;
+    const auto push = [&](std::uint32_t a, std::uint32_t b, double value) {
+        if (value <= limit) stack[count++] = {a, b, value};
+    };
+    const auto bound_of = [&](std::uint32_t a, std::uint32_t b) {
+        return bound(tree_a[a].bounds, tree_b[b].bounds);
+    };
+    const auto size_of = [](const AabbNode& node) {
+        const Eigen::Vector3d side = node.bounds.high - node.bounds.low;
+        return node.item != AabbNode::kInner ? -1.0 : dot(side, side);
+    };
+    push(0, 0, bound_of(0, 0));
+    while (count > 0) {
+        const Entry entry = stack[--count];
+        if (!(entry.bound <= limit)) continue;
+        const AabbNode& a = tree_a[entry.a];
+        const AabbNode& b = tree_b[entry.b];
+        if (a.item != AabbNode::kInner && b.item != AabbNode::kInner) {
+            limit = visit(a.item, b.item, entry.bound);
+            continue;
+        }
+        std::uint32_t a2 = entry.a, b2 = entry.b;
+        std::uint32_t a1 = a2, b1 = b2;
+        if (size_of(a) >= size_of(b)) {
+            a1 = entry.a + 1;
+            a2 = tree_a[a1].end;
+        } else {
+            b1 = entry.b + 1;
+            b2 = tree_b[b1].end;
+        }
+        const double first = bound_of(a1, b1);
+        const double second = bound_of(a2, b2);
+        if (first <= second) {
+            push(a2, b2, second);
+            push(a1, b1, first);
+        } else {
+            push(a1, b1, first);
+            push(a2, b2, second);
+        }
+    }
+}
+
+/// A pair of parts and their gap.
+struct PartGap {
+    std::uint32_t part_a = 0;
+    std::uint32_t part_b = 0;
+    Gap gap;
+};
+
+/// The pair of the least signed distance. Where that is above `limit`, the distance returned is any number above
+/// `limit`.
+PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
+                       double limit = std::numeric_limits<double>::infinity());
+
+/// A translation of a after which no two parts overlap by more than `touch`.
+struct SeparatingTranslation {
+    bool is_found = false;
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    double least = 0.0;  ///< lower bound: no shorter translation separates the shapes, metres
+
+    /// The constraints, plane i between parts[i]; empty where the translation comes from another start.
+    HalfSpaces spaces;
+    std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
+};
+
+/// Adds the half-space of one overlapping pair of parts after the other. Fast, and exact for shallow overlaps; may
+/// fail, or give a longer translation than the shortest.
+///
+/// @param deepest find_least_gap() of the shapes
+SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch);
+
+/// The shortest translation found from many directions; always one that separates.
+SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
+                                                  const PartGap& deepest, double touch);
+
+struct CompoundContacts {
+    std::size_t count = 0;      ///< written, deepest first
+    bool is_truncated = false;  ///< some contacts were dropped
+};
+
+/// Contacts of all pairs of parts, points relative to the common origin: at most four a normal, and 24 normals.
+///
+/// Overlapping shapes are evaluated after a separating translation, where they just touch; each depth is the component
+/// of that translation along the normal. So the seams between a floor's parts cause no contacts.
+///
+/// @param margin gaps up to this are contacts too, metres
+CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
+                                        double touch, std::span<PairContact> contacts_out);
+
+struct CompoundCast {
+    bool hit = false;
+    double fraction = 1.0;
+    bool started_in_contact = false;
+};
+
+/// The earliest hit of all pairs of parts, which rotate about their bodies' origins.
+///
+/// @param motion_a start.rotation is orthonormal; the same for motion_b
+CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const ShapeView& b,
+                            const Motion& motion_b, const CastSettings& settings);
+
+struct PartRay : ConvexRay {
+    std::uint32_t part = 0;
+};
+
+/// The first part that the segment `from` to `from + displacement` meets, in the frame of the placement; of ties the
+/// one with the lowest index.
+PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
+                 const Eigen::Vector3d& displacement);
+
+}  // namespace terrane::internal

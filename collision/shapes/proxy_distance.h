@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+#include "base/vector_math.h"
+
+#include <terrane/collision/shapes.h>
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A triangle mesh with distances and, where it is closed, an inside.
+struct SolidMesh {
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    std::vector<Eigen::Vector3d> points;  ///< no two equal
+    std::vector<Triangle> triangles;      ///< three different points each
+    std::vector<AabbNode> tree;           ///< of the triangles' boxes
+    bool is_closed = false;  ///< every edge is used as often in one direction as in the other
+    double extent = 0.0;     ///< largest side of the box around the points, metres
+
+    std::array<Eigen::Vector3d, 3> corners(std::uint32_t triangle) const {
+        const Triangle& t = triangles[triangle];
+        return {points[t[0]], points[t[1]], points[t[2]]};
+    }
+};
+
+/// Welds equal positions and drops triangles with equal corners.
+///
+/// @param mesh finite, with valid indices
+SolidMesh make_solid_mesh(const TriangleMesh& mesh);
+
+/// The nearest triangle and its distance.
+struct NearestTriangle {
+    std::uint32_t triangle = 0;
+    double distance = kInfinity;
+};
+
+/// Among triangles of equal distance returns the one of the smallest index.
+NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p);
+
+/// Whether the winding number of a closed mesh about a point is not 0. Either answer for points of the surface.
+bool is_inside(const SolidMesh& mesh, const Eigen::Vector3d& p);
+
+/// Signed volume, m^3: negative where the triangles are wound inside out.
+double signed_volume(const SolidMesh& mesh);
+
+/// Bounds of the one-sided Hausdorff distance from a hull to a solid.
+struct HullDistance {
+    double low = 0.0;  ///< distance of `place` to the solid, metres
+    double high =
+        0.0;  ///< certified: no point of the hull's faces is farther from the solid, metres
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< on the hull
+    std::size_t pieces = 0;                           ///< sub-triangles that were made
+};
+
+/// Branch and bound over the hull's faces. Ends where `high` is at most max(enough, low + precision), where `low` is
+/// above `too_much`, or after a fixed number of triangles.
+HullDistance distance_outside(const SolidMesh& solid, const ConvexHull& hull, double enough,
+                              double precision, double too_much);
+
+/// The distance from a point to a hull, metres; 0 inside. An upper bound within rounding.
+double distance_to_hull(const ConvexHull& hull, const Eigen::Vector3d& p);
+
+/// m^3.
+double volume_of(const ConvexHull& hull);
+
+}  // namespace terrane::internal

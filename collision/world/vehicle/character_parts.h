@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "broadphase/body_queries.h"
+#include "world/solver/body_step.h"
+#include "world/vehicle/drive_forces.h"
+
+#include <terrane/collision/body.h>
+
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Fails with invalid_argument, naming the field, where one is out of range.
+Result<void> check_character(const CharacterSettings& settings);
+
+/// A character of a world, beside the body that its capsule is.
+class Character {
+public:
+    explicit Character(const CharacterSettings& settings);
+
+    const CharacterSettings& settings() const { return settings_; }
+    const CharacterControls& controls() const { return controls_; }
+    const CharacterState& state() const { return state_; }
+    const FootDrive& feet() const { return feet_; }
+
+    /// Ignored where a value is not finite or out of range. Returns whether they change.
+    bool set_controls(const CharacterControls& controls);
+    /// Whether it may fall asleep: it is asked for no motion.
+    bool is_idle() const { return controls_.velocity.isZero(0.0) && controls_.jump_speed == 0.0; }
+
+    /// What a character reads of its world.
+    struct Scene {
+        const QueryScene& query;
+        std::span<const RigidBody> bodies;  ///< [slots]
+        BodyId self;
+    };
+
+    /// @param acceleration of the step, m/s^2
+    void begin_step(const Eigen::Vector3d& acceleration) { acceleration_ = acceleration; }
+    /// Finds what it stands on, and applies the controls for a collision step: the feet's drive, a jump, the control in
+    /// the air.
+    void begin_collision_step(RigidBody& body, const Scene& scene, double duration);
+    /// Whether a standing character is blocked, i.e. moved less than its controls demand, or still climbs a step.
+    /// @param before place before the collision step
+    bool is_stopped(const RigidBody& body, const WorldPos& before, double duration) const;
+    /// Steps up where a character that is_stopped() can stand higher up.
+    void end_collision_step(RigidBody& body, const Scene& scene, const WorldPos& before,
+                            double duration);
+    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
+    /// (world/world_bytes.h).
+    template <class Stream, class AnyCharacter>
+    static void list_fields(Stream& stream, AnyCharacter& character) {
+        constexpr double kMost = 1e4;
+        stream.number("wanted velocity", character.controls_.velocity.x(), -kMost, kMost);
+        stream.number("wanted velocity", character.controls_.velocity.y(), -kMost, kMost);
+        stream.number("jump_speed", character.controls_.jump_speed, 0.0, kMost);
+        stream.flag("stands", character.state_.stands);
+        stream.word("support", character.state_.support.index);
+        stream.word("its generation", character.state_.support.generation);
+        stream.unit("normal", character.state_.normal);
+        stream.flag("is stepping up", character.is_stepping_up_);
+        stream.length("step height", character.step_height_);
+    }
+    /// Takes over the state of the body.
+    void show(const BodyState& body) { state_.body = body; }
+    /// The same where the body has been placed anew.
+    void place(const BodyState& body);
+
+private:
+    /// A contact at a pose, and the body that it is with.
+    struct FootContact {
+        SolverContact contact;
+        std::uint32_t body;  // kNone: the ground
+    };
+
+    static double standing_gap(const RigidBody& body);
+    void find_contacts(const RigidBody& body, const Scene& scene);
+    const FootContact* find_support(const RigidBody& body) const;
+    bool is_blocked(const RigidBody& body, const Eigen::Vector3d& direction) const;
+    Eigen::Vector2d velocity_along_walls(const RigidBody& body, const Scene& scene) const;
+    double foot_friction(const FootContact& support, const Scene& scene) const;
+    MoveAnswer move(RigidBody& body, const Scene& scene, const Eigen::Vector3d& displacement);
+    bool find_step(RigidBody& body, const Scene& scene, const Eigen::Vector3d& forward);
+
+    CharacterSettings settings_;
+    CharacterControls controls_;
+    CharacterState state_;
+    FootDrive feet_;
+    Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
+    GroundContactCache cache_;
+    std::vector<FootContact> contacts_;  // of the last find_contacts()
+    bool is_stepping_up_ = false;        // the last collision step ended below step_height_
+    double step_height_ = 0.0;           // of the capsule's centre on the step
+};
+
+}  // namespace terrane::internal

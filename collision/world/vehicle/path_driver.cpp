@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
+//             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed
+//             along a given path: the limit of its curvature, then backward integration of the braking).
+// Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
+//             that its bits do not depend on the C library.
+#include "base/vector_math.h"
+#include "world/solver/body_checks.h"
+
+#include <terrane/collision/vehicle.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+constexpr double kLookAheadTime = 0.7;   // seconds
+constexpr double kGravity = 9.81;        // m/s^2
+constexpr double kLeastLookAhead = 5.0;  // metres
+constexpr double kMostLookAhead = 25.0;  // metres
+/// Length of the chords that the path's curvature is computed from, metres; a corner extends as far to both sides.
+constexpr double kCornerReach = 5.0;
+constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
+constexpr double kBrakeGain = 0.25;       // brake per m/s above it
+constexpr double kBrakeSlack = 0.5;       // excess that is left to rolling resistance, m/s
+constexpr double kFinishDistance = 3.0;   // metres from the last point
+constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
+constexpr double kLeastDistance = 0.001;  // metres between points
+constexpr double kMostCoordinate = 2e9;   // metres
+/// Share of the accelerations allowed by friction, stability and brakes that the driver uses.
+constexpr double kLimitShare = 0.5;
+
+/// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
+double steer_of_slope(double x) {
+    const double slope = std::clamp(x, -1.0, 1.0);
+    return slope / (1.0 + 0.28125 * slope * slope);
+}
+
+struct Nearest {
+    double share = 0.0;  ///< 0 to 1 along the segment
+    double distance = 0.0;
+};
+
+double distance_between(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const double dx = b.x() - a.x(), dy = b.y() - a.y();
+    return std::sqrt(dx * dx + dy * dy);
+}
+
+Nearest nearest_on(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
+    const double dx = b.x() - a.x(), dy = b.y() - a.y();
+    const double along = (p.x() - a.x()) * dx + (p.y() - a.y()) * dy;
+    Nearest nearest;
+    nearest.share = std::clamp(along / (dx * dx + dy * dy), 0.0, 1.0);
+    const Eigen::Vector2d foot(a.x() + nearest.share * dx, a.y() + nearest.share * dy);
+    nearest.distance = distance_between(foot, p);
+    return nearest;
+}
+
+bool has_wheel_in_contact(const VehicleState& vehicle) {
+    return std::any_of(vehicle.wheels.begin(), vehicle.wheels.end(),
+                       [](const WheelState& wheel) { return wheel.in_contact; });
+}
+
+/// From the first axle to the middle of those that do not steer, metres; for tracks, half their length.
+double wheelbase_of(const VehicleSettings& settings) {
+    double first = settings.axles.front().position, last = first, sum = 0.0;
+    int fixed_count = 0;
+    for (const AxleSettings& axle : settings.axles) {
+        first = std::max(first, axle.position);
+        last = std::min(last, axle.position);
+        if (axle.max_steer != 0.0) continue;
+        sum += axle.position;
+        ++fixed_count;
+    }
+    const double rear = fixed_count > 0 ? sum / fixed_count : last;
+    return std::max(0.1, first - rear);
+}
+
+/// Largest steering angle, radians. Tracks turn on the spot: at full lock as a wheeled vehicle would at one radian.
+double max_steer_of(const VehicleSettings& settings) {
+    if (settings.is_tracked) return 1.0;
+    double most = 0.0;
+    for (const AxleSettings& axle : settings.axles) most = std::max(most, axle.max_steer);
+    return most;
+}
+
+double track_of(const VehicleSettings& settings) {
+    double widest = 0.0;
+    for (const AxleSettings& axle : settings.axles) widest = std::max(widest, axle.track);
+    return widest;
+}
+
+/// Accelerations that a vehicle can reach on the slope it stands on.
+struct Reserve {
+    double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
+    double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
+    double braking_share = 0.0;  ///< `braking` over that on level ground, 0 to 1
+};
+
+/// Gravity along the vehicle's axes is subtracted from what friction, stability and brakes give.
+Reserve reserve_of(const VehicleSettings& s, const VehicleState& vehicle) {
+    const Eigen::Matrix3d& rotation = vehicle.chassis.pose.rotation;
+    const double upright = std::max(0.0, rotation(2, 2));
+    const double descent = std::max(0.0, -rotation(2, 0));
+    const double stability = 0.5 * track_of(s) / s.centre_of_mass_height;
+    const double brakes = s.max_brake_force / (s.mass * kGravity);
+    const double level = std::min(s.tyre_friction, brakes);
+    const double lateral =
+        std::min(s.tyre_friction, stability) * upright - std::abs(rotation(2, 1));
+    const double braking = std::min(s.tyre_friction * upright, brakes) - descent;
+    Reserve reserve;
+    reserve.lateral = kGravity * std::max(0.0, lateral);
+    reserve.braking = kGravity * std::max(0.0, braking);
+    reserve.braking_share = level > 0.0 ? std::clamp(braking / level, 0.0, 1.0) : 0.0;
+    return reserve;
+}
+
+}  // namespace
+
+Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
+                                      const PathDriverSettings& settings) {
+    const internal::FieldRange fields[] = {
+        {"cruise_speed", settings.cruise_speed, 0.1, 1e3},
+        {"lateral_acceleration", settings.lateral_acceleration, 0.1, 100.0},
+        {"deceleration", settings.deceleration, 0.1, 100.0},
+    };
+    if (auto ok = internal::check_fields(fields); !ok) return tl::unexpected<Error>(ok.error());
+    std::vector<Vertex> path;
+    for (std::size_t i = 0; i < points_world.size(); ++i) {
+        const std::string name = "points_world[" + std::to_string(i) + "]";
+        const Eigen::Vector3d point(points_world[i].x(), points_world[i].y(), 0.0);
+        if (auto ok = internal::check_vector(name.c_str(), point, kMostCoordinate); !ok) {
+            return tl::unexpected<Error>(ok.error());
+        }
+        Vertex vertex{.p_world = points_world[i]};
+        if (!path.empty()) {
+            const double step = distance_between(path.back().p_world, vertex.p_world);
+            if (step < kLeastDistance) continue;
+            vertex.along = path.back().along + step;
+        }
+        path.push_back(vertex);
+    }
+    if (path.size() < 2) {
+        return fail(ErrorCode::invalid_argument,
+                    "a path needs 2 points that are at least 1 mm apart, got " +
+                        std::to_string(points_world.size()) + " points, " +
+                        std::to_string(path.size()) + " of them distinct");
+    }
+    return PathDriver(std::move(path), settings);
+}
+
+PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
+    : path_(std::move(path)), settings_(settings) {
+    std::size_t behind_end = 1, ahead_end = 1;  // of the segments where the chords begin and end
+    const auto point_from = [&](double along, std::size_t& end) {
+        while (end + 1 < path_.size() && path_[end].along < along) ++end;
+        return point_at(along, end);
+    };
+    for (Vertex& here : path_) {
+        const Eigen::Vector2d behind = point_from(here.along - kCornerReach, behind_end);
+        const Eigen::Vector2d ahead = point_from(here.along + kCornerReach, ahead_end);
+        const double size_behind = distance_between(behind, here.p_world);
+        const double size_ahead = distance_between(here.p_world, ahead);
+        double turn = 0.0;  // of unit chords: the reach times the curvature
+        if (size_behind > 0.0 && size_ahead > 0.0) {
+            turn = distance_between((here.p_world - behind) / size_behind,
+                                    (ahead - here.p_world) / size_ahead);
+        }
+        here.corner = settings_.lateral_acceleration * kCornerReach / std::max(turn, 1e-9);
+    }
+    double braked = path_.back().corner;
+    for (std::size_t i = path_.size(); i-- > 0;) {
+        if (i + 1 < path_.size()) {
+            braked += 2.0 * settings_.deceleration * (path_[i + 1].along - path_[i].along);
+        }
+        braked = std::min(braked, path_[i].corner);
+        path_[i].braked = braked;
+    }
+}
+
+/// Advances along the path to the vehicle's position, never backwards: a segment ends where the next one is nearer.
+/// @return metres along the path
+double PathDriver::advance(const Eigen::Vector2d& here) {
+    const auto nearest = [&](std::size_t end) {
+        return nearest_on(path_[end - 1].p_world, path_[end].p_world, here);
+    };
+    Nearest now = nearest(next_);
+    while (next_ + 1 < path_.size()) {
+        const Nearest later = nearest(next_ + 1);
+        if (now.share < 1.0 && later.distance >= now.distance) break;
+        ++next_;
+        now = later;
+    }
+    if (next_ + 1 == path_.size() &&
+        (now.share >= 1.0 || distance_between(here, path_.back().p_world) < kFinishDistance)) {
+        is_finished_ = true;
+    }
+    const double start = path_[next_ - 1].along;
+    return start + now.share * (path_[next_].along - start);
+}
+
+/// The point at a distance along the path, clamped to its ends.
+/// @param end index where the search starts: of a segment that begins at or before the point
+Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
+    while (end + 1 < path_.size() && path_[end].along < along) ++end;
+    const Vertex& from = path_[end - 1];
+    const Vertex& to = path_[end];
+    const double length =
+        to.along - from.along;  // 0 where the path is too long for its steps to add up
+    const double share = length > 0.0 ? std::clamp((along - from.along) / length, 0.0, 1.0) : 0.0;
+    return from.p_world + share * (to.p_world - from.p_world);
+}
+
+/// Speed from which the vehicle can brake for every corner ahead and for the end, m/s.
+/// @param share of the accelerations of the settings
+double PathDriver::corner_speed(double along, double share) const {
+    double square = 2.0 * settings_.deceleration * (path_.back().along - along);
+    for (std::size_t i = next_; i-- > 0 && path_[i].along > along - kCornerReach;) {
+        square = std::min(square, path_[i].corner);
+    }
+    for (std::size_t i = next_; i < path_.size(); ++i) {
+        const double before = path_[i].along - kCornerReach - along;
+        if (before > 0.0) {
+            square = std::min(square, path_[i].braked + 2.0 * settings_.deceleration * before);
+            break;
+        }
+        square = std::min(square, path_[i].corner);
+    }
+    return std::sqrt(share * square);
+}
+
+VehicleControls PathDriver::drive(const VehicleSettings& settings, const VehicleState& vehicle) {
+    constexpr VehicleControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
+    const BodyState& chassis = vehicle.chassis;
+    const double wheelbase = wheelbase_of(settings), max_steer = max_steer_of(settings);
+    const Eigen::Vector2d here(chassis.pose.translation.x(), chassis.pose.translation.y());
+    const Eigen::Vector3d ahead = chassis.pose.rotation.col(0);
+    const double speed = internal::dot(chassis.velocity, ahead);
+
+    if (vehicle.is_rolled_over && !is_finished_) {
+        status_ = DriverStatus::rolled_over;
+        return kStop;
+    }
+    const double along = advance(here);
+    status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
+    if (is_finished_) return kStop;
+
+    // Pure pursuit, seen from the vehicle in the world's plane.
+    const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
+    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
+    const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
+    const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
+                 fy = flat > 1e-6 ? ahead.y() / flat : 0.0;
+    const double tx = target.x() - here.x(), ty = target.y() - here.y();
+    const double forward = tx * fx + ty * fy, left_side = ty * fx - tx * fy;
+    const double square = std::max(tx * tx + ty * ty, 1.0);
+    double curvature = 2.0 * left_side / square;
+    if (forward < 0.0) {  // behind: steer as tightly as possible
+        curvature = (left_side >= 0.0 ? 1.0 : -1.0) / wheelbase;
+    }
+    const double angle = steer_of_slope(wheelbase * curvature);
+    const double steer = max_steer > 0.0 ? angle / max_steer : 0.0;
+
+    const Reserve reserve = reserve_of(settings, vehicle);
+    const double lateral = std::min(settings_.lateral_acceleration, kLimitShare * reserve.lateral);
+    const double share =
+        std::min(lateral / settings_.lateral_acceleration,
+                 std::min(1.0, kLimitShare * reserve.braking / settings_.deceleration));
+    const double curve_speed = std::sqrt(lateral / std::max(std::abs(curvature), 1e-6));
+    const double slope_speed = settings_.cruise_speed * std::sqrt(reserve.braking_share);
+    const double wanted = std::min(
+        settings_.cruise_speed,
+        std::max(std::min({slope_speed, curve_speed, corner_speed(along, share)}), kLeastSpeed));
+    VehicleControls controls;
+    controls.steer = std::clamp(steer, -1.0, 1.0);
+    if (has_wheel_in_contact(vehicle)) {
+        controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
+    }
+    controls.brake = std::clamp(kBrakeGain * (speed - wanted - kBrakeSlack), 0.0, 1.0);
+    return controls;
+}
+
+}  // namespace terrane

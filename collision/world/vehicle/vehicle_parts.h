@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "broadphase/body_queries.h"
+#include "world/solver/rigid_body.h"
+#include "world/vehicle/drive_forces.h"
+
+#include <terrane/collision/vehicle.h>
+
+namespace terrane::internal {
+
+/// Fails with invalid_argument, naming the field, where one is out of range.
+Result<void> check_vehicle(const VehicleSettings& settings);
+
+/// The chassis box, the bodywork, and the wheels at the top of their travel as spheres.
+Result<Compound> make_chassis_shape(const VehicleSettings& settings, const WheelSet& wheels);
+
+/// A vehicle of a world, beside the body that its chassis is.
+class Vehicle {
+public:
+    explicit Vehicle(const VehicleSettings& settings) : wheels_(settings) {
+        state_.wheels.resize(wheels_.count());
+    }
+
+    WheelSet& wheels() { return wheels_; }
+    const VehicleSettings& settings() const { return wheels_.settings(); }
+    const VehicleState& state() const { return state_; }
+    const VehicleControls& controls() const { return controls_; }
+
+    /// That of the chassis box: bodywork and wheels only collide.
+    MassProperties mass() const {
+        return make_mass_properties(Box{settings().chassis_half_extents}, settings().mass);
+    }
+
+    /// Of the compound of make_chassis_shape(): box and bodywork come before.
+    std::uint32_t first_wheel_part() const {
+        return static_cast<std::uint32_t>(1 + settings().bodywork.size());
+    }
+
+    /// Ignored where a value is not finite. Returns whether they change.
+    bool set_controls(const VehicleControls& controls);
+    /// Whether it may fall asleep: with the brake on, and no throttle.
+    bool is_braked() const { return controls_.throttle == 0.0 && controls_.brake > 0.0; }
+
+    void begin_step();
+    /// Undoes the step, of which nothing remains.
+    void undo_step();
+    /// Casts the wheels from the top of their travel to its end. False where ground is not resident.
+    /// @param body of the chassis; the wheels do not meet it
+    bool cast_wheels(const RigidBody& chassis, BodyId body, const QueryScene& scene);
+    /// Ends a step of `dt` seconds: makes the state of the present contacts.
+    /// @param touches the chassis touches something
+    void end_step(const BodyState& chassis, const QueryScene& scene, bool touches, double dt);
+    /// Takes over the state of the chassis.
+    void show(const BodyState& chassis) { state_.chassis = chassis; }
+    /// The same where the chassis has been placed anew: the wheels hang.
+    void place(const BodyState& chassis);
+    /// Whether a wheel is in contact, as of the last cast.
+    bool is_standing() const { return wheels_.in_contact(); }
+    /// Whether a wheel stands on a body, as of the last cast.
+    bool stands_on(std::uint32_t body) const;
+    /// Largest penetration depth of a wheel in the ground, metres.
+    double wheel_depth(const Ground& ground) const;
+
+    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
+    /// (world/world_bytes.h). A reader calls restore() after it.
+    template <class Stream, class AnyVehicle>
+    static void list_fields(Stream& stream, AnyVehicle& vehicle);
+    void restore() { update_commands(); }
+
+private:
+    void update_commands();
+
+    WheelSet wheels_;
+    VehicleControls controls_;
+    VehicleState state_;
+    std::vector<double> spins_before_;
+    double rolled_over_time_ = 0.0;  // seconds of contact on its side or roof, up to the limit
+};
+
+template <class Stream, class AnyVehicle>
+void Vehicle::list_fields(Stream& stream, AnyVehicle& vehicle) {
+    auto& controls = vehicle.controls_;
+    stream.number("throttle", controls.throttle, -1.0, 1.0);
+    stream.number("brake", controls.brake, 0.0, 1.0);
+    stream.number("steer", controls.steer, -1.0, 1.0);
+    stream.number("rolled-over time", vehicle.rolled_over_time_, 0.0, 1.0);
+    stream.flag("is_rolled_over", vehicle.state_.is_rolled_over);
+    for (std::size_t i = 0; i < vehicle.wheels_.count(); ++i) {
+        auto& contact = vehicle.wheels_.contacts()[i];
+        auto& wheel = vehicle.state_.wheels[i];
+        stream.length("spin", vehicle.wheels_.spins()[i]);
+        stream.flag("touches", contact.touches);
+        stream.word("body under a wheel", contact.body);
+        stream.length("roll speed", contact.roll_speed);
+        stream.length("side slip", contact.side_slip);
+        stream.place("wheel centre", wheel.centre_world);
+        stream.length("compression", wheel.compression);
+        stream.length("spin", wheel.spin);
+        stream.length("steer", wheel.steer);
+        stream.flag("in_contact", wheel.in_contact);
+        stream.word("body under a wheel", wheel.body.index);
+        stream.word("its generation", wheel.body.generation);
+        stream.place("wheel contact", wheel.point_world);
+        stream.unit("wheel normal", wheel.normal);
+        stream.length("load", wheel.load);
+        stream.length("side slip", wheel.side_slip);
+    }
+}
+
+}  // namespace terrane::internal

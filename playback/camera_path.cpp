@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include "base/settings_check.h"
+#include "camera_legs.h"
+
+#include <terrane/playback/camera_path.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+// Sets the times of a track for a constant speed. Drops points that coincide with the one before.
+Result<void> retime(Track& track, double speed) {
+    std::vector<TrackPoint> points{track.points.front()};
+    points.front().time = 0.0;
+    for (const TrackPoint& point : track.points) {
+        const Eigen::Vector3d displacement = point.position_world - points.back().position_world;
+        const double length =
+            track.has_heights ? displacement.norm() : displacement.head<2>().norm();
+        if (!(length > 0.0)) continue;
+        points.push_back(point);
+        points.back().time = points[points.size() - 2].time + length / speed;
+    }
+    if (points.size() < 2) {
+        return fail(ErrorCode::invalid_argument, "a track whose points all coincide has no length");
+    }
+    track.points = std::move(points);
+    track.has_times = true;
+    return {};
+}
+
+// Receivers round positions to 1 or 2 m: averages over about 3 s to each side.
+void smooth_recorded(Track& track) {
+    const double mean_step =
+        track.points.back().time / static_cast<double>(track.points.size() - 1);
+    std::vector<Eigen::Vector3d> positions;
+    for (const TrackPoint& point : track.points) positions.push_back(point.position_world);
+    positions = internal::smoothed(positions, static_cast<std::ptrdiff_t>(1.5 / mean_step));
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        track.points[i].position_world = positions[i];
+}
+
+Result<void> check_positive(const char* name, const std::optional<double>& value) {
+    if (!value || (*value > 0.0 && std::isfinite(*value))) return {};
+    return fail(ErrorCode::invalid_argument,
+                std::string(name) + " must be above 0 and finite, got " + number_text(*value));
+}
+
+Result<void> check_place(const CameraPathSettings& settings) {
+    if (settings.region) {
+        const WorldRect& r = *settings.region;
+        const bool has_area = r.west < r.east && r.south < r.north;
+        if (!has_area || !std::isfinite(r.east - r.west) || !std::isfinite(r.north - r.south)) {
+            return fail(ErrorCode::invalid_argument,
+                        "region must have finite sides above 0, got " + number_text(r.west) +
+                            " to " + number_text(r.east) + " and " + number_text(r.south) + " to " +
+                            number_text(r.north));
+        }
+    }
+    if (settings.start_world && !settings.start_world->allFinite()) {
+        return fail(ErrorCode::invalid_argument, "start_world must be finite, got " +
+                                                     number_text(settings.start_world->x()) + ", " +
+                                                     number_text(settings.start_world->y()));
+    }
+    return {};
+}
+
+Result<void> check_settings(const CameraPathSettings& settings) {
+    if (auto ok = check_positive("speed", settings.speed); !ok) return ok;
+    if (auto ok = check_positive("altitude", settings.altitude); !ok) return ok;
+    if (auto ok = check_range("start", settings.start, 0.0, std::numeric_limits<double>::max());
+        !ok)
+        return ok;
+    if (auto ok = check_positive("seconds", settings.seconds); !ok) return ok;
+    if (auto ok = check_place(settings); !ok) return ok;
+    return settings.seconds
+               ? check_range("seconds", *settings.seconds, 0.0, CameraPathSettings::kMostSeconds)
+               : Result<void>{};
+}
+
+}  // namespace
+
+/// The parts between the jumps.
+struct CameraPath::Legs {
+    double duration = 0.0;
+    std::vector<internal::CameraLeg> legs;  // jumps.size() + 1
+    std::vector<double> jumps;
+
+    CameraPose at(std::size_t leg, double time) const {
+        return legs[leg].at(leg == 0 ? time : time - jumps[leg - 1]);
+    }
+};
+
+CameraPath::CameraPath(std::shared_ptr<const Legs> legs) : legs_(std::move(legs)) {}
+
+double CameraPath::duration() const { return legs_->duration; }
+
+std::span<const double> CameraPath::jumps() const { return legs_->jumps; }
+
+bool CameraPath::is_built_in(const std::string& name) {
+    return std::ranges::find(internal::built_in_names(), name) != internal::built_in_names().end();
+}
+
+std::string CameraPath::built_in_list() {
+    std::string list;
+    for (const std::string_view name : internal::built_in_names())
+        list += (list.empty() ? "" : ", ") + std::string(name);
+    return list;
+}
+
+std::vector<std::string> CameraPath::built_in_names() {
+    const std::span<const std::string_view> names = internal::built_in_names();
+    return {names.begin(), names.end()};
+}
+
+Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightSource& source,
+                                      const CameraPathSettings& settings) {
+    if (!is_built_in(built_in)) {
+        return fail(ErrorCode::invalid_argument,
+                    "a path is " + built_in_list() + " or a track file, got " + built_in);
+    }
+    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
+    const double speed =
+        settings.speed.value_or(built_in == "spins" ? CameraPathSettings::kDefaultSpinSpeed
+                                                    : CameraPathSettings::kDefaultSpeed);
+    const double altitude = settings.altitude.value_or(CameraPathSettings::kDefaultAltitude);
+    Legs path;
+    path.duration = settings.seconds.value_or(CameraPathSettings::kDefaultSeconds);
+    Result<std::vector<internal::LegPlan>> plans = internal::plan_built_in(
+        built_in, source, {settings.region.value_or(source.extent()), settings.start_world}, speed,
+        path.duration);
+    if (!plans) return tl::unexpected(plans.error());
+    double time = 0.0;
+    for (internal::LegPlan& plan : *plans) {
+        if (time > 0.0) path.jumps.push_back(time);
+        time += plan.duration;
+        Result<internal::CameraLeg> leg =
+            internal::CameraLeg::create(std::move(plan), source, altitude, speed);
+        if (!leg) return tl::unexpected(leg.error());
+        path.legs.push_back(std::move(*leg));
+    }
+    return CameraPath(std::make_shared<const Legs>(std::move(path)));
+}
+
+Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
+                                      const CameraPathSettings& settings) {
+    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
+    if (auto ok = check(track); !ok) return tl::unexpected(ok.error());
+    if (!track.has_times || settings.speed) {
+        const double speed = settings.speed.value_or(CameraPathSettings::kDefaultSpeed);
+        if (const Result<void> timed = retime(track, speed); !timed) {
+            return tl::unexpected(timed.error());
+        }
+    }
+    if (track.is_recorded) smooth_recorded(track);
+    const double length = track.points.back().time;
+    const double left = length - settings.start;
+    if (!(left > 0.0)) {
+        return fail(ErrorCode::invalid_argument, "start must be before the track's end at " +
+                                                     number_text(length) + " s, got " +
+                                                     number_text(settings.start) + " s");
+    }
+    Legs path;
+    path.duration = std::min(left, settings.seconds.value_or(left));
+    if (path.duration > CameraPathSettings::kMostSeconds) {
+        return fail(ErrorCode::invalid_argument,
+                    "a path lasts " + number_text(CameraPathSettings::kMostSeconds) +
+                        " s at most, this track lasts " + number_text(path.duration) + " s");
+    }
+    std::optional<double> altitude = settings.altitude;
+    if (!altitude && !track.has_heights) altitude = CameraPathSettings::kDefaultAltitude;
+    Result<internal::CameraLeg> leg = internal::CameraLeg::create(
+        std::move(track), source, settings.start, path.duration, altitude);
+    if (!leg) return tl::unexpected(leg.error());
+    path.legs.push_back(std::move(*leg));
+    return CameraPath(std::make_shared<const Legs>(std::move(path)));
+}
+
+CameraPose CameraPath::at(double time) const {
+    const std::span<const double> jumps = legs_->jumps;
+    const auto next = std::upper_bound(jumps.begin(), jumps.end(), time);
+    return legs_->at(static_cast<std::size_t>(next - jumps.begin()), time);
+}
+
+CameraPose CameraPath::before(double time) const {
+    const std::span<const double> jumps = legs_->jumps;
+    const auto next = std::lower_bound(jumps.begin(), jumps.end(), time);
+    return legs_->at(static_cast<std::size_t>(next - jumps.begin()), time);
+}
+
+std::vector<PathMoment> path_moments(const CameraPath& path) {
+    constexpr double kStep = 0.05;
+    std::vector<PathMoment> moments;
+    auto jump = path.jumps().begin();
+    const auto add_jumps = [&](double until) {
+        for (; jump != path.jumps().end() && *jump <= until; ++jump) {
+            moments.push_back({*jump, true, path.before(*jump)});
+            moments.push_back({*jump, false, path.at(*jump)});
+        }
+    };
+    for (int i = 0; i * kStep < path.duration(); ++i) {
+        const double time = i * kStep;
+        add_jumps(time);
+        if (moments.empty() || moments.back().time < time) {
+            moments.push_back({time, false, path.at(time)});
+        }
+    }
+    add_jumps(path.duration());
+    moments.push_back({path.duration(), false, path.at(path.duration())});
+    return moments;
+}
+
+std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock) {
+    std::vector<CameraMoment> trajectory;
+    trajectory.reserve(path.size());
+    for (const PathMoment& moment : path) {
+        trajectory.push_back({.time_s = clock + moment.time,
+                              .eye_world = moment.pose.eye_world,
+                              .forward = moment.pose.forward,
+                              .up = moment.pose.up});
+    }
+    return trajectory;
+}
+
+}  // namespace terrane

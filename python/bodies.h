@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "guarded.h"
+
+#include <terrane/collision/shapes.h>
+#include <terrane/collision/world.h>
+
+#include <pybind11/pybind11.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace terrane::python {
+
+namespace py = pybind11;
+
+/// A shape, as Python holds it. Immutable.
+struct HeldShape {
+    Shape shape;
+};
+
+/// Adds Shape.
+void bind_shapes(py::module_& module);
+/// Adds batches of contacts, distances and casts to Ground.
+void bind_ground_queries(py::module_& module);
+/// Adds batches of two shapes.
+void bind_pairs(py::module_& module);
+
+namespace py = pybind11;
+
+/// A world, as Python holds it.
+using HeldWorld = Guarded<World>;
+using WorldClass = py::class_<HeldWorld, std::shared_ptr<HeldWorld>>;
+
+/// Python's number of a body: the generation in the upper 32 bits, the index in the lower ones.
+constexpr std::uint64_t number_of(BodyId body) {
+    return std::uint64_t{body.generation} << 32 | body.index;
+}
+constexpr BodyId body_of(std::uint64_t number) {
+    return {static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32)};
+}
+/// The number of no body.
+inline constexpr std::uint64_t kNoBody = number_of(BodyId{});
+
+/// Adds World and NO_BODY.
+void bind_world(py::module_& module);
+/// Adds Lidar and lidar_grid().
+void bind_lidar(py::module_& module);
+/// The parts of World: adding and changing bodies; rays and contact events.
+void bind_bodies(WorldClass& world);
+void bind_world_queries(WorldClass& world);
+/// Adds VehicleSettings, its presets, PathDriver, and vehicles and characters to World.
+void bind_vehicles(py::module_& module);
+
+}  // namespace terrane::python

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/math.h>
+#include <terrane/base/result.h>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <array>
+#include <cstddef>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace terrane::python {
+
+namespace py = pybind11;
+
+/// Throws the exception that Python sees: ValueError (invalid_argument, bad_data), OSError (io), MemoryError,
+/// TimeoutError, RuntimeError (device_unavailable, cancelled), with the error's line. Requires the interpreter lock.
+[[noreturn]] void raise_error(const Error& error);
+
+/// The value of a result, or its exception. Requires the interpreter lock.
+template <class T>
+T value_or_raise(Result<T> result) {
+    if (!result) raise_error(result.error());
+    if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// Calls a function without the interpreter lock, so that other threads of Python go on.
+template <class Function>
+auto without_lock(Function&& function) {
+    const py::gil_scoped_release released;
+    return std::forward<Function>(function)();
+}
+
+namespace py = pybind11;
+
+/// An answer: a named tuple or an enumerator of terrane/answers.py.
+template <class... Fields>
+py::object make_answer(const char* type, Fields&&... fields) {
+    return py::module_::import("terrane.answers").attr(type)(std::forward<Fields>(fields)...);
+}
+
+/// The value whose name an argument gives, such as kind="ridged".
+/// Fails: ValueError that lists the names
+template <class Enum, std::size_t count>
+Enum read_choice(std::string_view argument, const char* name,
+                 const std::array<std::pair<const char*, Enum>, count>& choices) {
+    std::string known;
+    for (const auto& [word, value] : choices) {
+        if (argument == word) return value;
+        known += (known.empty() ? "" : ", ") + std::string(word);
+    }
+    throw py::value_error(std::string(name) + " must be one of " + known + ", got \"" +
+                          std::string(argument) + "\"");
+}
+
+// Arguments and answers as numpy arrays. An argument that holds numbers: a C-contiguous, aligned float64 array is read
+// in place; other real numbers, other layouts and sequences are copied once. What is no real number (bool, complex,
+// text, objects, masked arrays) is a TypeError, a wrong shape a ValueError; both name the argument.
+
+namespace py = pybind11;
+
+/// What stands where there is no number.
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// C-contiguous float64 numbers.
+using Doubles = py::array_t<double, py::array::c_style>;
+
+/// The numbers of an argument, any shape.
+/// @param name of the argument, for messages
+Doubles read_doubles(py::handle argument, const char* name);
+
+/// A vector: shape (3,), finite or not.
+Eigen::Vector3d read_vector(py::handle argument, const char* name);
+
+/// The shape of an array as Python prints it: "(4, 3)".
+std::string shape_text(const py::array& array);
+
+/// The shape of an array, to make another one of the same.
+std::vector<py::ssize_t> shape_of(const py::array& array);
+
+/// Fails: ValueError that names both where their shapes differ
+void check_same_shape(const py::array& a, const char* a_name, const py::array& b,
+                      const char* b_name);
+
+/// Rows of numbers: shape (n, width), or (width,) for one row that all elements of a batch share.
+class Rows {
+public:
+    Rows(py::handle argument, const char* name, py::ssize_t width);
+    /// Numbers of any shape as rows of one; a single number is shared.
+    static Rows numbers(py::handle argument, const char* name);
+
+    const double* operator[](std::size_t index) const { return data_ + index * stride_; }
+    Eigen::Vector3d vector(std::size_t index) const {
+        const double* row = (*this)[index];
+        return {row[0], row[1], row[2]};
+    }
+    std::size_t count() const { return count_; }
+    bool is_shared() const { return stride_ == 0; }
+    const char* name() const { return name_; }
+
+private:
+    friend class Poses;
+    static Rows numbers_of(const Doubles& array, const char* name, py::ssize_t width);
+    Rows(const Doubles& array, const char* name, py::ssize_t width, bool is_shared);
+
+    Doubles array_;  // keeps the numbers alive
+    const char* name_;
+    const double* data_;
+    std::size_t count_;
+    std::size_t stride_;
+};
+
+/// Poses of shapes: positions of shape (n, 3) or (3,), and rotations: None, matrices of shape (n, 3, 3) or (3, 3), or
+/// unit quaternions w, x, y, z of shape (n, 4) or (4,). Whether a matrix is orthonormal is for queries to say.
+class Poses {
+public:
+    Poses(py::handle position, py::handle rotation, const char* position_name,
+          const char* rotation_name);
+
+    Pose operator[](std::size_t index) const;
+    const Rows& positions() const { return positions_; }
+    const Rows& rotations() const { return rotations_; }
+
+private:
+    Rows positions_;
+    Rows rotations_;
+    bool is_quaternion_ = false;
+};
+
+/// One pose: position of shape (3,), rotation as of Poses.
+Pose read_pose(py::handle position, py::handle rotation);
+
+/// How many questions a call asks: the count of the arguments that are not shared, which must agree. Where all are
+/// shared there is one, and its answer has no leading axis.
+class Batch {
+public:
+    explicit Batch(std::initializer_list<const Rows*> arguments);
+    /// One of two that agree: ValueError where both have a leading axis and different counts.
+    static Batch common(const Batch& a, const Batch& b);
+
+    std::size_t count() const { return count_; }
+    /// An array for the answers: shape (n, tail...), or (tail...) without a leading axis.
+    template <class T>
+    py::array_t<T> make(std::initializer_list<py::ssize_t> tail = {}) const {
+        std::vector<py::ssize_t> shape = lead_;
+        shape.insert(shape.end(), tail.begin(), tail.end());
+        return py::array_t<T>(shape);
+    }
+
+private:
+    std::size_t count_ = 1;
+    std::vector<py::ssize_t> lead_;
+};
+
+/// Writes a vector to three numbers.
+inline void write_vector(const Eigen::Vector3d& vector, double* out) {
+    out[0] = vector.x();
+    out[1] = vector.y();
+    out[2] = vector.z();
+}
+
+/// Writes a matrix row by row to nine numbers.
+inline void write_matrix(const Eigen::Matrix3d& matrix, double* out) {
+    for (Eigen::Index row = 0; row < 3; ++row)
+        for (Eigen::Index column = 0; column < 3; ++column)
+            out[3 * row + column] = matrix(row, column);
+}
+
+/// A vector as an array of shape (3,).
+py::array_t<double> to_array(const Eigen::Vector3d& vector);
+/// A matrix as an array of shape (3, 3).
+py::array_t<double> to_array(const Eigen::Matrix3d& matrix);
+
+/// An array of a shape over numbers that `owner` keeps alive; cannot be written through.
+template <class T>
+py::array view_of(const T* data, std::vector<py::ssize_t> shape, py::handle owner) {
+    py::array_t<T> array(std::move(shape), data, owner);
+    array.attr("setflags")(py::arg("write") = false);
+    return array;
+}
+
+}  // namespace terrane::python

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "conversions.h"
+#include "terrain.h"
+
+#include <pybind11/stl.h>
+
+#include <functional>
+#include <string>
+
+#if TERRANE_PYTHON_DEM
+#include <terrane/dem/dem_heights.h>
+#endif
+#if TERRANE_PYTHON_STORE
+#include <terrane/store/chunk_store.h>
+#endif
+
+namespace terrane::python {
+namespace {
+
+#if TERRANE_PYTHON_DEM || TERRANE_PYTHON_STORE
+
+std::string path_text(const py::object& path) {
+    return py::cast<std::string>(py::module_::import("os").attr("fsdecode")(path));
+}
+
+// A callable of Python as a progress function. It runs on any thread, and takes the interpreter lock there; what it
+// raises ends the work, and raise_pending() raises it again.
+class Progress {
+public:
+    explicit Progress(const py::object& callable) {
+        if (callable.is_none()) return;
+        if (PyCallable_Check(callable.ptr()) == 0)
+            throw py::type_error("progress must be callable or None");
+        // A thread that has been given up may let go of it without the lock.
+        state_ = std::shared_ptr<State>(new State{callable, py::object()}, [](State* state) {
+            const py::gil_scoped_acquire lock;
+            delete state;
+        });
+    }
+
+    std::function<bool(double)> function() const {
+        if (state_ == nullptr) return {};
+        return [state = state_](double share) {
+            const py::gil_scoped_acquire lock;
+            try {
+                const py::object answer = state->callable(share);
+                return answer.is_none() || py::cast<bool>(py::bool_(answer));
+            } catch (py::error_already_set& error) {
+                state->raised = error.value();
+                return false;
+            }
+        };
+    }
+
+    void raise_pending() const {
+        if (state_ == nullptr || !state_->raised) return;
+        PyErr_SetObject(py::type::handle_of(state_->raised).ptr(), state_->raised.ptr());
+        throw py::error_already_set();
+    }
+
+private:
+    struct State {
+        py::object callable, raised;
+    };
+    std::shared_ptr<State> state_;
+};
+
+#endif
+
+#if TERRANE_PYTHON_DEM
+constexpr std::array<std::pair<const char*, DemCache::Place>, 3> kCachePlaces{
+    {{"none", DemCache::Place::none},
+     {"beside", DemCache::Place::beside},
+     {"folder", DemCache::Place::folder}}};
+
+Source open_dem(const py::object& path, double finest_spacing, double spacing_tolerance,
+                std::optional<std::uint64_t> detail_seed, double detail_roughness,
+                const std::string& cache, const py::object& cache_folder, std::size_t memory_bytes,
+                double read_timeout, const py::object& progress) {
+    const Progress watched(progress);
+    DemSettings settings;
+    settings.finest_spacing = finest_spacing;
+    settings.spacing_tolerance = spacing_tolerance;
+    settings.detail_seed = detail_seed;
+    settings.detail_roughness = detail_roughness;
+    settings.memory_bytes = memory_bytes;
+    settings.read_timeout = read_timeout;
+    settings.progress = watched.function();
+    settings.cache.place = read_choice(cache, "cache", kCachePlaces);
+    settings.cache.folder = path_text(cache_folder);
+    const std::string name = path_text(path);
+    DemInfo info;
+    auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
+    watched.raise_pending();
+    Source made{value_or_raise(std::move(source)), py::none()};
+    made.info =
+        make_answer("DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y),
+                    info.min_m, info.max_m, info.nodata_share, info.filled_share, info.crs,
+                    info.crs_wkt, info.geographic, py::make_tuple(info.centre_x, info.centre_y),
+                    py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y),
+                    info.scale_error, info.from_cache, info.cache_note);
+    return made;
+}
+#endif
+
+#if TERRANE_PYTHON_STORE
+py::object store_info(const StoreInfo& info) {
+    return make_answer("StoreInfo", info.chunk_count, info.bytes, info.max_error_m, info.sha,
+                       py::bytes(info.note));
+}
+
+Source open_store(const py::object& path) {
+    const std::string name = path_text(path);
+    StoreInfo info;
+    auto source = without_lock([&] { return ChunkStore::open(name, &info); });
+    return {value_or_raise(std::move(source)), store_info(info)};
+}
+
+py::object bake(const Source& source, const py::object& path, int level_count,
+                const std::optional<std::array<double, 4>>& region, int worker_count,
+                const py::bytes& note, const py::object& progress) {
+    const Progress watched(progress);
+    BakeSettings settings;
+    settings.level_count = level_count;
+    settings.worker_count = worker_count;
+    settings.note = std::string(note);
+    settings.progress = watched.function();
+    if (region) settings.region = WorldRect{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
+    const std::string name = path_text(path);
+    auto info = without_lock([&] { return ChunkStore::bake(*source.heights, name, settings); });
+    watched.raise_pending();
+    return store_info(value_or_raise(std::move(info)));
+}
+#endif
+
+}  // namespace
+
+void bind_files([[maybe_unused]] py::module_& module) {
+#if TERRANE_PYTHON_DEM
+    const DemSettings defaults;
+    module.def(
+        "open_dem", &open_dem, py::arg("path"), py::kw_only(),
+        py::arg("finest_spacing") = defaults.finest_spacing,
+        py::arg("spacing_tolerance") = defaults.spacing_tolerance,
+        py::arg("detail_seed") = py::none(),
+        py::arg("detail_roughness") = defaults.detail_roughness, py::arg("cache") = "none",
+        py::arg("cache_folder") = "", py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
+        R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
+
+finest_spacing   of the lattice, at most, metres; 0: the raster's cell
+spacing_tolerance  over square cells the spacing may be longer by this factor, 1 to 2
+detail_seed      adds fractal detail below the raster's resolution; None: none
+detail_roughness amplitude of detail relative to the raster's own roughness, 0 to 100
+cache            of the bounds: "none", "beside" the raster, or in a "folder"
+cache_folder     that folder
+memory_bytes     limit of the memory of opening and of the source
+read_timeout     seconds, > 0
+progress         called with the share that is done, 0 to 1; returning False cancels. What it raises is raised here
+
+Raises OSError (cannot be read), ValueError (bad raster or setting), MemoryError, TimeoutError. Without the lock.)");
+#endif
+#if TERRANE_PYTHON_STORE
+    module.def("open_store", &open_store, py::arg("path"),
+               R"(Opens a baked terrain.
+
+Raises OSError where it cannot be read, ValueError where it is no store or damaged.)");
+    module.def(
+        "bake", &bake, py::arg("source"), py::arg("path"), py::kw_only(),
+        py::arg("level_count") = 0, py::arg("region") = py::none(), py::arg("worker_count") = 0,
+        py::arg("note") = py::bytes(), py::arg("progress") = py::none(),
+        R"(Makes all chunks of a source and writes them to a file, which appears when it is complete. Returns a StoreInfo.
+
+level_count   levels from the root squares on; 0: all
+region        west, south, east, north, metres; None: everything
+worker_count  threads; 0: as many as the machine has
+note          bytes that are kept with it
+progress      as of open_dem(), on the calling thread
+
+Raises ValueError for a setting out of range, OSError where it cannot be written. Without the lock.)");
+#endif
+}
+
+}  // namespace terrane::python

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstdint>
+
+namespace terrane::internal {
+
+/// An integer as high * 2^bits + low with low in [-2^(bits - 1), 2^(bits - 1)). A shader has no 64-bit
+/// integers; near zero the high part is zero, so that conversion to float is exact.
+struct SplitInteger {
+    std::int32_t high = 0;
+    std::int32_t low = 0;
+};
+SplitInteger split(std::int64_t value, int bits);
+
+/// Bits of the low part of lattice indices and heights in quanta; the same constant as in the shaders.
+inline constexpr int kIndexBits = 20;
+inline constexpr int kHeightBits = 16;
+
+/// The eye on the lattice: nearest lattice point and quantum, and the remainder.
+///
+/// The displayed position of a sample depends only on its integers and on this, whichever chunk draws it:
+/// float(integers - eye's integers) * spacing - remainder. So chunks of any level meet bit for bit, and nothing jitters
+/// far from the origin.
+struct EyeFrame {
+    std::int64_t x = 0, y = 0;  ///< lattice index
+    std::int64_t height = 0;    ///< quanta
+    double remainder_x = 0.0, remainder_y = 0.0,
+           remainder_z = 0.0;  ///< eye minus lattice point and quantum, metres
+};
+
+/// Fails with invalid_argument where the eye is so far away that its integers do not fit.
+Result<EyeFrame> make_eye_frame(const Lattice& lattice, const WorldPos& eye_world);
+
+/// The uniform block `Frame` of light.glsl, in its std140 layout.
+struct FrameUniforms {
+    using Vec4 = std::array<float, 4>;
+    std::array<float, 16> clip_from_eye{};  ///< column-major
+    Vec4 right{}, up{}, forward{};
+    Vec4 sun{}, horizon{}, zenith{};
+    Vec4 remainder{};
+    std::array<std::int32_t, 4> eye_height{};
+    Vec4 grid{};
+    Vec4 tint{};
+    Vec4 noise_phase{};
+    Vec4 near{};
+};
+static_assert(sizeof(FrameUniforms) == 64 + 12 * 16);
+
+/// The uniforms of a view. Depth is reversed (1 near, 0 infinitely far), which keeps the relative precision of float
+/// depth from centimetres to the horizon.
+FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattice& lattice,
+                                  const View& view, const EyeFrame& eye);
+
+}  // namespace terrane::internal

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/gl_object.h"
+#include "light/frame_uniforms.h"
+
+#include <terrane/base/math.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace terrane::internal {
+
+/// Cascades of the shadows. Each reaches kCascadeRatio times as far as the one before, the last as far as the shadows.
+inline constexpr int kCascades = 3;
+inline constexpr double kCascadeRatio = 4.0;
+
+/// A square shadow map along the sun's direction: the part of the ground within a distance of the eye that the view
+/// shows, as the sun sees it.
+///
+/// Side and orientation do not depend on where the view looks, and the map moves by whole texels: so its texels stay on
+/// the same ground, and shadows do not swim.
+struct SunCascade {
+    Eigen::Matrix3d axes;    ///< rows: right, up and towards the sun, world axes
+    Eigen::Vector3d centre;  ///< along these axes, metres
+    double half_side = 0.0;  ///< metres, of the depths too
+    double reach = 0.0;      ///< greatest distance of its receivers from the eye, metres
+
+    /// Whether a caster with this bounding volume can cast a shadow into the map. Conservative: the map's volume is
+    /// extended to the sun.
+    bool meets(const Aabb& box_world) const;
+    bool meets(const BoundingSphere& ball_world) const;
+
+    /// Centre minus the eye along the axes.
+    Eigen::Vector3d centre_from(const WorldPos& eye_world) const;
+    /// Column-major. Depth is 1 nearest to the sun and 0 farthest.
+    std::array<float, 16> clip_from_eye(const WorldPos& eye_world) const;
+};
+
+/// The cascades of a view, the nearest first.
+///
+/// @param sun_direction towards the sun, finite and not zero
+/// @param distance      how far the shadows reach from the eye, metres, > 0
+/// @param texels        along the side of each map
+std::array<SunCascade, kCascades> make_sun_cascades(const View& view,
+                                                    const Eigen::Vector3d& sun_direction,
+                                                    double distance, int texels);
+
+/// Least and most texels along the side of a shadow map.
+inline constexpr int kLeastShadowTexels = 256;
+inline constexpr int kMostShadowTexels = 8192;
+
+/// Depths of a scene as the sun sees it, one layer of a texture array for each cascade.
+class ShadowMaps {
+public:
+    /// Requires texels in kLeastShadowTexels to kMostShadowTexels.
+    explicit ShadowMaps(int texels);
+
+    int texels() const { return texels_; }
+
+    /// Binds the map of a cascade as the target, sets viewport and state for casters, and clears it. The uniforms of
+    /// the frame must have the cascade's clip_from_eye.
+    void begin_cascade(int cascade) const;
+    /// Resets the state that begin_cascade() has set.
+    void end_cascades() const;
+
+    /// Uploads the place of each cascade, and binds maps (texture unit 6) and places (uniform block 2) for lit_at().
+    void bind(std::span<const SunCascade, kCascades> cascades, const WorldPos& eye_world) const;
+
+    /// On the device.
+    std::size_t bytes() const;
+
+private:
+    int texels_;
+    GlTexture depths_;
+    GlBuffer places_;
+    std::array<GlFramebuffer, kCascades> targets_;
+};
+
+/// The shadow maps of a renderer, and the uniforms of the frame for each: positions are those of the view, seen from
+/// the sun.
+class ShadowPass {
+public:
+    /// @param settings with shadow_distance above 0
+    explicit ShadowPass(const RendererSettings& settings);
+
+    /// Places the maps around the receivers in a view.
+    void prepare(const View& view);
+    /// Of the last prepare(), the nearest first.
+    std::span<const SunCascade, kCascades> cascades() const { return cascades_; }
+
+    /// Draws the casters of each cascade with draw(cascade number), then binds the maps for lit_at(). Changes the bound
+    /// uniforms of the frame.
+    template <class Draw>
+    void draw(const FrameUniforms& of_view, const View& view, const Draw& draw_casters) const {
+        for (std::size_t cascade = 0; cascade < kCascades; ++cascade) {
+            bind_uniforms(cascade, of_view, view);
+            maps_.begin_cascade(static_cast<int>(cascade));
+            draw_casters(cascade);
+        }
+        maps_.end_cascades();
+        maps_.bind(cascades_, view.eye_world);
+    }
+
+    std::size_t bytes() const { return maps_.bytes(); }
+
+private:
+    void bind_uniforms(std::size_t cascade, const FrameUniforms& of_view, const View& view) const;
+
+    Eigen::Vector3d sun_direction_;
+    double distance_;
+    ShadowMaps maps_;
+    std::array<GlBuffer, kCascades> uniforms_;
+    std::array<SunCascade, kCascades> cascades_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: MIT
+#include "objects/mesh_store.h"
+
+#include "base/settings_check.h"
+#include "gl/gl_object.h"
+#include "gl/shader.h"
+
+#include <terrane/base/text.h>
+#include <terrane/scene/culling.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+namespace terrane::internal {
+namespace {
+
+using Triangle = TriangleMesh::Triangle;
+
+// Levels of fewer triangles have no clusters: a few clusters of wide cones are rarely culled.
+constexpr std::size_t kLeastClustered = 256;
+
+Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
+    std::size_t indices = 0;
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+        const auto& [triangles, targets] = levels[level];
+        indices += 3 * triangles.size();
+        const auto refuse = [&](const char* what, std::uint32_t vertex, std::size_t count) {
+            return fail(ErrorCode::invalid_argument, "level " + number_text(level) + what +
+                                                         number_text(vertex) + " of " +
+                                                         number_text(count));
+        };
+        for (const Triangle& t : triangles) {
+            const std::uint32_t most = std::max({t[0], t[1], t[2]});
+            if (most >= mesh.positions.size())
+                return refuse(" names vertex ", most, mesh.positions.size());
+            if (!targets.empty() && most >= targets.size())
+                return refuse(" has no morph target for vertex ", most, targets.size());
+        }
+        for (const std::uint32_t target : targets) {
+            if (target >= mesh.positions.size())
+                return refuse(" morphs to vertex ", target, mesh.positions.size());
+        }
+    }
+    if (indices > std::numeric_limits<std::int32_t>::max()) {
+        return fail(ErrorCode::invalid_argument,
+                    "a mesh must have at most 2^31 indices, got " + number_text(indices));
+    }
+    return {};
+}
+
+std::vector<ObjectVertex> make_vertices(const TriangleMesh& mesh, const MeshMaterial& material) {
+    const std::vector<Eigen::Vector3f> normals =
+        mesh.normals.empty() ? vertex_normals(mesh) : mesh.normals;
+    std::vector<ObjectVertex> vertices(mesh.positions.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        ObjectVertex& vertex = vertices[i];
+        for (int axis = 0; axis < 3; ++axis) {
+            vertex.position[axis] = static_cast<float>(mesh.positions[i][axis]);
+            vertex.normal[axis] = normals[i][axis];
+        }
+        if (mesh.colours.empty()) {
+            std::copy(material.colour.begin(), material.colour.end(), vertex.colour);
+            vertex.colour[3] = 255;
+        } else {
+            std::copy(mesh.colours[i].begin(), mesh.colours[i].end(), vertex.colour);
+        }
+    }
+    return vertices;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh) {
+    std::vector<Eigen::Vector3d> sums(mesh.positions.size(), Eigen::Vector3d::Zero());
+    for (const Triangle& t : mesh.triangles) {
+        const Eigen::Vector3d& a = mesh.positions[t[0]];
+        const Eigen::Vector3d normal = (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a);
+        for (const std::uint32_t vertex : t) sums[vertex] += normal;
+    }
+    std::vector<Eigen::Vector3f> normals;
+    for (const Eigen::Vector3d& sum : sums) {
+        const double length = sum.norm();
+        normals.push_back(length > 0.0 ? Eigen::Vector3f((sum / length).cast<float>())
+                                       : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
+    }
+    return normals;
+}
+
+Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
+                              const MeshMaterial& material) {
+    if (auto ok = check(mesh); !ok) return tl::unexpected(ok.error());
+    const MeshLevel whole = {.triangles = mesh.triangles};
+    if (levels.empty()) levels = {&whole, 1};
+    if (auto ok = check_levels(mesh, levels); !ok) return tl::unexpected(ok.error());
+    StoredMesh stored;
+    stored.vertices = make_vertices(mesh, material);
+    stored.bounds = bounding_box(mesh.positions);
+    stored.is_two_sided = material.is_two_sided;
+    const auto upload = [&](const void* data, std::size_t bytes) {
+        GlBuffer buffer = make_buffer();
+        // a buffer must have a size
+        glNamedBufferStorage(buffer.name(),
+                             static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 4)),
+                             bytes > 0 ? data : nullptr, 0);
+        stored.bytes += bytes;
+        return buffer;
+    };
+    std::vector<Triangle> indices;
+    for (const MeshLevel& level : levels) {
+        StoredMesh::Level& made = stored.levels.emplace_back();
+        made.first_index = static_cast<std::uint32_t>(3 * indices.size());
+        made.index_count = static_cast<std::uint32_t>(3 * level.triangles.size());
+        if (!stored.is_two_sided && level.triangles.size() >= kLeastClustered) {
+            Result<MeshClusters> clusters = MeshClusters::create(mesh.positions, level.triangles);
+            if (!clusters) return tl::unexpected(clusters.error());
+            for (const std::uint32_t i : clusters->order()) indices.push_back(level.triangles[i]);
+            made.clusters = *std::move(clusters);
+        } else {
+            indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+        }
+        if (level.morph_targets.empty()) continue;
+        std::vector<ObjectVertex> moved;
+        for (const std::uint32_t target : level.morph_targets)
+            moved.push_back(stored.vertices[target]);
+        made.targets = upload(moved.data(), moved.size() * sizeof(ObjectVertex));
+    }
+    stored.vertex_buffer =
+        upload(stored.vertices.data(), stored.vertices.size() * sizeof(ObjectVertex));
+    stored.index_buffer = upload(indices.data(), indices.size() * sizeof(Triangle));
+    if (auto ok = check_gl("keep a mesh of " + number_text(indices.size()) + " triangles"); !ok)
+        return tl::unexpected(ok.error());
+    const MeshId id{next_++};
+    meshes_.emplace(id, std::move(stored));
+    return id;
+}
+
+const StoredMesh* MeshStore::find(MeshId mesh) const {
+    const auto found = meshes_.find(mesh);
+    return found == meshes_.end() ? nullptr : &found->second;
+}
+
+std::size_t MeshStore::bytes() const {
+    std::size_t bytes = 0;
+    for (const auto& [id, mesh] : meshes_) bytes += mesh.bytes;
+    return bytes;
+}
+
+namespace {
+
+void add_floats(GLuint layout, GLuint attribute, GLint count, std::size_t byte, GLuint binding) {
+    glEnableVertexArrayAttrib(layout, attribute);
+    glVertexArrayAttribFormat(layout, attribute, count, GL_FLOAT, GL_FALSE,
+                              static_cast<GLuint>(byte));
+    glVertexArrayAttribBinding(layout, attribute, binding);
+}
+
+void add_vertex(GLuint layout, GLuint first_attribute, GLuint binding) {
+    add_floats(layout, first_attribute, 3, offsetof(ObjectVertex, position), binding);
+    add_floats(layout, first_attribute + 1, 3, offsetof(ObjectVertex, normal), binding);
+    const GLuint colour = first_attribute + 2;
+    glEnableVertexArrayAttrib(layout, colour);
+    glVertexArrayAttribFormat(layout, colour, 4, GL_UNSIGNED_BYTE, GL_TRUE,
+                              offsetof(ObjectVertex, colour));
+    glVertexArrayAttribBinding(layout, colour, binding);
+}
+
+}  // namespace
+
+GlVertexArray make_object_layout() {
+    GlVertexArray layout = make_vertex_array();
+    const GLuint name = layout.name();
+    add_vertex(name, 0, 0);
+    add_floats(name, 3, 4, offsetof(ObjectInstance, offset_eye), 1);  // and scale
+    add_floats(name, 4, 4, offsetof(ObjectInstance, rotation), 1);
+    add_floats(name, 5, 4, offsetof(ObjectInstance, coverage), 1);  // and tint
+    glVertexArrayBindingDivisor(name, 1, 1);
+    add_vertex(name, 6, 2);
+    return layout;
+}
+
+void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets) {
+    glBindVertexArray(layout);
+    glVertexArrayVertexBuffer(layout, 0, mesh.vertex_buffer.name(), 0, sizeof(ObjectVertex));
+    glVertexArrayVertexBuffer(layout, 2, targets != 0 ? targets : mesh.vertex_buffer.name(), 0,
+                              sizeof(ObjectVertex));
+    glVertexArrayElementBuffer(layout, mesh.index_buffer.name());
+}
+
+void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte) {
+    for (const GLuint binding : {0u, 2u}) {
+        glVertexArrayVertexBuffer(layout, binding, buffer, static_cast<GLintptr>(byte),
+                                  sizeof(ObjectVertex));
+    }
+}
+
+namespace {
+
+// A view is drawn this many times as large as it is kept, a power of two.
+constexpr int kOversampling = 4;
+constexpr int kOversamplingLevel = 2;
+
+Result<void> check_impostor(const StoredMesh& mesh, const ImpostorSettings& settings) {
+    if (auto ok = check_range("views_around", settings.views_around, 4, 64); !ok) return ok;
+    if (auto ok = check_range("views_above", settings.views_above, 1, 16); !ok) return ok;
+    if (auto ok = check_range("texels", settings.texels, 8, 512); !ok) return ok;
+    if (mesh.levels.empty() || mesh.levels[0].index_count == 0)
+        return fail(ErrorCode::invalid_argument, "an impostor needs a mesh with triangles");
+    return {};
+}
+
+StoredImpostor measure(const StoredMesh& mesh, const ImpostorSettings& settings) {
+    StoredImpostor made;
+    made.settings = settings;
+    const Eigen::Vector3d centre = 0.5 * (mesh.bounds.low + mesh.bounds.high);
+    made.centre = centre.cast<float>();
+    double squared = 0.0, radius = 0.0, height = 0.0;
+    for (const ObjectVertex& vertex : mesh.vertices) {
+        const Eigen::Vector3d p = Eigen::Vector3f(vertex.position).cast<double>() - centre;
+        squared = std::max(squared, p.x() * p.x() + p.y() * p.y());
+        height = std::max(height, std::abs(p.z()));
+        radius = std::max(radius, p.norm());
+    }
+    // A flat object has views of no extent: a little is left around every one, so that its edge is kept.
+    const double margin = 1.0 + 2.0 / settings.texels;
+    const double least = 1e-3 * radius + 1e-6;
+    made.half_width = static_cast<float>(std::max(std::sqrt(squared), least) * margin);
+    made.half_height = static_cast<float>(std::max(height, least) * margin);
+    made.radius = static_cast<float>(std::max(radius, least) * margin);
+    return made;
+}
+
+// Right, up and towards the viewer of a view.
+Eigen::Matrix3d axes_of(const ImpostorSettings& settings, int around, int above) {
+    const double azimuth = 2.0 * std::numbers::pi * around / settings.views_around;
+    const double elevation = settings.views_above > 1
+                                 ? 0.5 * std::numbers::pi * above / (settings.views_above - 1)
+                                 : 0.0;
+    Eigen::Matrix3d axes;
+    axes.row(0) << -std::sin(azimuth), std::cos(azimuth), 0.0;
+    axes.row(2) << std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
+        std::sin(elevation);
+    axes.row(1) = Eigen::Vector3d(axes.row(2)).cross(Eigen::Vector3d(axes.row(0)));
+    return axes;
+}
+
+int mipmap_count(int texels) {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(texels)));
+}
+
+GlTexture make_layers(int texels, int layers) {
+    GlTexture texture = make_texture_2d_array();
+    const GLuint name = texture.name();
+    glTextureStorage3D(name, mipmap_count(texels), GL_RGBA8, texels, texels, layers);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    // transparent black around every view
+    glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+    glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+    return texture;
+}
+
+// The large picture that a view is averaged from.
+struct BakeTarget {
+    GlTexture colours = make_texture_2d(), shapes = make_texture_2d(), depths = make_texture_2d();
+    GlFramebuffer framebuffer = make_framebuffer();
+
+    explicit BakeTarget(int side) {
+        for (const GlTexture* texture : {&colours, &shapes})
+            glTextureStorage2D(texture->name(), 1 + kOversamplingLevel, GL_RGBA8, side, side);
+        glTextureStorage2D(depths.name(), 1, GL_DEPTH_COMPONENT32F, side, side);
+        const GLuint name = framebuffer.name();
+        glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, colours.name(), 0);
+        glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT1, shapes.name(), 0);
+        glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, depths.name(), 0);
+        const std::array<GLenum, 2> buffers = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+        glNamedFramebufferDrawBuffers(name, 2, buffers.data());
+    }
+};
+
+}  // namespace
+
+Result<void> ImpostorStore::make_program() {
+    if (program_.name() != 0) return {};
+    Result<GlProgram> made =
+        internal::make_program("impostors' views", impostor_bake_vert, impostor_bake_frag);
+    if (!made) return tl::unexpected(made.error());
+    centre_ = glGetUniformLocation(made->name(), "centre");
+    axes_ = glGetUniformLocation(made->name(), "axes");
+    program_ = std::move(*made);
+    layout_ = make_object_layout();
+    return {};
+}
+
+Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSettings& settings) {
+    if (auto ok = check_impostor(mesh, settings); !ok) return tl::unexpected(ok.error());
+    if (auto ok = make_program(); !ok) return tl::unexpected(ok.error());
+    StoredImpostor made = measure(mesh, settings);
+    const int layers = settings.views_around * settings.views_above;
+    made.colours = make_layers(settings.texels, layers);
+    made.shapes = make_layers(settings.texels, layers);
+    const int side = kOversampling * settings.texels;
+    const BakeTarget target(side);
+
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.name());
+    glViewport(0, 0, side, side);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GEQUAL);
+    glClearDepth(0.0);
+    glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    glUseProgram(program_.name());
+    glUniform3fv(centre_, 1, made.centre.data());
+    bind_mesh(layout_.name(), mesh, 0);
+    for (int layer = 0; layer < layers; ++layer) {
+        const Eigen::Matrix3d axes =
+            axes_of(settings, layer % settings.views_around, layer / settings.views_around);
+        const auto width = static_cast<double>(made.half_width);
+        const double height =
+            static_cast<double>(made.half_height) * axes(1, 2) + width * std::abs(axes(2, 2));
+        const Eigen::Vector3d scale(1.0 / width, 1.0 / height,
+                                    1.0 / static_cast<double>(made.radius));
+        const Eigen::Matrix3f scaled = (scale.asDiagonal() * axes).cast<float>();
+        glUniformMatrix3fv(axes_, 1, GL_FALSE, scaled.data());
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(mesh.levels[0].index_count),
+                       GL_UNSIGNED_INT, nullptr);
+        for (const auto& [large, small] :
+             {std::pair(&target.colours, &made.colours), std::pair(&target.shapes, &made.shapes)}) {
+            glGenerateTextureMipmap(large->name());
+            glCopyImageSubData(large->name(), GL_TEXTURE_2D, kOversamplingLevel, 0, 0, 0,
+                               small->name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, layer, settings.texels,
+                               settings.texels, 1);
+        }
+    }
+    glGenerateTextureMipmap(made.colours.name());
+    glGenerateTextureMipmap(made.shapes.name());
+    // two textures of 4 bytes a texel, and a third more for mipmaps
+    made.bytes = std::size_t{32} * static_cast<std::size_t>(settings.texels) *
+                 static_cast<std::size_t>(settings.texels) * static_cast<std::size_t>(layers) / 3;
+    if (auto ok = check_gl("make " + number_text(layers) + " views of an impostor"); !ok)
+        return tl::unexpected(ok.error());
+    const ImpostorId id{next_++};
+    impostors_.emplace(id, std::move(made));
+    return id;
+}
+
+const StoredImpostor* ImpostorStore::find(ImpostorId impostor) const {
+    const auto found = impostors_.find(impostor);
+    return found == impostors_.end() ? nullptr : &found->second;
+}
+
+std::size_t ImpostorStore::bytes() const {
+    std::size_t bytes = 0;
+    for (const auto& [id, impostor] : impostors_) bytes += impostor.bytes;
+    return bytes;
+}
+
+}  // namespace terrane::internal

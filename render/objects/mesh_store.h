@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/gl_object.h"
+
+#include <terrane/base/math.h>
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/scene/mesh_clusters.h>
+#include <terrane/scene/scene_draws.h>
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A vertex of an object on the device: attributes 0 to 2 of instance.vert.
+struct ObjectVertex {
+    float position[3] = {};
+    float normal[3] = {};
+    std::uint8_t colour[4] = {};
+};
+static_assert(sizeof(ObjectVertex) == 28);
+
+/// A mesh on the device.
+struct StoredMesh {
+    struct Level {
+        std::uint32_t first_index = 0, index_count = 0;
+        GlBuffer targets;  ///< of its vertices in the next level; no buffer: it does not morph
+        /// Their order is that of the indices; none of meshes that are two-sided or small.
+        std::optional<MeshClusters> clusters;
+    };
+    std::vector<ObjectVertex> vertices;  ///< kept for objects whose vertices move
+    GlBuffer vertex_buffer, index_buffer;
+    std::vector<Level> levels;
+    Aabb bounds;  ///< of the positions
+    bool is_two_sided = false;
+    std::size_t bytes = 0;  ///< on the device
+};
+
+/// Normals of vertices from the triangles around them, weighted by area; +z where there are none.
+std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
+
+/// Keeps meshes of objects on the device.
+class MeshStore {
+public:
+    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, for a vertex of a
+    ///        level that morphs without a target, and for more than 2^31 indices; device_unavailable where OpenGL
+    ///        reports an error
+    Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
+                       const MeshMaterial& material);
+    void remove(MeshId mesh) { meshes_.erase(mesh); }
+    /// Null where there is none of that name.
+    const StoredMesh* find(MeshId mesh) const;
+    /// On the device.
+    std::size_t bytes() const;
+
+private:
+    std::uint32_t next_ = 0;
+    std::map<MeshId, StoredMesh> meshes_;
+};
+
+/// Vertex array of ObjectVertex (attributes 0 to 2, binding 0), ObjectInstance (3 to 5, binding 1), and the vertices
+/// that a level morphs to (6 to 8, binding 2).
+GlVertexArray make_object_layout();
+
+/// Binds a layout, and a mesh's buffers to it.
+///
+/// @param targets buffer of the vertices that the level morphs to; 0: none
+void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets);
+/// Replaces the vertices of the layout, without a morph.
+void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte);
+
+/// Views of a mesh on the device.
+struct StoredImpostor {
+    ImpostorSettings settings;
+    Eigen::Vector3f centre =
+        Eigen::Vector3f::Zero();  ///< of the bounds, the object's frame, metres
+    float half_width = 0.0f;  ///< largest distance of the bounds from the z axis through the centre
+    float half_height = 0.0f;  ///< metres
+    float radius = 0.0f;       ///< of the bounding sphere: range of depths
+    /// [views] layers: views around the axis, then those above. Roots of the linear colour times opacity, opacity.
+    GlTexture colours;
+    GlTexture
+        shapes;  ///< normal (0.5 + 0.5 n) and depth (0.5 + 0.5 towards the viewer / radius), times opacity
+    std::size_t bytes = 0;
+};
+
+/// Makes impostors: a mesh is drawn from each direction without perspective and without light, four times as large as
+/// its view, and averaged.
+///
+/// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995
+///         (impostors).
+class ImpostorStore {
+public:
+    /// Fails: invalid_argument for settings out of range or a mesh without triangles; device_unavailable where OpenGL
+    ///        reports an error
+    Result<ImpostorId> add(const StoredMesh& mesh, const ImpostorSettings& settings);
+    void remove(ImpostorId impostor) { impostors_.erase(impostor); }
+    const StoredImpostor* find(ImpostorId impostor) const;
+    /// On the device.
+    std::size_t bytes() const;
+
+private:
+    Result<void> make_program();
+
+    GlProgram program_;
+    GLint centre_ = -1, axes_ = -1;
+    GlVertexArray layout_;
+    std::uint32_t next_ = 0;
+    std::map<ImpostorId, StoredImpostor> impostors_;
+};
+
+}  // namespace terrane::internal

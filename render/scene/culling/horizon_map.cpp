@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: MIT
+#include "base/vector_math.h"
+#include "culling/horizon_rows.h"
+
+#include <terrane/scene/horizon_map.h>
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace terrane::internal {
+
+/// Whether a place is above the drawn triangles at its x and y. False where none is drawn there.
+///
+/// Cost: O(triangles of the chunks at the place)
+bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place);
+
+namespace {
+
+// Left for rounding: a triangle counts at places this far beyond its edges, in its own area.
+constexpr double kEdge = 1e-9;
+
+// A place on a chunk, in samples from its south-western one.
+struct ChunkPlace {
+    double column, row;
+
+    bool is_within() const {
+        return column >= -kEdge && column <= kChunkCells + kEdge && row >= -kEdge &&
+               row <= kChunkCells + kEdge;
+    }
+};
+
+ChunkPlace place_on(const Lattice& lattice, const Chunk& chunk, const WorldPos& place) {
+    const double spacing = lattice.spacing * static_cast<double>(chunk.step);
+    return {(place.x() - lattice.x(chunk.corner.x)) / spacing,
+            (place.y() - lattice.y(chunk.corner.y)) / spacing};
+}
+
+// Height of one triangle, of three samples of a chunk, at a place on it; none beside it.
+std::optional<double> height_at(const MeshChunk& part, std::span<const std::uint16_t> samples,
+                                double quantum, const ChunkPlace& place) {
+    std::array<double, 3> x, y;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const int column = samples[i] % kChunkSamples, row = samples[i] / kChunkSamples;
+        x[i] = column - place.column;
+        y[i] = row - place.row;
+    }
+    std::array<double, 3> weight;  // twice the areas opposite to the corners
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+        weight[i] = x[j] * y[k] - x[k] * y[j];
+    }
+    const double area = weight[0] + weight[1] + weight[2];
+    double height = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (!(weight[i] >= -kEdge * area)) return std::nullopt;
+        height += weight[i] / area * part.displayed_height(samples[i], quantum);
+    }
+    return height;
+}
+
+}  // namespace
+
+bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
+    if (mesh.resident == nullptr) return false;
+    const Lattice& lattice = mesh.resident->lattice();
+    bool is_over_triangle = false;
+    for (const MeshChunk& part : mesh.chunks) {
+        const ChunkPlace on_chunk = place_on(lattice, *part.chunk, place);
+        if (!on_chunk.is_within()) continue;
+        for (std::size_t i = 0; i < part.index_count; i += 3) {
+            const std::optional<double> height = height_at(
+                part, mesh.indices.subspan(part.first_index + i, 3), lattice.quantum, on_chunk);
+            if (!height) continue;
+            if (!(*height < place.z())) return false;
+            is_over_triangle = true;
+        }
+    }
+    return is_over_triangle;
+}
+
+}  // namespace terrane::internal
+
+// Proof that the ground hides what lies below the horizon. A slope is a rise over a horizontal distance from the eye.
+// At distance d the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
+// GroundError::refinable_px over pixels per radian, and f is finest_m. The horizon is that of the lowered surface: the
+// true surface, lowered by f / (1 - e).
+//
+//   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
+//      the slope of the lowered surface goes from -infinity below the eye to at least U, continuously: all is ground.
+//   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The lowered surface there is
+//      e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
+//   3. The true point above it is farther away by at most f / (1 - e). If it is in view, the drawn ground is at most
+//      e d + e f / (1 - e) + f = e d + f / (1 - e) below it, d being the distance of the lowered point: not below the
+//      ray. Distances are not below near_distance, because the true surface is farther than that from the eye.
+//   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object. It has met
+//      the true surface, too, which is above the ray in 3 and below the eye.
+//
+// For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
+
+namespace terrane {
+namespace {
+
+using internal::azimuth_of;
+using internal::HorizonRows;
+using internal::kSectors;
+using internal::ring_of;
+using internal::SectorRange;
+using internal::Wedge;
+
+// Left for rounding to float on the GPU.
+constexpr double kMargin_px = 1.0;
+// Largest error as an angle, radians.
+constexpr double kMostError = 0.25;
+// A direction closer to the vertical has no certain azimuth.
+constexpr double kLeastHorizontal = 1e-6;
+// Cells along a side of the square below the eye whose errors are read.
+constexpr double kMostCells = 64.0;
+
+double cross2(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+// The sectors that a view shows: all where it shows the nadir or the zenith.
+SectorRange sectors_of(const View& view, const Frustum& frustum) {
+    bool shows_nadir = true, shows_zenith = true;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        shows_nadir = shows_nadir && normal.z() <= kLeastHorizontal;
+        shows_zenith = shows_zenith && normal.z() >= -kLeastHorizontal;
+    }
+    if (shows_nadir || shows_zenith) return SectorRange::all();
+    // the projection of a convex cone is convex: its ends are those of corners
+    std::array<Eigen::Vector2d, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const Eigen::Vector3d direction = direction_through(
+            view, (i & 1) != 0 ? view.width_px : 0.0, (i & 2) != 0 ? view.height_px : 0.0);
+        corners[i] = {direction.x(), direction.y()};
+        if (!(corners[i].squaredNorm() > kLeastHorizontal * kLeastHorizontal))
+            return SectorRange::all();
+    }
+    Wedge wedge{corners[0], corners[0]};
+    for (const Eigen::Vector2d& corner : corners) {
+        if (cross2(corner, wedge.right) > 0.0) wedge.right = corner;
+        if (cross2(wedge.left, corner) > 0.0) wedge.left = corner;
+    }
+    for (const Eigen::Vector2d& corner : corners) {
+        if (cross2(wedge.right, corner) < 0.0 || cross2(corner, wedge.left) < 0.0)
+            return SectorRange::all();  // rounding, at nearly half a turn
+    }
+    return wedge.touched();
+}
+
+// Cells of a level around a place.
+CellRange cells_around(const Ground& ground, const WorldPos& eye, double reach) {
+    return {ground.column_at(eye.x() - reach), ground.row_at(eye.y() - reach),
+            ground.column_at(eye.x() + reach), ground.row_at(eye.y() + reach)};
+}
+
+// The finest level at which all cells around a place are resident ground, and no more than kMostCells along a side.
+std::optional<int> level_around(const std::shared_ptr<const ResidentSet>& resident,
+                                const WorldPos& eye, double reach) {
+    for (int level = resident->lattice().finest_level; level >= 0; --level) {
+        const Ground ground(resident, level);
+        if (2.0 * reach > kMostCells * ground.spacing()) continue;
+        if (GroundReader(ground).is_all_ground(cells_around(ground, eye, reach))) return level;
+    }
+    return std::nullopt;
+}
+
+// Whether the true surface within a horizontal distance of the eye is lower than it by more than that distance.
+bool is_above_ground(const std::shared_ptr<const ResidentSet>& resident, const WorldPos& eye,
+                     double distance) {
+    const std::optional<int> level = level_around(resident, eye, distance);
+    if (!level) return false;
+    const Ground ground(resident, *level);
+    const CellRange cells = cells_around(ground, eye, distance);
+    GroundReader reader(ground);
+    // squares at least as wide as the distance: at most three along a side
+    int log2_side = 0;
+    while (log2_side < 7 && static_cast<double>(1 << log2_side) * ground.spacing() < distance)
+        ++log2_side;
+    const std::int64_t side = std::int64_t{1} << log2_side;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (std::int64_t row = cells.south & -side; row <= cells.north; row += side) {
+        for (std::int64_t column = cells.west & -side; column <= cells.east; column += side) {
+            const RangeAnswer range = reader.square(column, row, log2_side);
+            highest = std::max(highest, ground.lattice().quantum * range.high);
+        }
+    }
+    return highest + static_cast<double>(reader.error(cells)) < eye.z() - distance;
+}
+
+// What the tests need of a bounding volume, relative to the eye.
+struct Occludee {
+    Eigen::Vector3d centre;
+    double radius = 0.0;  // of its horizontal disc
+    double low = 0.0, high = 0.0;
+};
+
+}  // namespace
+
+struct HorizonMap::State {
+    bool is_clear = true;
+    View view;
+    Frustum frustum;
+    GroundError largest;
+    double error = 0.0;  // radians
+    double depth = 0.0;  // of the lowered surface below the true one, metres
+    HorizonRows rows;
+
+    template <class Reach>
+    bool hides(const Occludee& object, const Reach& reach) const;
+};
+
+// reach(normal): largest distance of a point from the centre along a normal.
+template <class Reach>
+bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const {
+    const Eigen::Vector2d centre(object.centre.x(), object.centre.y());
+    const double distance = centre.norm();
+    const double nearest = distance - object.radius, farthest = distance + object.radius;
+    if (!(nearest > 0.0) || !std::isfinite(farthest) || !std::isfinite(object.centre.z()))
+        return false;
+    const int ring = ring_of(nearest) - 1;
+    if (ring < 0) return false;
+    const double most_slope = object.high / (object.high >= 0.0 ? nearest : farthest);
+    const double least_slope = object.low / (object.low >= 0.0 ? farthest : nearest);
+
+    // most objects are above the horizon of the sector of their centre
+    const HorizonRows::Row& row = rows.row(ring);
+    const auto middle = static_cast<std::size_t>(azimuth_of(centre.x(), centre.y())) % kSectors;
+    if (!(static_cast<double>(row[middle]) > most_slope)) return false;
+    const double sine = object.radius / distance, cosine = std::sqrt(1.0 - sine * sine);
+    const Eigen::Vector2d across(-centre.y(), centre.x());
+    const Wedge wedge{cosine * centre - sine * across, cosine * centre + sine * across};
+    float lowest = std::numeric_limits<float>::max();
+    wedge.touched().visit([&](std::size_t sector) { lowest = std::min(lowest, row[sector]); });
+    const auto horizon = static_cast<double>(lowest);
+    if (!(horizon - error * std::sqrt(1.0 + horizon * horizon) > most_slope)) return false;
+
+    const double steepest = std::max(std::abs(least_slope), std::abs(horizon));
+    const double raise = error * std::sqrt(1.0 + steepest * steepest) * farthest + depth;
+    for (const Eigen::Vector3d& normal : frustum.normals) {
+        if (normal.z() >= 0.0) continue;
+        if (!(internal::dot(normal, object.centre) - reach(normal) + normal.z() * raise >= 0.0))
+            return false;
+    }
+    return true;
+}
+
+HorizonMap::HorizonMap() : state_(std::make_unique<State>()) {}
+HorizonMap::HorizonMap(HorizonMap&&) noexcept = default;
+HorizonMap& HorizonMap::operator=(HorizonMap&&) noexcept = default;
+HorizonMap::~HorizonMap() = default;
+
+void HorizonMap::clear() { state_->is_clear = true; }
+
+void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const View& view,
+                       const GroundError& largest) {
+    State& state = *state_;
+    state.is_clear = true;
+    if (resident == nullptr || !check(view)) return;
+    if (!(largest.refinable_px >= 0.0) || !(largest.finest_m >= 0.0)) return;
+    state.largest = largest;
+    state.error = (largest.refinable_px + kMargin_px) / view.pixels_per_radian();
+    if (!(state.error < kMostError) || !std::isfinite(largest.finest_m) || !resident->has_roots())
+        return;
+    state.depth = largest.finest_m / (1.0 - state.error);
+    for (const ResidentChunk& chunk : resident->chunks()) {
+        if (chunk->key.level > 0) break;
+        if (!chunk->is_certified) return;
+    }
+    const WorldPos& eye = view.eye_world;
+    if (!resident->extent().contains(eye.x(), eye.y()) ||
+        !is_above_ground(resident, eye, view.near_distance))
+        return;
+    state.view = view;
+    state.frustum = make_frustum(view);
+    // seen from a higher eye, the surface is lower by as much
+    state.rows.build(*resident, eye + Eigen::Vector3d(0.0, 0.0, state.depth),
+                     sectors_of(view, state.frustum));
+    state.is_clear = false;
+}
+
+bool HorizonMap::holds_for(const TerrainMesh& mesh) const {
+    const State& state = *state_;
+    if (state.is_clear) return true;
+    return mesh.refinable_error_px <= state.largest.refinable_px &&
+           mesh.finest_error_m <= state.largest.finest_m &&
+           internal::is_above_drawn_ground(mesh, state.view.eye_world);
+}
+
+bool HorizonMap::is_of(const View& view) const {
+    const State& state = *state_;
+    const View& own = state.view;
+    return !state.is_clear && own.eye_world == view.eye_world && own.forward == view.forward &&
+           own.up == view.up && own.vertical_fov == view.vertical_fov &&
+           own.width_px == view.width_px && own.height_px == view.height_px &&
+           own.near_distance == view.near_distance;
+}
+
+bool HorizonMap::hides(const BoundingSphere& ball_world) const {
+    const State& state = *state_;
+    if (state.is_clear) return false;
+    const Eigen::Vector3d centre = ball_world.centre - state.view.eye_world;
+    const double radius = ball_world.radius;
+    return state.hides({centre, radius, centre.z() - radius, centre.z() + radius},
+                       [&](const Eigen::Vector3d&) { return radius; });
+}
+
+bool HorizonMap::hides(const Aabb& box_world) const {
+    const State& state = *state_;
+    if (state.is_clear) return false;
+    const Eigen::Vector3d low = box_world.low - state.view.eye_world;
+    const Eigen::Vector3d high = box_world.high - state.view.eye_world;
+    const Eigen::Vector3d half = 0.5 * (high - low);
+    return state.hides(
+        {0.5 * (low + high), std::sqrt(half.x() * half.x() + half.y() * half.y()), low.z(),
+         high.z()},
+        [&](const Eigen::Vector3d& normal) { return internal::reach_along(normal, half); });
+}
+
+}  // namespace terrane

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/resident_set.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+// Polar coordinates around an eye without trigonometry: sectors of azimuth and rings of distance. Directions and
+// rectangles are horizontal and relative to the eye, metres.
+namespace terrane::internal {
+
+/// Number of sectors: a power of two. A sector has 0.28 to 0.56 degrees.
+inline constexpr int kSectors = 1024;
+
+/// Azimuth in sectors, counter-clockwise from east, 0 to kSectors: the diamond angle, which increases with the angle.
+/// Requires a direction that is not zero.
+inline double azimuth_of(double x, double y) {
+    const double quarter = kSectors / 4;
+    if (y >= 0.0) return quarter * (x >= 0.0 ? y / (x + y) : 1.0 - x / (y - x));
+    return quarter * (x < 0.0 ? 2.0 + y / (x + y) : 3.0 + x / (x - y));
+}
+
+/// Consecutive sectors, counter-clockwise, around the circle.
+struct SectorRange {
+    int first = 0;  ///< 0 to kSectors - 1
+    int count = 0;  ///< 0 to kSectors
+
+    static SectorRange all() { return {0, kSectors}; }
+    /// Requires that neither is empty.
+    bool is_disjoint(const SectorRange& other) const {
+        return ((other.first - first) & (kSectors - 1)) >= count &&
+               ((first - other.first) & (kSectors - 1)) >= other.count;
+    }
+    /// Visits the sectors: void(std::size_t).
+    template <class Visit>
+    void visit(const Visit& take) const {
+        for (int i = 0; i < count; ++i)
+            take(static_cast<std::size_t>((first + i) & (kSectors - 1)));
+    }
+};
+
+/// Directions between two others, counter-clockwise, less than half a turn apart.
+struct Wedge {
+    Eigen::Vector2d right, left;  ///< where it begins and ends; not zero
+
+    // Azimuths are taken to be exact to this many sectors: 2^-53 of the coordinates relative to the distance from the
+    // eye, of coordinates up to 2e9 m and distances from 1 m, times 163 sectors a radian.
+    static constexpr double kRounding = 0x1p-12;
+
+    /// All sectors with a direction of the wedge.
+    SectorRange touched() const {
+        return between(std::floor(azimuth_of(right.x(), right.y()) - kRounding),
+                       std::floor(azimuth_of(left.x(), left.y()) + kRounding), 0);
+    }
+    /// The sectors all of whose directions are in the wedge.
+    SectorRange covered() const {
+        return between(std::floor(azimuth_of(right.x(), right.y()) + kRounding) + 1.0,
+                       std::floor(azimuth_of(left.x(), left.y()) - kRounding) - 1.0, -1);
+    }
+
+private:
+    // A wedge is narrower than half a turn, so a count modulo kSectors is negative where it is larger than any wedge.
+    static SectorRange between(double first, double last, int least_last) {
+        const int from = static_cast<int>(first) & (kSectors - 1);
+        const int steps = (static_cast<int>(last) - from) & (kSectors - 1);
+        const bool is_empty = least_last < 0 && steps > kSectors * 3 / 4;
+        return {from, is_empty ? 0 : steps + 1};
+    }
+};
+
+/// A rectangle along the axes.
+struct EyeRect {
+    double west = 0.0, south = 0.0, east = 0.0, north = 0.0;
+
+    bool contains_eye() const { return west <= 0.0 && east >= 0.0 && south <= 0.0 && north >= 0.0; }
+    double squared_distance() const {
+        const double x = std::max({west, -east, 0.0}), y = std::max({south, -north, 0.0});
+        return x * x + y * y;
+    }
+    /// The directions in which it lies. Requires that it does not contain the eye.
+    Wedge wedge() const {
+        if (west > 0.0) {
+            if (south > 0.0) return {{east, south}, {west, north}};
+            if (north < 0.0) return {{west, south}, {east, north}};
+            return {{west, south}, {west, north}};
+        }
+        if (east < 0.0) {
+            if (south > 0.0) return {{east, north}, {west, south}};
+            if (north < 0.0) return {{west, north}, {east, south}};
+            return {{east, north}, {east, south}};
+        }
+        if (south > 0.0) return {{east, south}, {west, south}};
+        return {{west, north}, {east, north}};
+    }
+};
+
+/// Rings of distance: kRingsPerOctave between two powers of two. The last one is unbounded, and the first is a disc.
+inline constexpr int kRingsPerOctave = 16;
+inline constexpr int kFirstRing_log2 = 1, kLastRing_log2 = 17;  ///< from 2 m to 131 km
+inline constexpr int kRings = 2 + kRingsPerOctave * (kLastRing_log2 - kFirstRing_log2);
+
+/// The ring that contains a distance: exact, so that distances in increasing rings increase. Requires distance >= 0.
+inline int ring_of(double distance) {
+    constexpr int kMantissaBits = 52, kShift = kMantissaBits - std::bit_width(kRingsPerOctave - 1u);
+    constexpr std::int64_t kBase = std::int64_t{1023 + kFirstRing_log2} * kRingsPerOctave - 1;
+    const auto steps = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(distance) >> kShift);
+    return static_cast<int>(std::clamp<std::int64_t>(steps - kBase, 0, kRings - 1));
+}
+
+struct GroundSquare;
+
+/// Slopes of the horizon of the true surface around an eye, by ring and sector.
+class HorizonRows {
+public:
+    using Row = std::array<float, kSectors>;
+
+    /// A lower bound of the largest slope of the true surface in every direction of a sector within a ring and the
+    /// ones before it.
+    const Row& row(int ring) const { return rows_[static_cast<std::size_t>(ring)]; }
+
+    /// Computes all rows. Requires a set with its roots, all certified, and an eye inside the extent.
+    ///
+    /// @param in_view sectors that matter; the others become infinite
+    void build(const ResidentSet& resident, const Eigen::Vector3d& eye_world,
+               const SectorRange& in_view);
+
+private:
+    void visit(const GroundSquare& square);
+    bool is_below_horizon(const SectorRange& touched, double slope) const;
+    void add_occluder(const EyeRect& rect, const Wedge& wedge, double rise);
+    void limit(const EyeRect& rect);
+    void add_volumes();
+    void accumulate();
+
+    const ResidentSet* resident_ = nullptr;  // while building
+    Eigen::Vector3d eye_;
+    SectorRange in_view_;
+    std::vector<Row> rows_;                // [kRings]
+    Row highest_;                          // in all rings so far, for pruning
+    std::array<double, kSectors> limits_;  // distance up to which all is ground without volumes
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/math.h>
+#include <terrane/terrain/triangle_mesh.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace terrane {
+
+/// A box that contains an object, closed, with axes of its own.
+struct OrientedBox {
+    Pose frame_from_box;  ///< its origin is the middle of the box
+    Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  ///< along the box's axes, metres, >= 0
+};
+
+/// The smallest box along the axes around points; with low = high = 0 for none.
+Aabb bounding_box(std::span<const Eigen::Vector3d> points);
+
+/// The box in the axes of another frame: contains all points of the box.
+OrientedBox transform(const Pose& target_from_source, double scale, const Aabb& box_source);
+
+/// The smallest box along the axes around an oriented box, up to rounding outward.
+Aabb bounding_box(const OrientedBox& box);
+
+/// The ball around the middle of a box through its corners, rounded outward.
+BoundingSphere bounding_sphere(const OrientedBox& box);
+
+/// Relation of an object to a view volume.
+enum class Containment : std::uint8_t {
+    outside,       ///< no point of it is in the volume
+    intersecting,  ///< not known to be outside or inside
+    inside,        ///< all of it is in the volume
+};
+
+/// Planes left to test, inherited from enclosing bounding volumes, and the plane to begin with.
+struct PlaneState {
+    static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
+    static constexpr std::uint8_t kFarPlane = 4;   ///< number of the far plane
+    /// Bit i: plane i is not yet known to have all of it on its inner side.
+    std::uint8_t mask = kAll;
+    std::uint8_t first = 0;  ///< plane that is tested first: the one that excluded it last, 0 to 4
+};
+
+/// The set of points that a view can show: the infinite pyramid of its four side planes, cut by a far plane where
+/// there is one. Closed and convex, with its apex at the eye.
+///
+/// Tests are in three steps, each more exact and more expensive; the answers of all are valid:
+///   1. test_planes(): one plane at a time. Keeps some that are outside near edges of the volume.
+///   2. meets(): the exact test of a bounding volume, separating axes for boxes.
+///   3. meets_triangles(): the triangles themselves.
+/// None drops what is in the volume: comparisons have a margin for rounding, of 1e-14 of the distance from the eye.
+///
+/// Sources: U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
+/// Tools 5(1), 2000 (plane masks, the last plane first). S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996
+/// (separating axes).
+///
+/// Threads: any number at once
+class ViewVolume {
+public:
+    /// Requires a view that check() accepts and far_distance > 0.
+    ///
+    /// @param far_distance of the far plane along the view's direction, metres; infinity: none
+    explicit ViewVolume(const View& view,
+                        double far_distance = std::numeric_limits<double>::infinity());
+
+    /// The apex.
+    const WorldPos& eye_world() const { return eye_; }
+    /// Inward unit normals of its planes: left, right, bottom, top, and far where there is a far plane.
+    std::span<const Eigen::Vector3d> normals() const {
+        return std::span(normals_).first(static_cast<std::size_t>(plane_count_));
+    }
+    /// Corners of the far plane relative to the eye, in order around the picture; 0 where there is none.
+    const std::array<Eigen::Vector3d, 4>& far_corners() const { return far_corners_; }
+
+    /// Tests the planes of state.mask, state.first first. `outside`: state.first is set to the plane that excludes it.
+    /// Else the planes that have all of it on their inner side are removed from state.mask.
+    Containment test_planes(const BoundingSphere& ball_world, PlaneState& state) const;
+    Containment test_planes(const Aabb& box_world, PlaneState& state) const;
+    Containment test_planes(const OrientedBox& box_world, PlaneState& state) const;
+
+    /// Whether the volume and a bounding volume have a common point, exactly up to the margin.
+    bool meets(const BoundingSphere& ball_world) const;
+    bool meets(const Aabb& box_world) const;
+    bool meets(const OrientedBox& box_world) const;
+
+    /// Whether any triangle has a point in the volume, exactly up to the margin.
+    /// Requires indices below the count of positions.
+    ///
+    /// Cost: linear in the triangles until one is found
+    bool meets_triangles(const Pose& world_from_object, double scale,
+                         std::span<const Eigen::Vector3d> positions,
+                         std::span<const TriangleMesh::Triangle> triangles) const;
+
+private:
+    struct LocalBox;  // centre relative to the eye, axes, half extents
+    // Signed distance of a point from a plane, inward positive; p relative to the eye.
+    double inward(int plane, const Eigen::Vector3d& p) const;
+    template <class Extent>
+    Containment test(const Eigen::Vector3d& centre_eye, double size, const Extent& extent,
+                     PlaneState& state) const;
+    bool meets(const LocalBox& box) const;
+    bool is_separated(const LocalBox& box, const Eigen::Vector3d& axis) const;
+    double squared_distance(const Eigen::Vector3d& p_eye) const;
+    bool is_inside_but(int plane, const Eigen::Vector3d& p_eye) const;
+    bool meets_triangle(const std::array<Eigen::Vector3d, 3>& corners_eye) const;
+
+    WorldPos eye_;
+    int plane_count_ = 4;
+    double far_ = 0.0;
+    std::array<Eigen::Vector3d, 5> normals_;  // inward, unit: left, right, bottom, top, far
+    std::array<Eigen::Vector3d, 4>
+        edges_;  // unit, from the eye: corners of the picture in order around it
+    std::array<Eigen::Vector3d, 2> sides_;  // unit, of the far rectangle
+    std::array<Eigen::Vector3d, 4> far_corners_;
+};
+
+/// Where a renderer draws shadows, for scenes that give it the casters out of view.
+struct SunShadows {
+    /// Towards the sun, finite and not zero; of any length.
+    Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
+    /// That shadows reach from the eye, metres; 0: no shadows.
+    double distance = 0.0;
+};
+
+/// Whether direction and distance are in range: the distance above 0 and at most 1e9 m.
+bool has_shadows(const SunShadows& shadows);
+
+/// The set of points from which an object can cast a shadow into a view: those whose ray away from the sun meets the
+/// points of the view within a distance. It is the convex hull of these points, extended without limit towards the sun.
+///
+/// Its planes are those of the view that still bound it, and those through an edge of the view along the sun's
+/// direction. The tests are conservative, with a margin for rounding of 1e-11 of the distance from the eye: they keep
+/// all bounding volumes that meet the set, and some near its edges that do not.
+///
+/// Threads: any number at once
+class CasterVolume {
+public:
+    /// Requires a view that check() accepts, and has_shadows(shadows).
+    CasterVolume(const View& view, const SunShadows& shadows);
+
+    /// Whether a bounding volume has a point in the set.
+    bool meets(const BoundingSphere& ball_world) const;
+    /// The same of a box along the axes.
+    bool meets(const Aabb& box_world) const;
+    /// The same of a box with axes of its own.
+    bool meets(const OrientedBox& box_world) const;
+
+private:
+    // The half-space of the points p with normal.dot(p - eye) >= least.
+    struct Plane {
+        Eigen::Vector3d normal;  // unit
+        double least;
+    };
+    static constexpr std::size_t kMostPlanes = 13;  // 5 faces and 8 edges of the view
+
+    void add(const Eigen::Vector3d& normal, double least);
+    template <class Extent>
+    bool meets(const Eigen::Vector3d& centre_eye, double size, const Extent& extent) const;
+
+    WorldPos eye_;
+    double size_ = 0.0;  // of the view within the distance, metres
+    std::array<Plane, kMostPlanes> planes_;
+    std::size_t plane_count_ = 0;
+};
+
+/// Test of bounding boxes against the view volume.
+enum class CullTest : std::uint8_t {
+    planes,  ///< one plane at a time: keeps some boxes outside the edges of the volume
+    exact,   ///< separating axes where the planes do not decide
+};
+
+/// Temporal coherence of one viewer: the plane that last excluded each node of a CullTree. Affects the time only.
+struct CullMemory {
+    std::vector<std::uint8_t> last_plane;  ///< [nodes]; any size: cull() sets it
+};
+
+/// Finds the boxes in view among many, by a hierarchy of boxes: a node that is outside excludes all below it, one that
+/// is inside includes them, and planes that a node is inside of are not tested below it.
+///
+/// Threads: any number of cull() at once, each with its own memory
+class CullTree {
+public:
+    /// @param boxes_world [objects] finite, low <= high; at most 2^31
+    ///
+    /// Cost: O(n log n), about 0.2 microseconds an object
+    explicit CullTree(std::span<const Aabb> boxes_world);
+    CullTree(CullTree&&) noexcept;
+    CullTree& operator=(CullTree&&) noexcept;
+    ~CullTree();
+
+    /// Number of objects.
+    std::size_t size() const;
+
+    /// Moves the boxes; the hierarchy stays, so that culling costs more the more objects have moved among each other.
+    ///
+    /// @param boxes_world [size()]
+    void refit(std::span<const Aabb> boxes_world);
+
+    /// Replaces visible_out by the indices of the objects whose boxes, and all boxes of nodes around them, are not
+    /// outside: each once, in an order that depends on the boxes of the constructor alone.
+    ///
+    /// Allocates: nothing once the outputs are large enough
+    void cull(const ViewVolume& volume, CullTest test, CullMemory& memory,
+              std::vector<std::uint32_t>& visible_out) const;
+
+    /// Replaces casters_out by the indices of the objects whose boxes, and all boxes of nodes around them, meet the
+    /// volume, in the same order.
+    ///
+    /// Allocates: nothing once the output is large enough
+    void find_casters(const CasterVolume& volume, std::vector<std::uint32_t>& casters_out) const;
+
+private:
+    struct Nodes;
+    std::unique_ptr<Nodes> nodes_;
+};
+
+}  // namespace terrane

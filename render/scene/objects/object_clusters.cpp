@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "objects/object_clusters.h"
+
+#include "base/aabb_tree.h"
+#include "objects/log_scale.h"
+
+#include <terrane/base/result.h>
+#include <terrane/scene/culling.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace terrane::internal {
+namespace {
+
+// Rounded up: offsets have been rounded to float.
+float radius_in_float(double radius, double offset) {
+    const double margin = radius * 0x1p-20 + offset * 0x1p-22;
+    return static_cast<float>(radius + margin);
+}
+
+class ClusterMaker {
+public:
+    ClusterMaker(std::uint32_t model, const Aabb& bounds, std::span<const PlacedObject> objects)
+        : model_(model), objects_(objects) {
+        for (const PlacedObject& object : objects) {
+            const Pose pose = {rotation_of(object.rotation), object.position_world};
+            const OrientedBox box = transform(pose, static_cast<double>(object.scale), bounds);
+            spheres_.push_back(bounding_sphere(box));
+            boxes_.push_back(bounding_box(box));
+        }
+    }
+
+    std::vector<ObjectCluster> make() {
+        std::vector<std::uint32_t> order;
+        std::vector<AabbNode> nodes;
+        build_aabb_tree(boxes_, order, nodes);
+        std::vector<ObjectCluster> clusters;
+        std::size_t leaf = 0;
+        for (std::size_t i = 0; i < nodes.size();) {
+            const std::size_t leaves = (nodes[i].end - i + 1) / 2;
+            if (leaves > kClusterObjects) {
+                ++i;
+                continue;
+            }
+            clusters.push_back(make_cluster(std::span(order).subspan(leaf, leaves)));
+            clusters.back().bounds_world = nodes[i].bounds;
+            leaf += leaves;
+            i = nodes[i].end;
+        }
+        return clusters;
+    }
+
+private:
+    ObjectCluster make_cluster(std::span<const std::uint32_t> items) const {
+        ObjectCluster cluster;
+        cluster.model = model_;
+        cluster.origin_world = objects_[items[0]].position_world;
+        for (const std::uint32_t item : items) {
+            const PlacedObject& object = objects_[item];
+            const Eigen::Vector3d centre = spheres_[item].centre - cluster.origin_world;
+            cluster.x.push_back(static_cast<float>(centre.x()));
+            cluster.y.push_back(static_cast<float>(centre.y()));
+            cluster.z.push_back(static_cast<float>(centre.z()));
+            cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
+            cluster.most_radius = std::max(cluster.most_radius, cluster.radius.back());
+            cluster.group_index.push_back(item);
+            cluster.log_scale.push_back(log2_of(object.scale));
+            cluster.most_log_scale =
+                cluster.size() == 1 ? cluster.log_scale.back()
+                                    : std::max(cluster.most_log_scale, cluster.log_scale.back());
+            const Eigen::Vector3f offset = to_local(object.position_world, cluster.origin_world);
+            cluster.instances.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
+                                         .scale = object.scale,
+                                         .rotation = object.rotation,
+                                         .coverage = 1.0f,
+                                         .tint = object.tint});
+        }
+        return cluster;
+    }
+
+    std::uint32_t model_;
+    std::span<const PlacedObject> objects_;
+    std::vector<BoundingSphere> spheres_;
+    std::vector<Aabb> boxes_;
+};
+
+}  // namespace
+
+Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion) {
+    const auto x = static_cast<double>(quaternion[0]), y = static_cast<double>(quaternion[1]);
+    const auto z = static_cast<double>(quaternion[2]), w = static_cast<double>(quaternion[3]);
+    const double s = 2.0 / (x * x + y * y + z * z + w * w);
+    Eigen::Matrix3d rotation;
+    rotation << 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
+        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x), s * (x * z - w * y),
+        s * (y * z + w * x), 1.0 - s * (x * x + y * y);
+    return rotation;
+}
+
+std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
+                                         std::span<const PlacedObject> objects) {
+    return ClusterMaker(model, bounds, objects).make();
+}
+
+namespace {
+
+// The hierarchy is built again where more clusters than this, and more than an eighth, have changed.
+constexpr std::size_t kLeastChanges = 64;
+
+// The order of insertion does not depend on the hierarchy, so that frames do not depend on earlier changes.
+void sort_by_insertion(std::vector<const ObjectCluster*>& clusters) {
+    std::sort(clusters.begin(), clusters.end(),
+              [](const ObjectCluster* a, const ObjectCluster* b) { return a->order < b->order; });
+}
+
+}  // namespace
+
+void ClusterSet::add(GroupId group, std::vector<ObjectCluster> clusters) {
+    const auto [place, is_new] = groups_.emplace(group, std::move(clusters));
+    TERRANE_ASSERT(is_new, "a group is added once");
+    for (ObjectCluster& cluster : place->second) {
+        cluster.order = ++last_order_;
+        object_count_ += cluster.size();
+        beside_.push_back(&cluster);
+    }
+}
+
+void ClusterSet::remove(GroupId group) {
+    const auto found = groups_.find(group);
+    if (found == groups_.end()) return;
+    for (const ObjectCluster& cluster : found->second) {
+        object_count_ -= cluster.size();
+        if (std::erase(beside_, &cluster) > 0) continue;
+        in_tree_[cluster.tree_index] = nullptr;
+        ++gone_;
+    }
+    groups_.erase(found);
+}
+
+void ClusterSet::rebuild() {
+    if (gone_ + beside_.size() <= std::max(kLeastChanges, in_tree_.size() / 8)) return;
+    in_tree_.clear();
+    beside_.clear();
+    gone_ = 0;
+    std::vector<Aabb> boxes;
+    for (auto& [id, clusters] : groups_) {
+        for (ObjectCluster& cluster : clusters) {
+            cluster.tree_index = in_tree_.size();
+            in_tree_.push_back(&cluster);
+            boxes.push_back(cluster.bounds_world);
+        }
+    }
+    tree_.emplace(boxes);
+}
+
+void ClusterSet::cull(const ViewVolume& volume, CullTest test,
+                      std::vector<const ObjectCluster*>& visible_out) {
+    rebuild();
+    visible_out.clear();
+    if (tree_) {
+        tree_->cull(volume, test, memory_, visible_);
+        for (const std::uint32_t index : visible_) {
+            if (in_tree_[index] != nullptr) visible_out.push_back(in_tree_[index]);
+        }
+    }
+    for (const ObjectCluster* cluster : beside_) {
+        PlaneState all;
+        if (volume.test_planes(cluster->bounds_world, all) == Containment::outside) continue;
+        if (test == CullTest::planes || volume.meets(cluster->bounds_world))
+            visible_out.push_back(cluster);
+    }
+    sort_by_insertion(visible_out);
+}
+
+void ClusterSet::find_casters(const CasterVolume& volume,
+                              std::vector<const ObjectCluster*>& casters_out) {
+    casters_out.clear();
+    if (tree_) {
+        tree_->find_casters(volume, visible_);
+        for (const std::uint32_t index : visible_) {
+            if (in_tree_[index] != nullptr) casters_out.push_back(in_tree_[index]);
+        }
+    }
+    for (const ObjectCluster* cluster : beside_) {
+        if (volume.meets(cluster->bounds_world)) casters_out.push_back(cluster);
+    }
+    sort_by_insertion(casters_out);
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/math.h>
+#include <terrane/scene/culling.h>
+#include <terrane/scene/scene.h>
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Most objects of a cluster: the unit of the hierarchy of bounding volumes.
+inline constexpr std::size_t kClusterObjects = 256;
+
+/// Neighbouring objects of one model, as arrays.
+struct ObjectCluster {
+    std::uint32_t model = 0;
+    std::uint64_t order = 0;                   ///< among the clusters of a scene
+    std::size_t tree_index = 0;                ///< in the hierarchy that has it
+    WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
+    Aabb bounds_world;
+    float most_log_scale = 0.0f;  ///< largest of log_scale
+    float most_radius = 0.0f;     ///< largest of radius
+    std::vector<float> x, y,
+        z;  ///< [objects] centre of the bounding sphere minus the origin, metres
+    std::vector<float> radius;               ///< [objects] of the bounding sphere, metres
+    std::vector<float> log_scale;            ///< [objects] log2_of(scale)
+    std::vector<std::uint32_t> group_index;  ///< [objects] in the group
+    std::vector<ObjectInstance> instances;   ///< [objects] offset_eye from the origin; coverage 1
+
+    std::size_t size() const { return x.size(); }
+};
+
+/// Rotation matrix of a quaternion of any length near 1; orthonormal up to rounding.
+Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion);
+
+/// Splits objects into clusters of neighbours. Deterministic.
+///
+/// @param bounds of the model's mesh, in the object's frame
+std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
+                                         std::span<const PlacedObject> objects);
+
+/// The clusters of all groups, and a hierarchy over most of them. What comes and goes is kept beside the hierarchy
+/// until an eighth has changed, so that a group costs little.
+class ClusterSet {
+public:
+    /// Requires a group that is not in the set.
+    void add(GroupId group, std::vector<ObjectCluster> clusters);
+    void remove(GroupId group);
+    std::size_t object_count() const { return object_count_; }
+
+    /// Visits all clusters: void(GroupId, const ObjectCluster&), in the order of their groups.
+    template <class Visit>
+    void visit(const Visit& take) const {
+        for (const auto& [group, clusters] : groups_) {
+            for (const ObjectCluster& cluster : clusters) take(group, cluster);
+        }
+    }
+
+    /// Replaces visible_out by the clusters in view, in the order in which they were added.
+    void cull(const ViewVolume& volume, CullTest test,
+              std::vector<const ObjectCluster*>& visible_out);
+
+    /// Replaces casters_out by the clusters that meet the volume, in the same order. After cull() of the same frame.
+    void find_casters(const CasterVolume& volume, std::vector<const ObjectCluster*>& casters_out);
+
+private:
+    void rebuild();
+
+    std::map<GroupId, std::vector<ObjectCluster>> groups_;
+    std::size_t object_count_ = 0;
+    std::uint64_t last_order_ = 0;
+    std::vector<const ObjectCluster*> in_tree_;  // by their index in the hierarchy; null: gone
+    std::size_t gone_ = 0;
+    std::vector<const ObjectCluster*> beside_;  // clusters that the hierarchy does not have
+    std::optional<CullTree> tree_;
+    CullMemory memory_;
+    std::vector<std::uint32_t> visible_;  // scratch
+};
+
+}  // namespace terrane::internal

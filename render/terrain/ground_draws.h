@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "gl/frame_resources.h"
+#include "gl/gl_object.h"
+#include "light/frame_uniforms.h"
+#include "light/shadow_maps.h"
+
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Samples of one slot of a page.
+inline constexpr int kSlotSamples = kChunkSamples * kChunkSamples;
+
+/// Location of a chunk on the device.
+struct ChunkSlot {
+    std::weak_ptr<const Chunk> chunk;  ///< distinguishes a chunk from a later one with the same key
+    std::uint64_t checked = 0;  ///< number of the last follow() after which find() returned it
+    int page = -1;
+    int slot = -1;
+};
+
+/// A buffer of heights with one slot per chunk.
+struct ChunkPage {
+    GlBuffer heights;       ///< [capacity * kSlotSamples] quanta, and padding for any 16-bit index
+    int capacity = 0;       ///< slots
+    std::vector<int> free;  ///< free slots; the next one to use is last
+};
+
+/// Keeps the heights of drawn chunks on the device while the chunks are resident, many per buffer (page), so that one
+/// draw call covers all chunks of a page.
+///
+/// A full page doubles up to a limit of slots; then a new page is added. Empty pages at the end are freed.
+class ChunkPool {
+public:
+    /// @param max_page_slots 1 or more, at most largest_page()
+    explicit ChunkPool(int max_page_slots) : max_page_slots_(max_page_slots) {}
+
+    /// Slot limit of the current device, from its largest shader storage block.
+    static int largest_page();
+
+    /// Frees the slots of chunks that are not in the set. Call before find() where the set may have changed.
+    void follow(const ResidentSet& resident);
+
+    /// The slot of a chunk of the last followed set; uploads the chunk if necessary. Null where the set does not
+    /// contain the chunk. The slot is valid until the next follow(), page() until the next find().
+    const ChunkSlot* find(const ResidentSet& resident, const Chunk& chunk);
+
+    int page_count() const { return static_cast<int>(pages_.size()); }
+    const ChunkPage& page(int index) const { return pages_[static_cast<std::size_t>(index)]; }
+
+    /// Bytes of the used slots.
+    std::size_t bytes() const;
+
+private:
+    void take_slot(ChunkSlot& slot);
+    void upload_heights(const ChunkSlot& slot, const Chunk& chunk) const;
+
+    int max_page_slots_;
+    std::uint64_t follow_count_ = 0;
+    std::map<ChunkKey, ChunkSlot> slots_;
+    std::vector<ChunkPage> pages_;
+};
+
+/// Per-chunk input of terrain.vert: one instance of its attributes 1 and 2.
+struct ChunkAttributes {
+    std::array<std::int32_t, 4>
+        corner{};  ///< lattice index minus the eye's: x high, low, y high, low
+    std::array<std::int32_t, 2> stride{};  ///< finest spacings between samples: high, low part
+    std::int32_t first_vertex = 0;         ///< gl_VertexID of sample 0
+    std::int32_t first_offset = -1;        ///< of sample 0 in the block of offsets; -1: no offsets
+};
+static_assert(sizeof(ChunkAttributes) == 32);
+
+/// Which chunks of a mesh are submitted.
+enum class GroundCulling : std::uint8_t {
+    view,  ///< those that the view can show: pictures of triangles do not change
+    none,  ///< all: lines are a pixel wide, and reach into the picture from chunks beyond its edge
+};
+
+/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
+///
+/// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest
+/// level to the coarsest, about from near to far.
+class GroundDraws {
+public:
+    /// @param max_page_slots see ChunkPool
+    explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
+
+    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (their square, their
+    /// heights and offsets) is out of view are left out.
+    ///
+    /// @param casters shadow maps; a list of the chunks that can cast into it is made for each
+    ///
+    /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
+    /// where the device is out of memory.
+    Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
+                         GroundCulling culling = GroundCulling::view,
+                         std::span<const SunCascade> casters = {});
+
+    /// Draws what the view shows with the current program. Binds the offsets to storage block 0.
+    void draw() const { draw_list(0); }
+    /// Draws the shadow casters of a map of prepare().
+    void draw_casters(std::size_t caster) const { draw_list(1 + caster); }
+
+    /// After the last draw() of a frame.
+    void finish();
+
+    const ChunkPool& pool() const { return pool_; }
+    std::size_t batch_count() const { return lists_.empty() ? 0 : lists_[0].batches.size(); }
+    /// Chunks that draw() draws.
+    std::size_t drawn_count() const { return drawn_count_; }
+    std::size_t culled_count() const { return culled_count_; }
+
+private:
+    // Bit i: list i has the chunk. List 0 is for the view, list 1 + i for caster i.
+    using Lists = std::uint8_t;
+    // A chunk of the mesh and its slot.
+    struct ChunkDraw {
+        const MeshChunk* mesh = nullptr;
+        const ChunkSlot* slot = nullptr;
+        Lists lists = 0;
+    };
+    // Consecutive commands of one page.
+    struct Batch {
+        int page = 0;
+        GLsizei command_count = 0;
+        std::size_t first_command_byte = 0;
+        std::size_t first_offset_byte = 0, offset_bytes = 0;
+    };
+    struct List {
+        std::size_t command_count = 0;
+        std::vector<Batch> batches;
+    };
+    // Offsets in the stream buffer.
+    struct Layout {
+        std::size_t commands = 0, attributes = 0, offsets = 0, end = 0;
+    };
+
+    Result<void> collect(const TerrainMesh& mesh, const View& view, GroundCulling culling,
+                         std::span<const SunCascade> casters);
+    Layout lay_out(const TerrainMesh& mesh) const;
+    void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
+    void draw_list(std::size_t list) const;
+
+    ChunkPool pool_;
+    StreamBuffer stream_;
+    GlVertexArray vertices_;
+    std::weak_ptr<const ResidentSet> followed_;
+    std::size_t drawn_count_ = 0, culled_count_ = 0;
+    std::vector<ChunkDraw> draws_;  // in any list
+    std::vector<List> lists_;
+    Layout layout_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/imagery_source.h>
+#include <terrane/terrain/lattice.h>
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <compare>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+namespace terrane::internal {
+
+// Imagery is paged by squares of the quadtree whose roots are the world's root squares: down to the finest level of
+// chunks their squares are those of chunks, and below as long as the imagery is finer.
+
+/// Texels along the side of a square's texture. kImageryBorder of them at each edge show the neighbours, so that the
+/// coarsest mipmap still has one border texel.
+inline constexpr int kImageryTexels = 256;
+inline constexpr int kImageryBorder = 4;
+inline constexpr int kImageryContent = kImageryTexels - 2 * kImageryBorder;
+inline constexpr int kImageryMipmaps = 3;
+/// Finest level of the quadtree.
+inline constexpr int kMostImageryLevel = 24;
+
+/// A square of a level: x and y count squares of the level from the lattice's origin.
+struct ImagerySquare {
+    int level = 0;
+    std::int64_t y = 0, x = 0;
+    friend constexpr auto operator<=>(const ImagerySquare&, const ImagerySquare&) = default;
+};
+
+/// Side of the squares of a level, metres.
+double imagery_side(const Lattice& lattice, int level);
+/// Where a square is, without and with its border, world metres.
+WorldRect imagery_rect(const Lattice& lattice, const ImagerySquare& square);
+WorldRect imagery_rect_with_border(const Lattice& lattice, const ImagerySquare& square);
+
+/// The mipmaps of a square, the finest first: colours times opacity.
+struct ImageryTexture {
+    std::array<std::vector<ImageryTexel>, kImageryMipmaps> mipmaps;
+};
+
+/// Multiplies colours by opacity, and averages 2 x 2 texels for each coarser mipmap.
+///
+/// @param texels [kImageryTexels * kImageryTexels] of a source
+ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels);
+
+/// The finest level at which imagery has texels for pixels to show.
+int finest_imagery_level(const Lattice& lattice, double texel_size);
+
+/// The squares that a view shows at the size of its pixels, each after the square that contains it: those in view, then
+/// those around the eye that a turn would show.
+///
+/// @param resident heights of the ground
+/// @param rect     of the imagery
+/// @param most     squares; the finest are left out where there are more
+///
+/// Cost: linear in the squares, and in the root squares within 16 of the eye's
+std::vector<ImagerySquare> select_imagery(const ResidentSet& resident, const View& view,
+                                          const WorldRect& rect, double texel_size,
+                                          std::size_t most);
+
+/// A square to read.
+struct ImageryRequest {
+    ImagerySquare square;
+    WorldRect rect;  ///< with its border
+    friend bool operator==(const ImageryRequest&, const ImageryRequest&) = default;
+};
+/// A square that was read.
+struct ImageryLoad {
+    ImageryRequest request;
+    std::optional<ImageryTexture> texture;  ///< absent: the source failed
+};
+
+/// Reads squares on a thread of its own, the first of the last request first.
+///
+/// Threads: called by the renderer's thread only
+class ImageryLoader {
+public:
+    explicit ImageryLoader(std::shared_ptr<const ImagerySource> source);
+    /// Waits for the square that is being read.
+    ~ImageryLoader();
+
+    /// Replaces the queue of squares to read.
+    void request(std::vector<ImageryRequest> wanted);
+    /// Squares that have been read since the last call. Never waits for the source.
+    std::vector<ImageryLoad> take();
+    /// Waits until all that was requested has been read.
+    void finish();
+
+private:
+    void run(const std::stop_token& stop);
+    ImageryLoad load(const ImageryRequest& request) const;
+
+    std::shared_ptr<const ImagerySource> source_;
+    std::mutex mutex_;
+    std::condition_variable_any changed_;
+    std::vector<ImageryRequest> wanted_;  // the next one is last
+    std::optional<ImageryRequest> loading_;
+    std::vector<ImageryLoad> loaded_;
+    std::jthread thread_;  // declared last: it uses the others
+};
+
+}  // namespace terrane::internal

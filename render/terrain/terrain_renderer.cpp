@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: MIT
+#include "gl/frame_resources.h"
+#include "gl/gl_object.h"
+#include "gl/shader.h"
+#include "light/frame_uniforms.h"
+#include "light/ground_shade.h"
+#include "light/shadow_maps.h"
+#include "objects/form_draws.h"
+#include "objects/scene_objects.h"
+#include "terrain/ground_draws.h"
+#include "terrain/ground_imagery.h"
+#include "terrain/solid_draws.h"
+
+#include <terrane/base/result.h>
+#include <terrane/base/text.h>
+#include <terrane/render/terrain_renderer.h>
+
+#include <cmath>
+#include <string>
+
+namespace terrane {
+namespace {
+
+using namespace internal;
+
+constexpr double kMostShadowDistance = 1e6;  // metres
+constexpr double kMostWaterLevel = 1e9;      // metres, up or down
+
+Result<void> check(const RendererSettings& settings) {
+    const auto refuse = [](const std::string& message) -> Result<void> {
+        return fail(ErrorCode::invalid_argument, message);
+    };
+    if (!settings.sun_direction.allFinite() || !(settings.sun_direction.norm() > 0.0)) {
+        return refuse("sun_direction must be finite and not zero");
+    }
+    if (!(settings.haze_distance > 0.0)) {
+        return refuse("haze_distance must be > 0 m, got " + number_text(settings.haze_distance));
+    }
+    if (!std::isfinite(settings.tint_low) || !std::isfinite(settings.tint_high) ||
+        !(settings.tint_high > settings.tint_low)) {
+        return refuse("tint_high must be above tint_low, got " + number_text(settings.tint_high) +
+                      " and " + number_text(settings.tint_low));
+    }
+    if (settings.sample_count < 1 || settings.sample_count > 16) {
+        return refuse("sample_count must be 1 to 16, got " + std::to_string(settings.sample_count));
+    }
+    if (!(settings.shadow_distance >= 0.0 && settings.shadow_distance <= kMostShadowDistance)) {
+        return refuse("shadow_distance must be 0 to 1e6 m, got " +
+                      number_text(settings.shadow_distance));
+    }
+    if (settings.water_level && !(std::abs(*settings.water_level) <= kMostWaterLevel)) {
+        return refuse("water_level must be within 1e9 m, got " +
+                      number_text(*settings.water_level));
+    }
+    if (settings.shadow_texels < kLeastShadowTexels || settings.shadow_texels > kMostShadowTexels) {
+        return refuse("shadow_texels must be " + std::to_string(kLeastShadowTexels) + " to " +
+                      std::to_string(kMostShadowTexels) + ", got " +
+                      std::to_string(settings.shadow_texels));
+    }
+    return {};
+}
+
+// Checks the arguments of draw() before anything is drawn.
+Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer& picture) {
+    if (const Result<void> good = terrane::check(view); !good) return good;
+    if (view.width_px != picture.width_px() || view.height_px != picture.height_px()) {
+        return fail(ErrorCode::invalid_argument,
+                    "the view is for " + std::to_string(view.width_px) + " x " +
+                        std::to_string(view.height_px) + " pixels, the renderer for " +
+                        std::to_string(picture.width_px()) + " x " +
+                        std::to_string(picture.height_px()));
+    }
+    if (mesh.resident == nullptr && !(mesh.chunks.empty() && mesh.solids.empty())) {
+        return fail(ErrorCode::invalid_argument, "the mesh has chunks, but no resident set");
+    }
+    for (const MeshChunk& chunk : mesh.chunks) {
+        if (std::size_t{chunk.first_index} + chunk.index_count > mesh.indices.size()) {
+            return fail(ErrorCode::invalid_argument,
+                        "the mesh has " + std::to_string(mesh.indices.size()) +
+                            " indices, a chunk's end at " +
+                            std::to_string(std::size_t{chunk.first_index} + chunk.index_count));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+struct TerrainRenderer::State {
+    std::shared_ptr<const void> context;  // declared first: must outlive all OpenGL names below
+    RendererSettings settings;
+    Framebuffer picture;
+    GroundShade shade;
+    GlProgram ground, wires;
+    SolidDraws::Program solid_ground, solid_walls, solid_wires;
+    FormDraws forms;
+    GlBuffer frame_uniforms;
+    std::optional<ShadowPass> shadows;       // none without shadow_distance
+    std::unique_ptr<GroundImagery> imagery;  // null: none
+    GroundDraws draws;
+    SolidDraws solids;
+    SceneObjects scene;
+    std::optional<GpuTimer> timer;  // none of software rasterisers
+    DrawCounts counts;
+
+    State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,
+          const std::string& lighting)
+        : picture(std::move(target)),
+          shade(std::move(made_shade)),
+          forms(std::move(made_forms)),
+          scene(picture.sample_count(), lighting) {}
+
+    Result<void> make_programs(const std::string& lighting);
+    void make_buffers();
+    void draw_shadows(const FrameUniforms& uniforms, const View& view,
+                      std::span<const DrawnObject> drawn);
+    void draw_walls();
+    void draw_wires();
+};
+
+Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) {
+    Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, depth_frag);
+    if (!made_ground) return tl::unexpected(made_ground.error());
+    Result<GlProgram> made_wires = make_program("the wireframe", terrain_vert, line_frag);
+    if (!made_wires) return tl::unexpected(made_wires.error());
+    Result<GlProgram> made_solid = make_program("the ground of volumes", solid_vert, depth_frag);
+    if (!made_solid) return tl::unexpected(made_solid.error());
+    Result<GlProgram> made_walls =
+        make_program("the walls of volumes", solid_vert, lighting + std::string(solid_frag));
+    if (!made_walls) return tl::unexpected(made_walls.error());
+    Result<GlProgram> made_solid_wires =
+        make_program("the wireframe of volumes", solid_vert, line_frag);
+    if (!made_solid_wires) return tl::unexpected(made_solid_wires.error());
+    solid_ground = SolidDraws::Program(std::move(*made_solid));
+    solid_walls = SolidDraws::Program(std::move(*made_walls));
+    solid_wires = SolidDraws::Program(std::move(*made_solid_wires));
+    ground = std::move(*made_ground);
+    wires = std::move(*made_wires);
+    return {};
+}
+
+void TerrainRenderer::State::make_buffers() {
+    frame_uniforms = make_buffer();
+    glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
+                         GL_DYNAMIC_STORAGE_BIT);
+    if (settings.shadow_distance > 0.0) shadows.emplace(settings);
+    if (settings.imagery != nullptr) {
+        imagery = std::make_unique<GroundImagery>(settings.imagery, settings.imagery_bytes,
+                                                  settings.imagery_waits);
+    }
+}
+
+void TerrainRenderer::State::draw_walls() {
+    if (solids.is_empty()) return;
+    shade.bind_noise(1);
+    solids.draw(SolidDraws::Part::walls, solid_walls);
+}
+
+void TerrainRenderer::State::draw_wires() {
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glEnable(GL_POLYGON_OFFSET_LINE);
+    glPolygonOffset(1.0f, 4.0f);  // towards the eye: depth is reversed
+    glDepthMask(GL_FALSE);        // shade.frag reconstructs the ground from its depth
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glUseProgram(wires.name());
+    draws.draw();
+    solids.draw(SolidDraws::Part::ground, solid_wires);
+    solids.draw(SolidDraws::Part::walls, solid_wires);
+    glDisable(GL_BLEND);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_POLYGON_OFFSET_LINE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
+// Draws the shadow casters into the maps, and binds the maps.
+void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view,
+                                          std::span<const DrawnObject> drawn) {
+    shadows->draw(uniforms, view, [&](std::size_t cascade) {
+        glUseProgram(ground.name());
+        draws.draw_casters(cascade);
+        solids.draw(SolidDraws::Part::ground, solid_ground);
+        solids.draw(SolidDraws::Part::walls, solid_ground);
+        forms.draw_casters(shadows->cascades()[cascade], view, drawn);
+        scene.draw_casters(cascade);
+    });
+}
+
+TerrainRenderer::TerrainRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+TerrainRenderer::TerrainRenderer(TerrainRenderer&&) noexcept = default;
+TerrainRenderer& TerrainRenderer::operator=(TerrainRenderer&&) noexcept = default;
+TerrainRenderer::~TerrainRenderer() = default;
+
+Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_px, int height_px,
+                                                const RendererSettings& settings) {
+    if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
+    Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
+    if (!picture) return tl::unexpected(picture.error());
+    const bool has_shadows = settings.shadow_distance > 0.0;
+    LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
+                              .has_water = settings.water_level.has_value()};
+    const std::string lighting = light_text(features);
+    features.has_imagery = settings.imagery != nullptr;
+    Result<GroundShade> shade = GroundShade::create(picture->sample_count(), light_text(features));
+    if (!shade) return tl::unexpected(shade.error());
+    Result<FormDraws> forms = FormDraws::create(lighting, has_shadows);
+    if (!forms) return tl::unexpected(forms.error());
+    auto state = std::make_unique<State>(std::move(*picture), std::move(*shade), std::move(*forms),
+                                         lighting);
+    state->context = context.keep_alive();
+    state->settings = settings;
+    if (!context.is_software()) state->timer.emplace();
+    if (const Result<void> made = state->make_programs(lighting); !made) {
+        return tl::unexpected(made.error());
+    }
+    state->make_buffers();
+    if (const Result<void> good = check_gl("set up the renderer"); !good) {
+        return tl::unexpected(good.error());
+    }
+    return TerrainRenderer(std::move(state));
+}
+
+Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
+                                   std::span<const DrawnObject> objects, const SceneDraws& scene) {
+    State& state = *state_;
+    if (const Result<void> good = check(mesh, view, state.picture); !good) return good;
+    // the sky does not depend on the lattice
+    const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
+    EyeFrame eye;
+    if (mesh.resident != nullptr) {
+        const Result<EyeFrame> made = make_eye_frame(lattice, view.eye_world);
+        if (!made) return tl::unexpected(made.error());
+        eye = *made;
+    }
+    std::span<const SunCascade> casters;
+    if (state.shadows) {
+        state.shadows->prepare(view);
+        casters = state.shadows->cascades();
+    }
+    if (const Result<void> ready = state.scene.prepare(scene, view, casters); !ready) return ready;
+    const GroundCulling culling =
+        state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
+    if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling, casters); !ready)
+        return ready;
+    if (mesh.resident != nullptr) {
+        const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
+        if (!lit) return lit;
+        if (state.imagery) {
+            if (auto ok = state.imagery->prepare(*mesh.resident, view); !ok) return ok;
+            state.imagery->bind();
+        }
+    }
+    if (const Result<void> ready = state.solids.prepare(mesh, eye); !ready) return ready;
+    const bool has_overlay = state.settings.wireframe || !objects.empty() ||
+                             !state.solids.is_empty() || !state.scene.is_empty();
+
+    const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
+    glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
+
+    if (state.timer) state.timer->begin();
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GEQUAL);
+    glClearDepth(0.0);
+    if (state.shadows) state.draw_shadows(uniforms, view, objects);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
+    if (state.settings.water_level) state.shade.bind_noise(7);
+    state.picture.bind_depth();
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glUseProgram(state.ground.name());
+    state.draws.draw();
+    state.solids.draw(SolidDraws::Part::ground, state.solid_ground);
+    if (has_overlay) {
+        state.picture.bind_depth_and_overlay();
+        glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+        glClear(GL_COLOR_BUFFER_BIT);
+        state.draw_walls();
+        if (state.settings.wireframe) state.draw_wires();
+        state.forms.draw(view, objects);
+        state.scene.draw_solid();
+        state.scene.draw_particles(state.picture);
+    }
+    state.scene.finish();
+    state.draws.finish();
+    state.shade.draw(state.picture, has_overlay);
+    if (state.timer) state.timer->end();
+    if (mesh.resident != nullptr) {
+        state.shade.finish();
+        if (state.imagery) state.imagery->finish();
+    }
+    state.counts = {.chunks_drawn = state.draws.drawn_count(),
+                    .chunks_culled = state.draws.culled_count(),
+                    .objects_drawn = objects.size() + state.scene.object_count(),
+                    .triangles = state.scene.triangle_count(),
+                    .triangles_culled = state.scene.culled_triangle_count(),
+                    .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
+                    .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
+                    .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
+    return check_gl("draw the terrain");
+}
+
+Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
+                                         std::span<const MeshLevel> levels,
+                                         const MeshMaterial& material) {
+    return state_->scene.add_mesh(mesh, levels, material);
+}
+
+void TerrainRenderer::remove_mesh(MeshId mesh) { state_->scene.remove_mesh(mesh); }
+
+Result<ImpostorId> TerrainRenderer::add_impostor(MeshId mesh, const ImpostorSettings& settings) {
+    return state_->scene.add_impostor(mesh, settings);
+}
+
+void TerrainRenderer::remove_impostor(ImpostorId impostor) {
+    state_->scene.remove_impostor(impostor);
+}
+
+std::optional<SunShadows> TerrainRenderer::shadows() const {
+    const RendererSettings& settings = state_->settings;
+    if (!(settings.shadow_distance > 0.0)) return {};
+    return SunShadows{.sun_direction = settings.sun_direction,
+                      .distance = settings.shadow_distance};
+}
+
+const DrawCounts& TerrainRenderer::counts() const { return state_->counts; }
+
+Image TerrainRenderer::read() const { return state_->picture.read(); }
+
+int TerrainRenderer::sample_count() const { return state_->picture.sample_count(); }
+
+std::size_t TerrainRenderer::buffer_bytes() const {
+    return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
+           state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0) +
+           (state_->imagery ? state_->imagery->bytes() : 0);
+}
+
+}  // namespace terrane

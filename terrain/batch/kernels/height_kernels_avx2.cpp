@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: MIT
-#define TERRANE_KERNELS height_kernels_avx2
-#include "batch/kernels/height_kernels_impl.h"

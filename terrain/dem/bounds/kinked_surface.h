@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bounds/bilinear_grid.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Range of the values added.
+struct Range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+    }
+    void add(const Range& other) {
+        low = std::min(low, other.low);
+        high = std::max(high, other.high);
+    }
+    double deviation() const { return std::max(high, -low); }
+};
+
+/// A right triangle with its legs along the axes: corner, signs of the legs, their length, and the
+/// plane's heights at the corner and at the ends of the leg along x and of the one along y.
+struct RightTriangle {
+    int x, y;
+    int sign_x, sign_y;
+    int leg;
+    double at_corner, at_x_end, at_y_end;
+};
+
+/// The bilinear surface of a raster whose samples are no lattice points, evaluated over a grid of lattice points.
+/// Points count from the grid's corner, in its steps; values depend on the address alone.
+///
+/// *Lines* separate the raster cells; samples are their intersections.
+/// Threads: const calls from several at once; keep_diagonals() alone.
+class KinkedSurface {
+public:
+    /// @param patch the samples around `points`, one more line on every side
+    KinkedSurface(const BilinearGrid& grid, const SampleGrid& points, RasterPatch patch);
+
+    /// Caches the surface along the diagonals, between corners of even index sum, of the squares of side n at
+    /// multiples of n. Afterwards a triangle with legs of n must be half of such a square. Call in order n = 1, 2, 4
+    /// ...
+    void keep_diagonals(int n);
+
+    /// Adds the range of surface minus plane over a triangle. Requires them to be equal at the hypotenuse's ends.
+    void add_triangle(const RightTriangle& t, Range& range) const;
+
+    /// The same without that requirement: for a part of a larger triangle.
+    void add_part(const RightTriangle& t, Range& range) const;
+
+    /// The same over the square of side n whose south-western corner is point (x, y); the plane's
+    /// heights are those at that corner, n to the east and n to the north.
+    void add_square(int x, int y, int n, double at_corner, double at_x_end, double at_y_end,
+                    Range& range) const;
+
+    /// Range of the surface minus the bilinear interpolation of the corners of the square of side n
+    /// whose south-western corner is point (x, y).
+    Range bilinear_deviation(int x, int y, int n) const;
+
+private:
+    /// Cached diagonals of the squares of one side.
+    struct Diagonals {
+        int x = 0, y = 0;  ///< the south-western square's corner
+        int columns = 0;
+        std::vector<Range> ranges;
+    };
+    /// The lines along one axis, in steps from the lattice's origin, and among the points.
+    struct Axis {
+        std::int64_t first = 0;     ///< the first point
+        double per_cell = 1.0;      ///< raster cells in a step
+        std::vector<double> lines;  ///< increasing
+        std::vector<int> at_or_after,
+            after;  ///< [points] first line at or after, and after, the point
+
+        double point(int i) const { return static_cast<double>(first + i); }
+    };
+    /// @param place_of  position of the line of an index, in steps from the lattice's origin
+    template <typename PlaceOf>
+    static Axis make_axis(std::int64_t first, int points, std::int64_t first_line, int lines,
+                          double per_cell, PlaceOf&& place_of);
+
+    double sample(int c, int r) const {
+        return patch_
+            .samples[static_cast<std::size_t>(r) * static_cast<std::size_t>(patch_.columns) +
+                     static_cast<std::size_t>(c)];
+    }
+    double on_row(int y, int c) const {
+        return on_rows_[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch_.columns) +
+                        static_cast<std::size_t>(c)];
+    }
+    double on_column(int x, int r) const {
+        return on_columns_[static_cast<std::size_t>(x) * static_cast<std::size_t>(patch_.rows) +
+                           static_cast<std::size_t>(r)];
+    }
+    double height(int c, int r, double x, double y) const {
+        const double fx = (x - x_.lines[static_cast<std::size_t>(c)]) * x_.per_cell;
+        const double fy = (y - y_.lines[static_cast<std::size_t>(r)]) * y_.per_cell;
+        const double* south =
+            patch_.samples.data() + static_cast<std::ptrdiff_t>(r) * patch_.columns + c;
+        const double* north = south + patch_.columns;
+        return bilinear(south[0], south[1], north[0], north[1], fx, fy);
+    }
+    double point_height(int x, int y) const {
+        return heights_[static_cast<std::size_t>(y) * x_.after.size() +
+                        static_cast<std::size_t>(x)];
+    }
+    /// Without the hypotenuse, except for crossings on a leg.
+    void add_legs_and_inside(const RightTriangle& t, Range& range) const;
+    /// Range of the surface minus a chord along the diagonal from (x, y) to n steps east and n north or south, given
+    /// the chord's heights at both ends.
+    Range diagonal(int x, int y, int n, bool north, double begin_height, double end_height) const;
+
+    RasterPatch patch_;
+    Axis x_, y_;
+    /// Surface at the crossings of rows of points with lines along y, and of columns with lines along x.
+    std::vector<double> on_rows_, on_columns_;
+    std::vector<double> heights_;       ///< at the points
+    std::vector<Diagonals> diagonals_;  ///< of side 1, 2, 4 ...
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,470 @@
+// SPDX-License-Identifier: MIT
+#include "bounds/level_bounds.h"
+
+#include "raster/cancellable_work.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace terrane::internal {
+namespace {
+
+constexpr int kRatio = 8;
+
+double base_points(const BilinearGrid& grid) {
+    const double base = grid.base_spacing();
+    return (grid.columns * grid.cell_x / base) * (grid.rows * grid.cell_y / base);
+}
+
+/// A first tier in proportion to the raster: at most about 2^22 points.
+int first_ratio(const BilinearGrid& grid) {
+    constexpr double kMostPoints = 0x1p22;
+    constexpr int kMaxRatio = 64;
+    int ratio = kRatio;
+    while (ratio < kMaxRatio && base_points(grid) > kMostPoints * ratio * ratio) ratio *= 2;
+    return ratio;
+}
+
+}  // namespace
+
+const BoundTier* BoundTiers::find(std::int64_t step) const {
+    for (const BoundTier& tier : tiers_) {
+        if (tier.step == step) return &tier;
+    }
+    return nullptr;
+}
+
+BoundTier BoundTiers::make_extent(std::int64_t step) const {
+    const BilinearGrid& grid = fine_->grid();
+    BoundTier tier;
+    tier.step = step;
+    // The lattice points around the samples' rectangle, and a margin.
+    const double spacing = grid.lattice.spacing * static_cast<double>(step);
+    const auto index_below = [&](double from_origin) {
+        return static_cast<std::int64_t>(std::floor(from_origin / spacing));
+    };
+    const double east = grid.west + (grid.columns - 1) * grid.cell_x;
+    const double north = grid.south + (grid.rows - 1) * grid.cell_y;
+    tier.first_x = index_below(grid.west - grid.lattice.origin_x) - kBeyondRaster;
+    tier.first_y = index_below(grid.south - grid.lattice.origin_y) - kBeyondRaster;
+    tier.columns = static_cast<int>(index_below(east - grid.lattice.origin_x) + 1 + kBeyondRaster -
+                                    tier.first_x + 1);
+    tier.rows = static_cast<int>(index_below(north - grid.lattice.origin_y) + 1 + kBeyondRaster -
+                                 tier.first_y + 1);
+    const std::size_t size =
+        static_cast<std::size_t>(tier.columns) * static_cast<std::size_t>(tier.rows);
+    tier.bounds.resize(size);
+    tier.cell_bounds.resize(size);
+    return tier;
+}
+
+Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTier& tier) const {
+    const int columns = std::min(side, tier.columns - x), rows = std::min(side, tier.rows - y);
+    const int apron = 3 * ratio;
+    const std::int64_t west = (tier.first_x + x) * ratio, south = (tier.first_y + y) * ratio;
+    const std::int64_t step = fine_->grid().base_step();
+    auto made = fine_->bounds_window({{(west - apron) * step, (south - apron) * step},
+                                      step,
+                                      (columns - 1) * ratio + 2 * apron + 1,
+                                      (rows - 1) * ratio + 2 * apron + 1});
+    if (!made) return tl::unexpected(made.error());
+    DiamondWindow& window = *made;
+    compute_bounds(window, ratio);
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < columns; ++i) {
+            const int wx = apron + i * ratio, wy = apron + j * ratio;
+            const std::size_t at =
+                static_cast<std::size_t>(y + j) * static_cast<std::size_t>(tier.columns) +
+                static_cast<std::size_t>(x + i);
+            tier.heights[at] = window.heights[window.at(wx, wy)];
+            tier.bounds[at] = window.bounds[window.at(wx, wy)];
+            tier.cell_bounds[at] = cell_deviation(window, wx, wy, ratio);
+            const HeightInterval between = bilinear_deviation(window, wx, wy, ratio);
+            tier.cell_low[at] = -round_outward(-between.low);
+            tier.cell_high[at] = round_outward(between.high);
+        }
+    }
+    return {};
+}
+
+Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
+    BoundTier tier = make_extent(fine_->grid().base_step() * ratio);
+    tier.heights.resize(tier.bounds.size());
+    tier.cell_low.resize(tier.bounds.size());
+    tier.cell_high.resize(tier.bounds.size());
+    constexpr int kWindowSide = 512;
+    const int side = std::max(8, kWindowSide / ratio);
+    // Each square writes its own entries: any number of threads gives the same tier.
+    const int across = (tier.columns + side - 1) / side;
+    const int count = across * ((tier.rows + side - 1) / side);
+    progress.begin(0.85, count);
+    auto done = in_parallel(count, [&](int i) -> Result<void> {
+        auto filled = fill_square(ratio, i % across * side, i / across * side, side, tier);
+        return filled ? progress.step() : filled;
+    });
+    if (!done) return done;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::size_t i = 0; i < tier.heights.size(); ++i) {
+        low = std::min(low, tier.heights[i]);
+        high = std::max(high, tier.heights[i]);
+    }
+    // Bound of the surface's distance from the interpolation of a cell's corners.
+    low += static_cast<double>(*std::ranges::min_element(tier.cell_low));
+    high += static_cast<double>(*std::ranges::max_element(tier.cell_high));
+    largest_ = round_outward(high - low);
+    tiers_.push_back(std::move(tier));
+    return {};
+}
+
+Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
+    // Roots own the vertices of half their side, too.
+    const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
+    while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
+    const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
+    const auto visits = find_deviations(*fine_, first(), coarser, progress);
+    if (!visits) return tl::unexpected(visits.error());
+    tile_visits_ = *visits;
+    for (std::size_t level = 1; level < tiers_.size(); ++level) nest(level);
+    return {};
+}
+
+/// Computes the bounds of a tier's vertices from the deviations of its midpoints and cells.
+void BoundTiers::nest(std::size_t level) {
+    BoundTier& tier = tiers_[level];
+    if (level + 1 == tiers_.size()) {
+        // The coarsest tier's deviations are not computed, and not needed.
+        std::ranges::fill(tier.bounds, largest_);
+        return;
+    }
+    const BoundTier& finer = tiers_[level - 1];
+    const BoundTier& coarser = tiers_[level + 1];
+    const auto for_each_vertex = [&tier](bool centres, auto&& visit) {
+        for (std::int64_t y = tier.first_y; y < tier.first_y + tier.rows; ++y) {
+            for (std::int64_t x = tier.first_x; x < tier.first_x + tier.columns; ++x) {
+                const bool is_centre = (x & y & 1) != 0, is_vertex = ((x | y) & 1) != 0;
+                if (is_vertex && is_centre == centres) visit(x, y, tier.bounds[tier.at(x, y)]);
+            }
+        }
+    };
+    const auto largest = [](const BoundTier& of, std::int64_t x, std::int64_t y, int dx, int dy) {
+        return std::max(of.bounds[of.at(x + dx, y + dy)], of.bounds[of.at(x - dx, y - dy)]);
+    };
+    for_each_vertex(false, [&](std::int64_t x, std::int64_t y, float& bound) {
+        bound = std::max(bound, std::max(largest(finer, 2 * x, 2 * y, 1, 1),
+                                         largest(finer, 2 * x, 2 * y, 1, -1)));
+    });
+    for_each_vertex(true, [&](std::int64_t x, std::int64_t y, float& bound) {
+        const float own = coarser.cell_bounds[coarser.at(x >> 1, y >> 1)];
+        bound = std::max(own, std::max(largest(tier, x, y, 1, 0), largest(tier, x, y, 0, 1)));
+    });
+}
+
+double BoundTiers::first_points(const BilinearGrid& grid) {
+    const double ratio = first_ratio(grid), spacing = ratio * grid.base_spacing();
+    constexpr double kAround = 2.0 * kBeyondRaster + 3.0;
+    return (grid.columns * grid.cell_x / spacing + kAround) *
+           (grid.rows * grid.cell_y / spacing + kAround);
+}
+
+Result<std::unique_ptr<BoundTiers>> BoundTiers::create(std::shared_ptr<const FineSurface> fine,
+                                                       OpeningProgress& progress) {
+    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
+    const int ratio = first_ratio(tiers->fine_->grid());
+    if (auto made = tiers->make_first(ratio, progress); !made) return tl::unexpected(made.error());
+    if (auto made = tiers->make_coarser(progress); !made) return tl::unexpected(made.error());
+    return tiers;
+}
+
+bool BoundTiers::has_heights(const SampleGrid& grid) const {
+    const std::int64_t step = first().step;
+    return grid.step >= step && grid.corner.x % step == 0 && grid.corner.y % step == 0;
+}
+
+void BoundTiers::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    const BoundTier& tier = first();
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column) {
+            heights_out[at++] =
+                tier.heights[tier.at((grid.corner.x + column * grid.step) / tier.step,
+                                     (grid.corner.y + row * grid.step) / tier.step)];
+        }
+    }
+}
+
+void BoundTiers::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    const BoundTier* tier = find(grid.step);
+    const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column) {
+            const float bound =
+                tier == nullptr ? largest_ : tier->bounds[tier->at(x + column, y + row)];
+            // Points of even column and row are vertices of a coarser spacing.
+            bounds_out[at++] = (((x + column) | (y + row)) & 1) == 0 ? 0.0f : bound;
+        }
+    }
+}
+
+void BoundTiers::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    const BoundTier* tier = find(grid.step);
+    const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column) {
+            bounds_out[at++] =
+                tier == nullptr ? largest_ : tier->cell_bounds[tier->at(x + column, y + row)];
+        }
+    }
+}
+
+namespace {
+
+constexpr HeightInterval kNothing{std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity()};
+
+void add(HeightInterval& range, const HeightInterval& other) {
+    range.low = std::min(range.low, other.low);
+    range.high = std::max(range.high, other.high);
+}
+
+/// Margin for the rounding of interpolation and distances.
+constexpr double kHeightRounding = 1e-9;
+
+}  // namespace
+
+Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const RasterStore& store,
+                                            OpeningProgress& progress) {
+    HeightPyramid pyramid;
+    pyramid.grid_ = grid;
+    if (auto done = pyramid.add_samples(store, progress); !done)
+        return tl::unexpected(done.error());
+    pyramid.add_levels();
+    return pyramid;
+}
+
+Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgress& progress) {
+    Level level;
+    level.columns = std::max((grid_.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
+    level.rows = std::max((grid_.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
+    level.nodes.assign(
+        static_cast<std::size_t>(level.columns) * static_cast<std::size_t>(level.rows), kNothing);
+    const int width = grid_.columns;
+    std::vector<double> strip(static_cast<std::size_t>(width) * (kBlockSide + 1));
+    double steepest = 0.0;
+    progress.begin(0.6, level.rows);
+    for (int by = 0; by < level.rows; ++by) {
+        if (auto wanted = progress.step(); !wanted) return wanted;
+        const int south = by * kBlockSide;
+        const int rows = std::min(kBlockSide + 1, grid_.rows - south);
+        if (auto read = store.read(0, south, width, rows, strip); !read) return read;
+        HeightInterval* nodes =
+            level.nodes.data() + static_cast<std::ptrdiff_t>(by) * level.columns;
+        for (int row = 0; row < rows; ++row) {
+            const double* line = strip.data() + static_cast<std::ptrdiff_t>(row) * width;
+            for (int bx = 0; bx < level.columns; ++bx) {
+                const int begin = bx * kBlockSide;
+                const int end = std::min(begin + kBlockSide, width - 1);
+                for (int column = begin; column <= end; ++column) {
+                    add(nodes[bx], {line[column], line[column]});
+                }
+            }
+            if (row + 1 == rows) break;
+            const double* next = line + width;
+            for (int column = 0; column + 1 < width; ++column) {
+                const double rise_x = std::max(std::fabs(line[column + 1] - line[column]),
+                                               std::fabs(next[column + 1] - next[column]));
+                const double rise_y = std::max(std::fabs(next[column] - line[column]),
+                                               std::fabs(next[column + 1] - line[column + 1]));
+                const double x = rise_x / grid_.cell_x, y = rise_y / grid_.cell_y;
+                steepest = std::max(steepest, x * x + y * y);
+            }
+        }
+    }
+    // Covers the rounding of differences, squares and root.
+    slope_ = std::sqrt(steepest) * (1.0 + 1e-6);
+    levels_.push_back(std::move(level));
+    return {};
+}
+
+void HeightPyramid::add_levels() {
+    while (levels_.back().columns > 1 || levels_.back().rows > 1) {
+        const Level& fine = levels_.back();
+        Level coarse;
+        coarse.columns = (fine.columns + 1) / 2;
+        coarse.rows = (fine.rows + 1) / 2;
+        coarse.nodes.assign(
+            static_cast<std::size_t>(coarse.columns) * static_cast<std::size_t>(coarse.rows),
+            kNothing);
+        std::size_t at = 0;
+        for (int y = 0; y < fine.rows; ++y) {
+            for (int x = 0; x < fine.columns; ++x) {
+                add(coarse.nodes[static_cast<std::size_t>(y / 2) *
+                                     static_cast<std::size_t>(coarse.columns) +
+                                 static_cast<std::size_t>(x / 2)],
+                    fine.nodes[at++]);
+            }
+        }
+        levels_.push_back(std::move(coarse));
+    }
+    for (Level& level : levels_) {
+        for (int y = 0; y < std::max(level.rows - 1, 1); ++y) {
+            for (int x = 0; x < std::max(level.columns - 1, 1); ++x) {
+                HeightInterval range = kNothing;
+                for (int j = y; j < std::min(y + 2, level.rows); ++j) {
+                    for (int i = x; i < std::min(x + 2, level.columns); ++i) {
+                        add(range, level.nodes[static_cast<std::size_t>(j) *
+                                                   static_cast<std::size_t>(level.columns) +
+                                               static_cast<std::size_t>(i)]);
+                    }
+                }
+                level.rise = std::max(level.rise, range.high - range.low);
+            }
+        }
+    }
+}
+
+HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
+    // Cells that the closed rectangle touches.
+    const auto cell = [](double u, int count) {
+        return static_cast<int>(std::clamp(u, 0.0, static_cast<double>(std::max(count - 2, 0))));
+    };
+    const double margin = 1e-9;
+    const int west =
+        cell(std::floor((rect.west - grid_.west) / grid_.cell_x - margin), grid_.columns);
+    const int east =
+        cell(std::floor((rect.east - grid_.west) / grid_.cell_x + margin), grid_.columns);
+    const int south =
+        cell(std::floor((rect.south - grid_.south) / grid_.cell_y - margin), grid_.rows);
+    const int north =
+        cell(std::floor((rect.north - grid_.south) / grid_.cell_y + margin), grid_.rows);
+
+    // The finest level on which that is at most 8 x 8 nodes.
+    std::size_t k = 0;
+    int side = kBlockSide;
+    while (k + 1 < levels_.size() &&
+           (east / side - west / side >= 8 || north / side - south / side >= 8)) {
+        ++k;
+        side *= 2;
+    }
+    const Level& level = levels_[k];
+    HeightInterval range = kNothing;
+    for (int y = south / side; y <= north / side; ++y) {
+        for (int x = west / side; x <= east / side; ++x) {
+            add(range,
+                level.nodes[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.columns) +
+                            static_cast<std::size_t>(x)]);
+        }
+    }
+    return {range.low - kHeightRounding, range.high + kHeightRounding};
+}
+
+double HeightPyramid::rise_bound(double distance) const {
+    const double reach = std::max(distance, 0.0);
+    double rise = levels_.back().nodes.front().high - levels_.back().nodes.front().low;
+    // Two points at most a node's side apart lie in 2 x 2 adjacent nodes.
+    double side = std::min(grid_.cell_x, grid_.cell_y) * kBlockSide;
+    for (const Level& level : levels_) {
+        if (reach <= side) {
+            rise = std::min(rise, level.rise);
+            break;
+        }
+        side *= 2.0;
+    }
+    return std::min(rise, slope_ * reach * (1.0 + 1e-9)) + kHeightRounding;
+}
+
+// Serialisation of what opening a raster computes. Sizes follow from the grid and are not written, so no file can
+// give wrong ones.
+
+namespace {
+
+template <typename T>
+std::span<const T> all_of(const std::vector<T>& values) {
+    return values;
+}
+
+tl::unexpected<Error> other_size() {
+    return fail(ErrorCode::bad_data, "kept bounds are not of this raster's size");
+}
+
+}  // namespace
+
+void HeightPyramid::write(ByteWriter& out) const {
+    out.put(slope_);
+    for (const Level& level : levels_) {
+        out.put(level.rise);
+        for (const HeightInterval& node : level.nodes) {
+            out.put(node.low);
+            out.put(node.high);
+        }
+    }
+}
+
+Result<HeightPyramid> HeightPyramid::read(const BilinearGrid& grid, ByteReader& in) {
+    HeightPyramid pyramid;
+    pyramid.grid_ = grid;
+    pyramid.slope_ = in.get<double>();
+    Level level;
+    level.columns = std::max((grid.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
+    level.rows = std::max((grid.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
+    for (;;) {
+        level.rise = in.get<double>();
+        level.nodes.resize(static_cast<std::size_t>(level.columns) *
+                           static_cast<std::size_t>(level.rows));
+        for (HeightInterval& node : level.nodes) {
+            node.low = in.get<double>();
+            node.high = in.get<double>();
+        }
+        const bool is_last = level.columns == 1 && level.rows == 1;
+        pyramid.levels_.push_back(level);
+        if (is_last || in.has_failed()) break;
+        level.columns = (level.columns + 1) / 2;
+        level.rows = (level.rows + 1) / 2;
+    }
+    if (in.has_failed()) return other_size();
+    return pyramid;
+}
+
+void BoundTiers::write(ByteWriter& out) const {
+    out.put(first().step);
+    out.put(largest_);
+    out.put_each(all_of(first().heights));
+    out.put_each(all_of(first().cell_low));
+    out.put_each(all_of(first().cell_high));
+    for (const BoundTier& tier : tiers_) {
+        out.put_each(all_of(tier.bounds));
+        out.put_each(all_of(tier.cell_bounds));
+    }
+}
+
+Result<std::unique_ptr<BoundTiers>> BoundTiers::read(std::shared_ptr<const FineSurface> fine,
+                                                     ByteReader& in) {
+    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
+    const BilinearGrid& grid = tiers->fine_->grid();
+    const auto step = in.get<std::int64_t>();
+    const std::int64_t ratio = step / grid.base_step();
+    const bool is_possible = ratio >= 8 && ratio <= 64 && (ratio & (ratio - 1)) == 0;
+    if (!is_possible || step != ratio * grid.base_step()) return other_size();
+    tiers->largest_ = in.get<float>();
+    BoundTier first = tiers->make_extent(step);
+    for (auto* values : {&first.cell_low, &first.cell_high}) values->resize(first.bounds.size());
+    first.heights.resize(first.bounds.size());
+    in.get_each(std::span<double>(first.heights));
+    in.get_each(std::span<float>(first.cell_low));
+    in.get_each(std::span<float>(first.cell_high));
+    tiers->tiers_.push_back(std::move(first));
+    while (tiers->tiers_.back().step < grid.lattice.chunk_side(0)) {
+        tiers->tiers_.push_back(tiers->make_extent(2 * tiers->tiers_.back().step));
+    }
+    for (BoundTier& tier : tiers->tiers_) {
+        in.get_each(std::span<float>(tier.bounds));
+        in.get_each(std::span<float>(tier.cell_bounds));
+    }
+    if (in.has_failed()) return other_size();
+    return tiers;
+}
+
+}  // namespace terrane::internal

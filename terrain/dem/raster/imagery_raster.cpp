@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: MIT
+#include "raster/cancellable_work.h"
+#include "raster/raster_checks.h"
+#include "raster/raster_reader.h"
+
+#include <terrane/base/text.h>
+#include <terrane/dem/imagery_raster.h>
+
+#include <gdal_priv.h>
+#include <gdal_utils.h>
+#include <ogr_spatialref.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+class GDALDataset;
+
+namespace terrane::internal {
+
+/// An open raster of colours on a grid along the world's axes.
+class ImageryFile {
+public:
+    /// Fails: as ImageryRaster::open(), without a timeout
+    static Result<std::unique_ptr<ImageryFile>> open(const std::string& path,
+                                                     const ImageryRasterSettings& settings);
+    ~ImageryFile();
+    ImageryFile(const ImageryFile&) = delete;
+    ImageryFile& operator=(const ImageryFile&) = delete;
+
+    const ImageryRasterInfo& info() const { return info_; }
+    /// As ImagerySource::read(). One reads at a time.
+    Result<void> read(const WorldRect& square, int side, std::span<ImageryTexel> texels_out) const;
+
+private:
+    struct CloseDataset {
+        void operator()(GDALDataset* dataset) const;
+    };
+    // The overlap of a square and the raster along one axis: texels of the square, and the part of the raster under
+    // them.
+    struct Range {
+        int first = 0, count = 0;      // texels
+        double low = 0.0, high = 0.0;  // samples
+    };
+
+    ImageryFile() = default;
+    Result<void> choose_bands(const std::vector<int>& wanted);
+    Result<void> straighten(const std::optional<DemInfo>& dem);
+    Result<void> find_place(const std::optional<DemInfo>& dem);
+    Result<void> read_band(int band, bool is_mask, const Range& columns, const Range& rows,
+                           std::span<std::uint8_t> values_out) const;
+
+    std::string path_;
+    ImageryRasterInfo info_;
+    bool has_palette_ = false;
+    std::unique_ptr<GDALDataset, CloseDataset> file_;
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  // of file_; closed before it
+    GDALDataset* dataset_ = nullptr;                     // the one that is read
+    std::vector<ImageryTexel> palette_;
+    bool rows_go_north_ = false, columns_go_west_ = false;
+    mutable std::mutex mutex_;  // a GDAL dataset serves one thread at a time
+};
+
+namespace {
+
+std::string named(const std::string& path) { return "raster \"" + path + "\""; }
+
+std::vector<int> bands_by_colour(GDALDataset& dataset) {
+    std::vector<int> found(3, 0);
+    for (int band = 1; band <= dataset.GetRasterCount(); ++band) {
+        const GDALColorInterp colour = dataset.GetRasterBand(band)->GetColorInterpretation();
+        if (colour == GCI_RedBand) found[0] = band;
+        if (colour == GCI_GreenBand) found[1] = band;
+        if (colour == GCI_BlueBand) found[2] = band;
+    }
+    if (std::ranges::find(found, 0) == found.end()) return found;
+    return dataset.GetRasterCount() >= 3 ? std::vector<int>{1, 2, 3} : std::vector<int>{1};
+}
+
+}  // namespace
+
+void ImageryFile::CloseDataset::operator()(GDALDataset* dataset) const {
+    const QuietGdal quiet;
+    GDALClose(GDALDataset::ToHandle(dataset));
+}
+
+ImageryFile::~ImageryFile() { warped_.reset(); }
+
+Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
+                                                       const ImageryRasterSettings& settings) {
+    if (auto ok = check_is_file(path); !ok) return tl::unexpected(ok.error());
+    register_drivers();
+    const QuietGdal quiet;
+    std::unique_ptr<ImageryFile> made(new ImageryFile);
+    made->path_ = path;
+    made->file_.reset(
+        GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
+    if (!made->file_)
+        return fail(ErrorCode::io, "cannot open " + named(path) + ": " + quiet.message());
+    std::optional<DemInfo> dem = settings.aligned_with;
+    const OGRSpatialReference* crs = made->file_->GetSpatialRef();
+    if (crs == nullptr || (dem && dem->crs_wkt.empty())) dem.reset();
+    if (auto ok = made->choose_bands(settings.bands); !ok) return tl::unexpected(ok.error());
+    if (auto ok = made->straighten(dem); !ok) return tl::unexpected(ok.error());
+    if (auto ok = made->find_place(dem); !ok) return tl::unexpected(ok.error());
+    return made;
+}
+
+Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
+    const int count = file_->GetRasterCount();
+    if (count < 1) return fail(ErrorCode::bad_data, named(path_) + " has 0 bands");
+    info_.bands = wanted.empty() ? bands_by_colour(*file_) : wanted;
+    for (const int band : info_.bands) {
+        if (band < 1 || band > count) {
+            return fail(ErrorCode::invalid_argument, named(path_) + " has bands 1 to " +
+                                                         std::to_string(count) + ", got band " +
+                                                         std::to_string(band));
+        }
+        const GDALDataType type = file_->GetRasterBand(band)->GetRasterDataType();
+        if (type != GDT_Byte) {
+            return fail(ErrorCode::bad_data, named(path_) + " has " + GDALGetDataTypeName(type) +
+                                                 " samples in band " + std::to_string(band) +
+                                                 ", imagery needs 8-bit ones");
+        }
+    }
+    const GDALColorTable* table = file_->GetRasterBand(info_.bands[0])->GetColorTable();
+    has_palette_ = info_.bands.size() == 1 && table != nullptr;
+    if (!has_palette_) return {};
+    palette_.assign(256, ImageryTexel{});
+    for (int i = 0; i < std::min(table->GetColorEntryCount(), 256); ++i) {
+        GDALColorEntry entry;
+        table->GetColorEntryAsRGB(i, &entry);
+        const auto byte = [](short value) { return static_cast<std::uint8_t>(value); };
+        palette_[static_cast<std::size_t>(i)] = {byte(entry.c1), byte(entry.c2), byte(entry.c3),
+                                                 byte(entry.c4)};
+    }
+    return {};
+}
+
+// Replaces a rotated raster, and one in another CRS than the DEM's, by GDAL's warped view of it.
+Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
+    const QuietGdal quiet;
+    dataset_ = file_.get();
+    std::array<double, 6> transform{};
+    const bool placed = file_->GetGeoTransform(transform.data()) == CE_None;
+    if (placed) {
+        if (auto ok = check_geotransform(path_, transform); !ok) return ok;
+    }
+    const OGRSpatialReference* crs = file_->GetSpatialRef();
+    if (crs != nullptr && crs->GetName() != nullptr) info_.crs = crs->GetName();
+    const bool is_rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
+    bool is_foreign = false;
+    if (dem) {
+        OGRSpatialReference wanted;
+        // the order of axes of datasets: IsSame() compares it too
+        wanted.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+        is_foreign =
+            wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
+    }
+    if (!is_rotated && !is_foreign && (placed || file_->GetGCPCount() == 0)) return {};
+    // an alpha band of its own marks texels beyond the raster
+    std::vector<std::string> words = {"-of", "VRT", "-r", has_palette_ ? "near" : "bilinear",
+                                      "-dstalpha"};
+    if (is_foreign) words.insert(words.end(), {"-t_srs", dem->crs_wkt});
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    GDALWarpAppOptions* options = GDALWarpAppOptionsNew(arguments.data(), nullptr);
+    GDALDatasetH source = GDALDataset::ToHandle(file_.get());
+    int usage_error = 0;
+    warped_.reset(
+        GDALDataset::FromHandle(GDALWarp("", nullptr, 1, &source, options, &usage_error)));
+    GDALWarpAppOptionsFree(options);
+    if (!warped_) {
+        return fail(ErrorCode::bad_data,
+                    "cannot bring " + named(path_) + " into the ground's CRS: " + quiet.message());
+    }
+    dataset_ = warped_.get();
+    return {};
+}
+
+Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
+    const QuietGdal quiet;
+    info_.columns = dataset_->GetRasterXSize();
+    info_.rows = dataset_->GetRasterYSize();
+    const double columns = info_.columns, rows = info_.rows;
+    std::array<double, 6> transform{};
+    if (dataset_->GetGeoTransform(transform.data()) != CE_None)
+        transform = {0.0, 1.0, 0.0, rows, 0.0, -1.0};
+    columns_go_west_ = transform[1] < 0.0;
+    rows_go_north_ = transform[5] > 0.0;
+    const double centre_x = transform[0] + 0.5 * columns * transform[1];
+    const double centre_y = transform[3] + 0.5 * rows * transform[5];
+    DemInfo of_place;  // the CRS in metres
+    of_place.centre_x = centre_x;
+    of_place.centre_y = centre_y;
+    if (dem) {
+        of_place = *dem;
+    } else if (const OGRSpatialReference* crs = dataset_->GetSpatialRef(); crs != nullptr) {
+        of_place.metres_per_unit_x = of_place.metres_per_unit_y = crs->GetLinearUnits();
+        if (crs->IsGeographic() != 0) {
+            const auto scale = metres_per_degree({crs->GetSemiMajor(), crs->GetSemiMinor()},
+                                                 crs->GetAngularUnits(), centre_y,
+                                                 0.5 * rows * std::fabs(transform[5]));
+            if (!scale) return fail(scale.error().code, named(path_) + " " + scale.error().message);
+            of_place.metres_per_unit_x = scale->east;
+            of_place.metres_per_unit_y = scale->north;
+        }
+    }
+    double x = centre_x - of_place.centre_x;
+    if (of_place.geographic) x = std::remainder(x, 360.0);
+    const double y = centre_y - of_place.centre_y;
+    const double half_x = 0.5 * columns * std::fabs(transform[1]);
+    const double half_y = 0.5 * rows * std::fabs(transform[5]);
+    DemInfo cells = of_place;
+    cells.cell_x = std::fabs(transform[1]) * of_place.metres_per_unit_x;
+    cells.cell_y = std::fabs(transform[5]) * of_place.metres_per_unit_y;
+    if (auto ok = check_cells(path_, cells); !ok) return ok;
+    info_.rect = {
+        (x - half_x) * of_place.metres_per_unit_x, (y - half_y) * of_place.metres_per_unit_y,
+        (x + half_x) * of_place.metres_per_unit_x, (y + half_y) * of_place.metres_per_unit_y};
+    return {};
+}
+
+Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns, const Range& rows,
+                                    std::span<std::uint8_t> values_out) const {
+    GDALRasterBand* from = dataset_->GetRasterBand(band);
+    if (is_mask) from = from->GetMaskBand();
+    GDALRasterIOExtraArg extra;
+    INIT_RASTERIO_EXTRA_ARG(extra);
+    const bool is_coarser = columns.high - columns.low > columns.count;
+    extra.eResampleAlg = has_palette_ ? GRIORA_NearestNeighbour
+                         : is_coarser ? GRIORA_Average
+                                      : GRIORA_Bilinear;
+    extra.bFloatingPointWindowValidity = TRUE;
+    extra.dfXOff = columns.low;
+    extra.dfYOff = rows.low;
+    extra.dfXSize = columns.high - columns.low;
+    extra.dfYSize = rows.high - rows.low;
+    // the whole samples around it
+    const auto begin = [](double low) { return static_cast<int>(std::floor(low)); };
+    const auto count = [&](const Range& range, int most) {
+        return std::min(static_cast<int>(std::ceil(range.high)), most) - begin(range.low);
+    };
+    if (from->RasterIO(GF_Read, begin(columns.low), begin(rows.low), count(columns, info_.columns),
+                       count(rows, info_.rows), values_out.data(), columns.count, rows.count,
+                       GDT_Byte, 0, 0, &extra) == CE_None) {
+        return {};
+    }
+    return fail(ErrorCode::io, "cannot read " + named(path_));
+}
+
+Result<void> ImageryFile::read(const WorldRect& square, int side,
+                               std::span<ImageryTexel> texels_out) const {
+    std::fill(texels_out.begin(), texels_out.end(), ImageryTexel{});
+    // texels whose middles are in the raster, along an axis from west to east or south to north
+    const auto range_of = [side](double low, double high, double first, double last, int samples,
+                                 bool is_reversed) {
+        const double texel = (high - low) / side;
+        Range range;
+        range.first = std::clamp(
+            static_cast<int>(std::ceil(std::clamp((first - low) / texel - 0.5, -1.0, side + 1.0))),
+            0, side);
+        const int end = std::clamp(
+            static_cast<int>(std::ceil(std::clamp((last - low) / texel - 0.5, -1.0, side + 1.0))),
+            range.first, side);
+        range.count = end - range.first;
+        const double per_metre = samples / (last - first);
+        range.low = std::clamp((low + range.first * texel - first) * per_metre, 0.0, 1.0 * samples);
+        range.high = std::clamp((low + end * texel - first) * per_metre, 0.0, 1.0 * samples);
+        if (is_reversed)
+            range = {range.first, range.count, samples - range.high, samples - range.low};
+        return range;
+    };
+    const WorldRect& rect = info_.rect;
+    const Range columns =
+        range_of(square.west, square.east, rect.west, rect.east, info_.columns, columns_go_west_);
+    const Range rows =
+        range_of(square.south, square.north, rect.south, rect.north, info_.rows, !rows_go_north_);
+    if (columns.count == 0 || rows.count == 0) return {};
+    const std::size_t count =
+        static_cast<std::size_t>(columns.count) * static_cast<std::size_t>(rows.count);
+    const std::size_t band_count = info_.bands.size();
+    std::vector<std::uint8_t> values((band_count + 1) * count);
+    {
+        const std::lock_guard lock(mutex_);
+        const QuietGdal quiet;
+        for (std::size_t i = 0; i <= band_count; ++i) {
+            const bool is_mask = i == band_count;
+            const auto read = read_band(info_.bands[is_mask ? 0 : i], is_mask, columns, rows,
+                                        std::span(values).subspan(i * count, count));
+            if (!read)
+                return fail(read.error().code, read.error().message + ": " + quiet.message());
+        }
+    }
+    for (int row = 0; row < rows.count; ++row) {
+        const int from_row = rows_go_north_ ? row : rows.count - 1 - row;
+        for (int column = 0; column < columns.count; ++column) {
+            const int from_column = columns_go_west_ ? columns.count - 1 - column : column;
+            const auto from = static_cast<std::size_t>(from_row * columns.count + from_column);
+            ImageryTexel& texel = texels_out[static_cast<std::size_t>((rows.first + row) * side +
+                                                                      columns.first + column)];
+            const auto value = [&](std::size_t band) {
+                return values[std::min(band, band_count - 1) * count + from];
+            };
+            const std::uint8_t mask = values[band_count * count + from];
+            if (has_palette_) {
+                texel = palette_[value(0)];
+                texel[3] = std::min(texel[3], mask);
+            } else {
+                texel = {value(0), value(1), value(2), mask};
+            }
+        }
+    }
+    return {};
+}
+
+}  // namespace terrane::internal
+
+namespace terrane {
+namespace {
+
+using internal::GuardedCalls;
+using internal::ImageryFile;
+
+class RasterImagery final : public ImagerySource {
+public:
+    RasterImagery(std::string path, std::shared_ptr<const ImageryFile> file, double read_timeout)
+        : path_(std::move(path)), file_(std::move(file)), calls_(read_timeout) {}
+
+    WorldRect rect() const override { return file_->info().rect; }
+    double texel_size() const override {
+        const WorldRect& rect = file_->info().rect;
+        return std::min((rect.east - rect.west) / file_->info().columns,
+                        (rect.north - rect.south) / file_->info().rows);
+    }
+
+    Result<void> read(const WorldRect& square, int side,
+                      std::span<ImageryTexel> texels_out) const override {
+        // a read that timed out continues, so it owns its buffer
+        struct Read {
+            std::vector<ImageryTexel> texels;
+            Result<void> done;
+        };
+        const auto read = std::make_shared<Read>();
+        read->texels.resize(texels_out.size());
+        const bool answered = calls_.run([read, file = file_, square, side] {
+            read->done = file->read(square, side, read->texels);
+        });
+        if (!answered) return internal::stopped_answering(path_, calls_.patience_s());
+        if (!read->done) return read->done;
+        std::copy(read->texels.begin(), read->texels.end(), texels_out.begin());
+        return {};
+    }
+
+private:
+    std::string path_;
+    std::shared_ptr<const ImageryFile> file_;
+    mutable GuardedCalls calls_;
+};
+
+Result<void> check_settings(const ImageryRasterSettings& settings) {
+    if (!settings.bands.empty() && settings.bands.size() != 1 && settings.bands.size() != 3) {
+        return fail(ErrorCode::invalid_argument,
+                    "bands must be none, one for grey or three for red, green and blue, got " +
+                        number_text(settings.bands.size()));
+    }
+    if (settings.read_timeout > 0.0) return {};
+    return fail(ErrorCode::invalid_argument,
+                "read_timeout must be above 0 s, got " + number_text(settings.read_timeout));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const ImagerySource>> ImageryRaster::open(
+    const std::string& path, const ImageryRasterSettings& settings, ImageryRasterInfo* info_out) {
+    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
+    try {
+        using Opened = Result<std::unique_ptr<ImageryFile>>;
+        const auto opened = std::make_shared<Opened>();
+        GuardedCalls calls(settings.read_timeout);
+        const bool answered =
+            calls.run([opened, path, settings] { *opened = ImageryFile::open(path, settings); });
+        if (!answered) return internal::stopped_answering(path, settings.read_timeout);
+        if (!*opened) return tl::unexpected(opened->error());
+        const std::shared_ptr<const ImageryFile> file = std::move(**opened);
+        if (info_out != nullptr) *info_out = file->info();
+        return std::make_shared<const RasterImagery>(path, file, settings.read_timeout);
+    } catch (const std::bad_alloc&) {
+        return fail(ErrorCode::out_of_memory,
+                    "out of memory while opening raster \"" + path + "\"");
+    }
+}
+
+}  // namespace terrane

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Side, in samples, of the blocks with aggregated flags and heights.
+inline constexpr int kBlockSide = 8;
+
+/// The nodata of a raster, as runs along its rows, with a flag for enclosed voids.
+///
+/// Nodata samples are 8-connected; so a void is enclosed by a 4-connected ring of valid samples. A component connected
+/// to the raster's border is outside, else a void. Memory: 12 bytes a run.
+class VoidMap {
+public:
+    /// @param from_north  order of the rows in add_row()
+    VoidMap(int columns, int rows, bool from_north);
+
+    /// Adds the next row; NaN is nodata.
+    void add_row(std::span<const double> samples);
+    /// Classifies components as void or outside; after the last row.
+    void finish();
+
+    bool empty() const { return runs_.empty(); }
+    /// Bytes of the runs.
+    std::size_t run_bytes() const;
+    std::int64_t nodata_count() const { return nodata_count_; }
+    std::int64_t void_count() const { return void_count_; }
+
+    /// Bits of CellFlag of the samples of a closed rectangle inside the raster.
+    std::uint8_t flags(int west, int south, int east, int north) const;
+    /// Bits of CellFlag of one sample.
+    std::uint8_t flags(int column, int row) const { return row_flags(row, column, column); }
+
+private:
+    struct Run {
+        std::int32_t begin, end;  ///< columns, end excluded
+        std::int32_t label;       ///< of its component; bits of CellFlag when finished
+    };
+
+    std::uint8_t row_flags(int row, int west, int east) const;
+    /// Position in the order of add_row().
+    std::size_t order_of(int row) const {
+        return static_cast<std::size_t>(from_north_ ? rows_ - 1 - row : row);
+    }
+    std::int32_t find(std::int32_t label);
+    void unite(std::int32_t a, std::int32_t b);
+
+    int columns_, rows_;
+    bool from_north_;
+    int blocks_x_ = 0;
+    std::vector<Run> runs_;
+    std::vector<std::size_t> row_begin_;     ///< [rows + 1] into runs_, in the order of add_row()
+    std::vector<std::int32_t> parent_;       ///< union-find: the smallest label is the root
+    std::vector<std::uint8_t> block_flags_;  ///< [blocks] bits of the samples of each block
+    std::int64_t nodata_count_ = 0, void_count_ = 0;
+};
+
+/// Fills nodata, voids and outside, with smooth heights. Memory grows with the rim of the nodata, not with its area.
+///
+/// Far from data: bilinear between the nodes of a coarse field, one node a block of 8 x 8 samples,
+/// the mean of the block where it has data and relaxed towards a harmonic field where it has none.
+/// Within two blocks of data: individual samples, relaxed between the data and that field.
+/// The same bits for rasters in memory and read by window.
+class VoidFill {
+public:
+    VoidFill(int columns, int rows);
+
+    /// First pass, rows in any order, each once; NaN is nodata.
+    void add_row(int row, std::span<const double> samples);
+    /// Between the passes: computes the coarse field. Requires at least one sample with data.
+    void make_field();
+    /// Bytes of the second pass, which grow with the rim of the nodata.
+    std::size_t rim_bytes() const { return rim_count_ * sizeof(Block); }
+    /// Before the second pass.
+    void begin_rim();
+    /// Whether the second pass needs this row.
+    bool needs_row(int row) const;
+    /// Second pass: the needed rows again.
+    void add_rim_row(int row, std::span<const double> samples);
+    /// After the second pass.
+    void relax();
+
+    /// Height of a sample without data, metres.
+    float height(int column, int row) const;
+
+private:
+    struct Block {
+        std::int32_t bx, by;
+        std::array<float, kBlockSide * kBlockSide> heights{};
+        std::uint64_t missing = 0;  ///< bit of each sample without data
+    };
+
+    std::size_t node(int bx, int by) const {
+        return static_cast<std::size_t>(by) * static_cast<std::size_t>(blocks_x_) +
+               static_cast<std::size_t>(bx);
+    }
+    void choose_rim();
+    float field_height(int column, int row) const;
+    float rim_or_field(int column, int row) const;
+    double relax_block(Block& block, double gain) const;
+
+    int columns_, rows_, blocks_x_, blocks_y_;
+    std::vector<float> field_;             ///< [blocks] sum, then mean or relaxed height
+    std::vector<std::uint8_t> counts_;     ///< [blocks] samples with data
+    std::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
+    std::size_t rim_count_ = 0;
+    std::vector<Block> rim_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources:
+//   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
+// Deviations: a chunk draws the triangles between its own centres and the next finer ones. The square of a centre has
+// one of 256 configurations: each of its four sides is split or not, each of its four quarters divided by a finer
+// centre or not. A table contains the triangles of each.
+#include "lod/frame_mesh.h"
+#include "lod/solid_pins.h"
+
+#include <terrane/terrain/lattice.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace terrane::internal {
+namespace {
+
+constexpr std::size_t kMostIndices = 24;  // of a square: eight triangles
+
+// Sides of a square, counter-clockwise from the south: first corner and midpoint, relative to the
+// centre. Quarter k is at the first corner of side k.
+struct SquareSide {
+    int corner_x, corner_y;
+    int middle_x, middle_y;
+};
+constexpr std::array<SquareSide, 4> kSides{SquareSide{-1, -1, 0, -1}, SquareSide{1, -1, 1, 0},
+                                           SquareSide{1, 1, 0, 1}, SquareSide{-1, 1, -1, 0}};
+
+/// Triangles as indices relative to the centre's, modulo 2^16.
+struct Shape {
+    std::array<std::uint16_t, kMostIndices> steps{};
+    std::uint32_t count = 0;
+};
+
+constexpr void add(Shape& shape, int x_a, int y_a, int x_b, int y_b) {
+    const auto step = [](int x, int y) {
+        return static_cast<std::uint16_t>(y * kChunkSamples + x);
+    };
+    shape.steps[shape.count++] = step(x_a, y_a);
+    shape.steps[shape.count++] = step(x_b, y_b);
+    shape.steps[shape.count++] = 0;
+}
+
+/// @param word bit k: side k is split; bit 4 + k: quarter k is divided
+constexpr Shape make_shape(unsigned word) {
+    Shape shape;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const SquareSide& begin = kSides[k];
+        const SquareSide& end = kSides[(k + 1) % 4];
+        if ((word >> k & 1) == 0) {
+            add(shape, begin.corner_x, begin.corner_y, end.corner_x, end.corner_y);
+            continue;
+        }
+        if ((word >> (4 + k) & 1) == 0) {
+            add(shape, begin.corner_x, begin.corner_y, begin.middle_x, begin.middle_y);
+        }
+        if ((word >> (4 + (k + 1) % 4) & 1) == 0) {
+            add(shape, begin.middle_x, begin.middle_y, end.corner_x, end.corner_y);
+        }
+    }
+    return shape;
+}
+
+constexpr std::array<Shape, 256> make_shapes() {
+    std::array<Shape, 256> shapes{};
+    for (unsigned word = 0; word < 256; ++word) shapes[word] = make_shape(word);
+    return shapes;
+}
+constexpr std::array<Shape, 256> kShapes = make_shapes();
+
+// Moves bit i of a byte to the lowest bit of byte i.
+constexpr std::array<std::uint64_t, 256> make_spread() {
+    std::array<std::uint64_t, 256> spread{};
+    for (unsigned byte = 0; byte < 256; ++byte) {
+        for (unsigned bit = 0; bit < 8; ++bit) {
+            spread[byte] |= static_cast<std::uint64_t>(byte >> bit & 1) << (8 * bit);
+        }
+    }
+    return spread;
+}
+constexpr std::array<std::uint64_t, 256> kSpread = make_spread();
+
+class Writer {
+public:
+    Writer(std::uint16_t* out, std::size_t count) : out_(out), end_(out + count) {}
+
+    void add(const Shape& shape, std::uint16_t centre) {
+        // fixed length, so that it vectorises: the surplus is overwritten by what follows
+        if (out_ + kMostIndices <= end_) {
+            for (std::size_t i = 0; i < kMostIndices; ++i) {
+                out_[i] = static_cast<std::uint16_t>(shape.steps[i] + centre);
+            }
+        } else {
+            for (std::size_t i = 0; i < shape.count; ++i) {
+                out_[i] = static_cast<std::uint16_t>(shape.steps[i] + centre);
+            }
+        }
+        out_ += shape.count;
+    }
+    void add_triangle(std::uint16_t a, std::uint16_t b, std::uint16_t c) {
+        out_[0] = a;
+        out_[1] = b;
+        out_[2] = c;
+        out_ += 3;
+    }
+
+private:
+    std::uint16_t* out_;
+    std::uint16_t* end_;
+};
+
+// Emits the triangles of a square of the finest level that are not replaced.
+void emit_remaining(const ReplacedTriangles::OfArea& replaced, int square, unsigned word,
+                    std::uint16_t centre, Writer& writer) {
+    const auto at = [&](int x, int y) {
+        return static_cast<std::uint16_t>(centre + y * kChunkSamples + x);
+    };
+    for (std::size_t k = 0; k < 4; ++k) {
+        const SquareSide& begin = kSides[k];
+        const SquareSide& end = kSides[(k + 1) % 4];
+        const std::uint16_t first = at(begin.corner_x, begin.corner_y);
+        const std::uint16_t middle = at(begin.middle_x, begin.middle_y);
+        const std::uint16_t last = at(end.corner_x, end.corner_y);
+        if ((word >> k & 1) == 0) {
+            writer.add_triangle(first, last, centre);
+            continue;
+        }
+        if ((replaced.squares[2 * k] >> square & 1) == 0) {
+            writer.add_triangle(first, middle, centre);
+        }
+        if ((replaced.squares[2 * k + 1] >> square & 1) == 0) {
+            writer.add_triangle(middle, last, centre);
+        }
+    }
+}
+
+void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
+    const AreaBits bits = area_bits(chunk, area);
+    const ReplacedTriangles::OfArea* const replaced =
+        chunk.replaced != nullptr ? chunk.replaced->find(area) : nullptr;
+    const std::uint64_t cut = replaced != nullptr ? replaced->any() : 0;
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    for (int row = 0; row < kAreaSquares; ++row) {
+        const auto of = [&](std::uint64_t word) {
+            return static_cast<std::size_t>(word >> (kAreaSquares * row) & 0xff);
+        };
+        auto centres = static_cast<unsigned>(of(bits.centre));
+        if (centres == 0) continue;
+        std::uint64_t words = 0;
+        for (unsigned k = 0; k < 4; ++k) {
+            words |= kSpread[of(bits.split[k])] << k;
+            words |= kSpread[of(bits.divided[k])] << (4 + k);
+        }
+        const auto first = static_cast<std::uint16_t>(sample_index(west + 1, south + 2 * row + 1));
+        for (; centres != 0; centres &= centres - 1) {
+            const int column = std::countr_zero(centres);
+            const auto word = static_cast<unsigned>(words >> (8 * column) & 0xff);
+            const auto centre = static_cast<std::uint16_t>(first + 2 * column);
+            const int square = kAreaSquares * row + column;
+            if ((cut >> square & 1) != 0) {
+                emit_remaining(*replaced, square, word, centre, writer);
+            } else {
+                writer.add(kShapes[word], centre);
+            }
+        }
+    }
+}
+
+// Calls use(word, column, row, stride) for the active centres of a root of coarser spacings than its own.
+template <typename Use>
+void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
+    const auto is_active = [&](int column, int row) {
+        return root.key_at(column, row) < threshold;
+    };
+    for (int stride = kChunkSquares; stride > 1; stride /= 2) {
+        for (int row = stride; row < kChunkCells; row += 2 * stride) {
+            for (int column = stride; column < kChunkCells; column += 2 * stride) {
+                if (!is_active(column, row)) continue;
+                unsigned word = 0;
+                for (unsigned k = 0; k < 4; ++k) {
+                    const SquareSide& side = kSides[k];
+                    if (is_active(column + side.middle_x * stride, row + side.middle_y * stride)) {
+                        word |= 1u << k;
+                    }
+                    if (is_active(column + side.corner_x * stride / 2,
+                                  row + side.corner_y * stride / 2)) {
+                        word |= 1u << (4 + k);
+                    }
+                }
+                use(word, column, row, stride);
+            }
+        }
+    }
+}
+
+bool is_undivided(const OpenChunk& root, float threshold) {
+    return !(root.key_at(kChunkSquares, kChunkSquares) < threshold);
+}
+
+void emit_root(const OpenChunk& root, float threshold, Writer& writer) {
+    if (is_undivided(root, threshold)) {
+        constexpr std::uint16_t south_west = 0;
+        constexpr auto south_east = static_cast<std::uint16_t>(kChunkCells);
+        constexpr auto north_west = static_cast<std::uint16_t>(kChunkCells * kChunkSamples);
+        constexpr auto north_east = static_cast<std::uint16_t>(OpenChunk::kSamples - 1);
+        if (cut_to_north_east(root.chunk->key.x, root.chunk->key.y)) {
+            writer.add_triangle(south_west, south_east, north_east);
+            writer.add_triangle(south_west, north_east, north_west);
+        } else {
+            writer.add_triangle(south_west, south_east, north_west);
+            writer.add_triangle(south_east, north_east, north_west);
+        }
+        return;
+    }
+    for_coarse_squares(root, threshold, [&](unsigned word, int column, int row, int stride) {
+        const auto centre = static_cast<std::uint16_t>(sample_index(column, row));
+        const Shape& shape = kShapes[word];
+        for (std::size_t i = 0; i < shape.count; i += 3) {
+            const auto corner = [&](std::size_t k) {
+                return static_cast<std::uint16_t>(shape.steps[i + k] * stride + centre);
+            };
+            writer.add_triangle(corner(0), corner(1), corner(2));
+        }
+    });
+}
+
+}  // namespace
+
+std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
+    std::size_t count = 0;
+    if (chunk.is_root()) {
+        if (is_undivided(chunk, threshold)) count += 2;
+        for_coarse_squares(chunk, threshold,
+                           [&](unsigned word, int, int, int) { count += kShapes[word].count / 3; });
+    }
+    for_each_bit(chunk.active_areas, [&](int area) {
+        const AreaBits bits = area_bits(chunk, area);
+        const auto number = [&](std::uint64_t word) {
+            return static_cast<std::size_t>(std::popcount(word & bits.centre));
+        };
+        count += 4 * number(bits.centre);
+        for (std::size_t k = 0; k < 4; ++k) {
+            count += number(bits.split[k]);
+            // a divided quarter removes a triangle at each of its two sides
+            count -= 2 * number(bits.divided[k]);
+        }
+    });
+    return chunk.replaced != nullptr ? count - chunk.replaced->count : count;
+}
+
+void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out) {
+    Writer writer(indices_out, 3 * chunk.triangle_count);
+    if (chunk.is_root()) emit_root(chunk, threshold, writer);
+    for_each_bit(chunk.active_areas, [&](int area) { emit_area(chunk, area, writer); });
+}
+
+}  // namespace terrane::internal

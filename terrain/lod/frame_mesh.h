@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lod/key_kernels.h"
+#include "lod/screen_error.h"
+#include "lod/selection.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace terrane::internal {
+
+/// Sets the bits of a chunk's active vertices: those with keys below the threshold.
+void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold);
+
+/// Bits of the active midpoints on an area's eastern side, in the first column, or northern side, in the first
+/// row. They are the adjacent area's, except at the world's border.
+std::uint64_t east_side_bits(const OpenChunk& chunk, int area);
+std::uint64_t north_side_bits(const OpenChunk& chunk, int area);
+
+/// The squares of an area, bit i for square i: those with an active centre, those with split sides, and those with
+/// quarters that a child's centre divides.
+struct AreaBits {
+    std::uint64_t centre = 0;
+    /// South, east, north, west.
+    std::uint64_t split[4] = {};
+    /// South-west, south-east, north-east, north-west; divided quarters have both sides split.
+    std::uint64_t divided[4] = {};
+};
+/// Requires mark_active() of the chunk, its neighbours and its open children. All zero if the area has no active
+/// centre.
+AreaBits area_bits(const OpenChunk& chunk, int area);
+
+/// Geomorphs: a vertex is displayed at
+///
+///   mean of its displayed ends + share * (its height - mean of its ends' heights),
+///   share = clamp(full * (1 - (threshold_px / priority_px)^2), 0, 1),
+///   full = ratio^2 / (ratio^2 - 1):
+///
+/// on its edge when it becomes active, at its height from a priority of `ratio` thresholds on. The share is linear
+/// in the key.
+///
+/// Every set {share above some value} is closed under parents, so the displayed surface is an average of
+/// conforming meshes: its error is at most the integral of the priority p over the share, along the vertices that
+/// split the triangles at a point. From a share of s(p) to s(q) that is 2 full threshold^2 (1 / p - 1 / q); over all
+/// shares, threshold * 2 ratio / (ratio + 1).
+class Morph {
+public:
+    /// @param ratio >= 1; 1: vertices do not morph
+    /// @param threshold_key vertices with smaller keys are active
+    Morph(double ratio, float threshold_key);
+
+    bool is_on() const { return is_on_; }
+
+    /// Vertices with smaller keys are displayed at their heights.
+    float in_place(float threshold_key) const {
+        return threshold_key / static_cast<float>(ratio_ * ratio_);
+    }
+
+    /// Bound of the displayed surface's error over the threshold, if no active vertex is missing.
+    double error_factor() const { return error_factor_; }
+
+    /// The same, in thresholds, where a vertex with a priority of `excess` thresholds is missing: the vertices that
+    /// split before it have at least its priority, and so at least its share.
+    double error_with_missing(double excess) const;
+
+    /// The same where the vertex is present, but morphs with the smaller priority of `shown` thresholds of its parents.
+    double error_with_held(double excess, double shown) const;
+
+    /// The same where the vertex is present, but its chunk and all chunks below have a fade of `fade`.
+    double error_with_fade(double excess, double fade) const;
+
+    /// Sets a chunk's offsets. Requires its parent's.
+    void compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
+
+private:
+    void morph_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
+                      int to_y) const;
+    void morph_coarse(OpenChunk& root, float quantum) const;
+    void morph_sides(OpenChunk& chunk, float quantum) const;
+    double share(double excess) const;
+    double integral(double from, double to) const;
+
+    bool is_on_ = false;
+    double ratio_ = 1.0;
+    double full_ = 1.0;
+    double error_factor_ = 1.0;
+    MorphShare share_of_;
+};
+
+/// Number of triangles drawn with a chunk's samples. Requires mark_active() of the chunk and its children.
+std::size_t count_triangles(const OpenChunk& chunk, float threshold);
+
+/// Writes the triangles: three sample indices each, counter-clockwise from above, in a fixed order.
+///
+/// @param indices_out [3 * count_triangles()]
+void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out);
+
+/// The largest screen errors in view, pixels, that remain because vertices are missing.
+struct ResidualError {
+    double absent = 0.0;    ///< vertices of absent chunks, and vertices with absent parents
+    double held = 0.0;      ///< vertices held by inactive parents
+    double finest = 0.0;    ///< detail finer than the lattice
+    double finest_m = 0.0;  ///< the same as a vertical distance, metres
+    /// Of the displayed surface, in thresholds: vertices that morph late because of their parents' keys.
+    double morphing = 0.0;
+
+    void merge(const ResidualError& other) {
+        absent = std::max(absent, other.absent);
+        held = std::max(held, other.held);
+        finest = std::max(finest, other.finest);
+        finest_m = std::max(finest_m, other.finest_m);
+        morphing = std::max(morphing, other.morphing);
+    }
+};
+
+/// Merges the residual errors of what is drawn with one chunk. Requires mark_active() of the chunk and its children.
+///
+/// @param residual in and out: errors below it are skipped early
+void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
+                         float threshold, const Morph& morph, ResidualError& residual);
+
+}  // namespace terrane::internal

@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: MIT
-#define TERRANE_KERNELS key_kernels_baseline
-#include "lod/keys/key_kernels_impl.h"

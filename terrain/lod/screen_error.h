@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "chunk/chunk_vertices.h"
+#include "lod/key_kernels.h"
+
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/resident_set.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace terrane::internal {
+
+struct ReplacedTriangles;
+
+/// Sides of a chunk, in the order of ResidentSet::Links::neighbour.
+enum Side : std::size_t { west = 0, east = 1, south = 2, north = 3 };
+
+/// Positions of a chunk's columns and rows relative to the eye, metres.
+struct ChunkAxes {
+    /// Of even samples, the last one included, and of odd ones.
+    struct Axis {
+        std::array<float, kChunkSquares + 1> even;
+        std::array<float, kChunkSquares> odd;
+    };
+    Axis x, y;
+};
+
+/// A chunk that the view may refine (it may have a vertex below the floor, see VertexKeys) with its state of one
+/// frame: keys and bits of its own vertices, by area as in AreaVertices.
+struct OpenChunk {
+    static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+    static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
+    static constexpr std::size_t kCoarseSide = kChunkSquares + 1;
+    /// Key of a vertex that cannot be active.
+    static constexpr float kNever = std::numeric_limits<float>::infinity();
+    using Keys = AreaVertices::PerVertex<float>;
+    struct alignas(64) AreaKeys {
+        Keys of;
+    };
+    /// Bit i for square i.
+    struct Bits {
+        std::uint64_t centre = 0, along_x = 0, along_y = 0;
+    };
+
+    OpenChunk() : keys(kAreas), offsets(kSamples, 0.0f) {}
+
+    const Chunk* chunk = nullptr;
+    std::int32_t index = ResidentSet::kNone;  ///< in the resident set
+    OpenChunk* parent = nullptr;              ///< null for roots
+    std::array<OpenChunk*, 4> child{};        ///< by quadrant; null where not open
+    std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null where not open
+    std::array<bool, 4> is_absent{};          ///< by quadrant: no resident child
+    std::array<bool, 4> at_world_border{};    ///< by Side
+    float fade_factor = 1.0f;                 ///< factor on own keys: 1 / fade^2
+
+    ChunkAxes axes;
+    EyeHeights eye_heights;
+    KeyPlanes planes;              ///< of the view, those that the chunk is not entirely inside of
+    std::uint64_t open_areas = 0;  ///< bit per area that may contain a vertex below the floor
+    std::uint64_t partly_visible_areas = 0;  ///< open areas not entirely in view
+    /// Areas with a held vertex: one whose own key is below the floor and was raised to its parents', so that detail
+    /// may be missing there.
+    std::uint64_t held_areas = 0;
+    bool is_side_held = false;    ///< the same of vertices on the eastern and northern side,
+    bool is_coarse_held = false;  ///< and of a root's coarser ones
+    unsigned open_strides =
+        0;  ///< of a root's coarser vertices, in even samples: may be below the floor
+
+    /// [kAreas] keys raised to the parents'; undefined in areas that are not open.
+    std::vector<AreaKeys> keys;
+    /// Keys of the midpoints on the eastern and northern side, from the south or west. Used only without an open
+    /// neighbour there: else they are the neighbour's.
+    std::array<float, kChunkSquares> east_keys, north_keys;
+    std::vector<float> coarse_keys;  ///< of a root, indexed as its coarse bounds; else empty
+    std::vector<float> offsets;      ///< [kSamples] see MeshChunk
+
+    /// Active vertices; 0 in areas that are not open.
+    std::array<Bits, kAreas> bits{};
+    std::uint64_t east_bits = 0, north_bits = 0;
+    std::uint64_t active_areas = 0;  ///< those with an active centre: only they are drawn
+
+    bool is_pinned = false;  ///< volumes may lower its keys: see SolidPins
+    /// Triangles that are not drawn, because the chunk's solid surface replaces them; null: none.
+    const ReplacedTriangles* replaced = nullptr;
+    std::size_t triangle_count = 0;
+    std::size_t first_triangle = 0;
+
+    bool is_root() const { return chunk->key.level == 0; }
+    bool is_open(int area) const { return (open_areas >> area & 1) != 0; }
+
+    const Keys& keys_of(int area) const { return keys[static_cast<std::size_t>(area)].of; }
+    Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
+    const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
+
+    /// Key of the vertex at a sample; kNever if another chunk owns it or its area is not open.
+    float key_at(int column, int row) const;
+    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's, or at
+    /// the world's border computed from the heights.
+    float side_rise(Side side, int at, float quantum) const;
+};
+
+/// Calls use(i) for the bits of a word that are set.
+template <typename Use>
+void for_each_bit(std::uint64_t bits, const Use& use) {
+    for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
+}
+
+/// The same for areas; prefetches each area by fetch(area) while the one before it is processed.
+template <typename Use, typename Fetch>
+void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
+    if (areas != 0) fetch(std::countr_zero(areas));
+    while (areas != 0) {
+        const int area = std::countr_zero(areas);
+        areas &= areas - 1;
+        if (areas != 0) fetch(std::countr_zero(areas));
+        use(area);
+    }
+}
+
+/// Prefetches memory.
+inline void fetch(const void* from, std::size_t bytes) {
+    constexpr std::size_t kCacheLine = 64;
+    const auto* line = static_cast<const char*>(from);
+    for (std::size_t i = 0; i < bytes; i += kCacheLine) __builtin_prefetch(line + i);
+}
+
+/// An area of a chunk.
+struct AreaRef {
+    const OpenChunk* chunk = nullptr;  ///< null: there is none, or it is not open
+    int area = 0;
+
+    bool is_open() const { return chunk != nullptr && chunk->is_open(area); }
+};
+
+/// The area adjacent to one, in the chunk or its open neighbour.
+AreaRef adjacent_area(const OpenChunk& chunk, int area, Side side);
+
+/// Whether the side of an area is the world's border.
+bool is_world_border(const OpenChunk& chunk, int area, Side side);
+
+/// The *reach* of a vertex: a box around it that encloses the true surface over its diamond and the reaches of all its
+/// descendants, so that the distance from the eye to it does not decrease from parent to child. This one is from
+/// the source's rise bound; chunks store tighter intervals of height for their own vertices, which nest up to
+/// kNestMargin.
+struct Reach {
+    float half_width = 0.0f;   ///< metres
+    float half_height = 0.0f;  ///< metres
+};
+
+/// Upper bounds of reaches by log2 of the vertex's spacing in finest spacings.
+struct Reaches {
+    std::vector<Reach> centre;
+    std::vector<Reach> midpoint;
+};
+Reaches make_reaches(const HeightSource& source);
+
+/// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around it: holds
+/// where chunks are absent, too.
+double clearance_of(const HeightSource& source, const WorldPos& eye);
+
+/// The screen error of vertical deviations from one eye.
+///
+/// The *key* of a vertex orders refinement: the squared distance from the eye to the vertex's reach over the square of
+/// its bound, larger outside the view. Smaller keys refine first; a key is (pixels_per_radian / priority)^2, where the
+/// priority is the screen error in pixels. Keys are floats, computed in one fixed order of operations.
+class ScreenError {
+public:
+    /// Pixels computed from keys are upper bounds after multiplication by this: the square root of kNestMargin, and
+    /// the rounding of keys.
+    static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
+
+    /// @param clearance  clearance_of() the view's eye, metres
+    ScreenError(const View& view, const HeightSource& source, double clearance);
+
+    float key_of(double error_px) const;
+    double error_px_of(float key) const;
+    /// Screen error, pixels, of a vertical deviation, metres, at a distance of the true surface, metres.
+    double error_px_at(double bound, double distance) const;
+
+    void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
+    EyeHeights eye_heights(const Chunk& chunk) const;
+    float height_over_eye(double height) const;
+
+    /// An axis-aligned box, world, metres.
+    struct WorldBox {
+        Eigen::Vector3d low, high;
+    };
+    /// Of the samples of a chunk or an area.
+    WorldBox box_of(const Chunk& chunk) const;
+    WorldBox box_of_area(const Chunk& chunk, int area) const;
+    /// Encloses the reaches of a chunk's own vertices, or of an area's, of this half width.
+    WorldBox reach_of(const Chunk& chunk, float half_width) const;
+    WorldBox reach_of_area(const Chunk& chunk, int area, float half_width) const;
+
+    /// Lower bound of the keys of vertices with reaches in the box and at most this bound.
+    /// @param is_in_view  the box is known to be inside the view
+    float least_key(const WorldBox& reach, float largest_bound, bool is_in_view = false) const;
+
+    /// The side planes of the view that a box is not entirely inside of: only they affect keys in it.
+    KeyPlanes planes_across(const WorldBox& box) const;
+    bool is_inside(const WorldBox& box) const { return planes_across(box).count == 0; }
+
+    /// Largest screen error, pixels, of a vertical deviation by `bound` at a point of a box; 0 if no point of it is
+    /// in view. Rounded up.
+    double error_in_view(const WorldBox& box, double bound) const;
+
+    using Triangle = std::array<Eigen::Vector3d, 3>;  ///< world
+    /// The same for a surface that is vertically within `bound` of a triangle.
+    double error_in_view(const Triangle& triangle, double bound) const;
+
+private:
+    Lattice lattice_;
+    WorldPos eye_;
+    double near_ = 1.0;
+    double clearance_ = 0.0;  ///< lower bound of the distance to the true surface, metres
+    double pixels_ = 1.0;
+    Frustum frustum_;
+    float near_squared_ = 1.0f;
+};
+
+/// Keys of the centres of the area to the south or west, the parents of midpoints: [AreaVertices::kSquares]. All
+/// kNever if that area is not open; all 0 beyond the world's border, where midpoints have one parent.
+const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
+
+/// Keys of the parents of an area's centres: midpoints of the parent chunk, or of a root's own coarser vertices. kNever
+/// where not open. Not movable: sides() may point into it.
+class CentreParents {
+public:
+    CentreParents(const OpenChunk& chunk, int area);
+    CentreParents(const CentreParents&) = delete;
+    CentreParents& operator=(const CentreParents&) = delete;
+
+    const ParentSides& sides() const { return sides_; }
+
+private:
+    using Keys = std::array<float, AreaVertices::kSquares>;
+    void gather(const OpenChunk& root, int area);
+    void find(const OpenChunk& chunk, int area);
+
+    ParentSides sides_;
+    Keys along_x_, along_y_;  // copies, where keys are not contiguous
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/worker_team.h"
+#include "lod/key_kernels.h"
+#include "lod/screen_error.h"
+#include "lod/solid_pins.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A key, and the triangles that it stands for.
+struct WeightedKey {
+    float key = 0.0f;
+    std::uint32_t weight = 0;
+};
+
+/// Finds the threshold that spends a budget: an exact order statistic of the keys of all open vertices, and of those
+/// of others that share the budget.
+///
+/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border.
+class Selection {
+public:
+    explicit Selection(int worker_count);
+
+    /// The keys of others, for searches from now on.
+    ///
+    /// Allocates: nothing where there were as many before
+    void set_others(std::span<const WeightedKey> others);
+
+    /// Begins a search. Then every open chunk must be added once; best right after its keys are computed, while they
+    /// are cached.
+    ///
+    /// @param guess  expected threshold, 0 if unknown; affects the time only
+    void begin(float floor, float guess);
+    void add(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
+        count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
+    }
+
+    /// The largest threshold, at most the floor, such that the vertices with keys below it weigh at most `budget`.
+    /// Vertices of equal keys are in or out together.
+    float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
+               WorkerTeam& team);
+
+private:
+    // Counts of one worker.
+    struct Tally {
+        std::size_t below = 0;         // their total weight
+        std::vector<float> inside[2];  // keys of weight 2, of weight 1
+        KeyWindow window[2];
+        bool is_full = false;
+    };
+    void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
+    void count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const;
+    void open_windows(float low, float high);
+    std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
+                      float high, WorkerTeam& team);
+    std::size_t below() const;
+    std::size_t others_below(float key) const;
+    std::span<const WeightedKey> others_inside() const;
+
+    float pick(float low, float high, std::size_t used, std::size_t budget);
+
+    float floor_ = 0.0f;
+    float low_ = 0.0f, high_ = 0.0f;                // the first window
+    float window_low_ = 0.0f, window_high_ = 0.0f;  // the current window
+    std::vector<Tally> tallies_;
+    std::vector<WeightedKey> others_;         // ascending
+    std::vector<std::size_t> others_weight_;  // [others_ + 1] total of those before
+    std::vector<WeightedKey> candidates_;
+    std::array<std::size_t, 1024> bins_{};
+};
+
+/// Keys of all vertices that may be below a floor, for one view of one resident set.
+///
+/// A key is raised to the keys of the vertex's parents, and infinite if a parent is not resident: so every set of
+/// vertices below a threshold is closed under parents, and its mesh conforms. Every vertex has one key, stored in the
+/// chunk that contains it not on its eastern or northern side.
+class VertexKeys {
+public:
+    /// @param open_chunks  initial capacity
+    VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t open_chunks);
+
+    /// Opens every chunk that may have a vertex below the floor, and computes keys from the roots down. Root chunks are
+    /// always open.
+    ///
+    /// Allocates: only when more chunks are open, or resident, than ever before
+    ///
+    /// @param pins       outlive the answers
+    /// @param selection  begun; every open chunk is added to it
+    void compute(const ResidentSet& resident, const ScreenError& screen, const SolidPins& pins,
+                 float floor, Selection& selection, WorkerTeam& team);
+
+    /// Coarse to fine, in the order of the resident set.
+    std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
+    /// The open chunk of an index in the resident set; null where it is not open.
+    OpenChunk* find(std::int32_t index) const;
+
+    /// Keys before they are raised to the parents': of an area,
+    /// @param keys_out [AreaVertices::kSquares]
+    void own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind, float* keys_out) const;
+    /// of the i-th midpoint on the eastern or northern side,
+    float own_side_key(const OpenChunk& chunk, Side side, int i) const;
+    /// and of a root's vertex of a coarser spacing. Column and row count its even samples.
+    float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
+                         int row) const;
+
+    /// Lower bound of the own keys of a chunk's vertices.
+    float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
+        return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
+    }
+    /// Encloses the reaches of a chunk's vertices, without the coarser ones of a root.
+    ScreenError::WorldBox reach_of(const ScreenError& screen, const Chunk& chunk) const {
+        return screen.reach_of(chunk, reach(chunk, 1, true).half_width);
+    }
+
+    const KeyKernels& kernels() const { return *kernels_; }
+    const Lattice& lattice() const { return lattice_; }
+
+private:
+    Reach reach(const Chunk& chunk, int stride, bool is_centre) const;
+    float own_key(const OpenChunk& chunk, int column, int row, float low, float high,
+                  float half_width, float inverse_square_bound) const;
+    void open_chunk(const ResidentSet& resident, std::size_t index);
+    void link(const ResidentSet& resident, OpenChunk& chunk);
+    void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
+    void find_centres(float floor, OpenChunk& chunk, int area) const;
+    void find_midpoints(float floor, OpenChunk& chunk, int area) const;
+    void fetch_kinds(const OpenChunk& chunk, int area, std::size_t first, std::size_t last) const;
+    void find_centres(float floor, OpenChunk& chunk) const;
+    void find_midpoints(float floor, OpenChunk& chunk) const;
+    void find_sides(float floor, OpenChunk& chunk) const;
+
+    bool may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
+                      float floor) const;
+    void find_coarse_keys(const ScreenError& screen, float floor,
+                          std::span<OpenChunk* const> roots) const;
+    void trim_coarse_centres(OpenChunk& root, int stride, float floor) const;
+    void trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const;
+
+    Lattice lattice_;
+    Reaches reaches_;
+    const KeyKernels* kernels_;
+    const SolidPins* pins_ = nullptr;  // of the frame
+    std::vector<std::unique_ptr<OpenChunk>> pool_;
+    std::vector<OpenChunk*> open_;
+    std::size_t open_count_ = 0;
+    std::vector<OpenChunk*> by_index_;  // in the resident set
+};
+
+}  // namespace terrane::internal

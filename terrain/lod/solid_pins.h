@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "lod/screen_error.h"
+
+#include <terrane/terrain/lattice.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// The two halves of each side of a square of 2 x 2 cells, counter-clockwise from the south-western corner: each is the
+/// triangle of a corner, a midpoint and the centre, where the square's centre and that midpoint are active. Index:
+/// 2 * side + half.
+inline constexpr std::size_t kSquareTriangles = 8;
+
+/// The triangles of a chunk's heightfield that its solid surface replaces, by areas and squares.
+struct ReplacedTriangles {
+    struct OfArea {
+        int area = 0;
+        /// Bit i: the triangle of square i is replaced.
+        std::array<std::uint64_t, kSquareTriangles> squares{};
+        std::uint64_t any() const {
+            std::uint64_t bits = 0;
+            for (const std::uint64_t of_triangle : squares) bits |= of_triangle;
+            return bits;
+        }
+    };
+    std::vector<OfArea> areas;  ///< ascending, those with replaced triangles only
+    std::size_t count = 0;
+
+    explicit ReplacedTriangles(const SolidSurface& solid);
+
+    /// Null if nothing of the area is replaced.
+    const OfArea* find(int area) const;
+};
+
+/// Where volumes need the heightfield at its finest level: rectangles of lattice points around replaced triangles, with
+/// the priority of showing them.
+///
+/// The key of a vertex is lowered to that of every pin that the square around it touches: three spacings to each side
+/// of a centre, two of a midpoint. These squares nest from parent to child (see terrain/source/fractal/detail_heights.cpp), so that pins
+/// keep keys monotone, and all ancestors of a pinned vertex are pinned.
+class SolidPins {
+public:
+    void clear() {
+        pins_.clear();
+        groups_.clear();
+    }
+    /// Pins the replaced triangles of a chunk.
+    void add(const Chunk& chunk, const ReplacedTriangles& replaced, float key);
+    bool is_empty() const { return groups_.empty(); }
+
+    /// Whether a pin with a key below the floor may lower keys of a chunk's own vertices, or of an area's.
+    bool opens(const Chunk& chunk, float floor) const;
+    bool opens(const Chunk& chunk, int area, float floor) const;
+    /// Lowers the keys of an area.
+    /// @param keys [AreaVertices::kSquares]
+    void lower(const Chunk& chunk, int area, AreaVertices::Kind kind, float* keys) const;
+    /// The key of one vertex, lowered.
+    /// @param column, row its sample
+    /// @param stride      its spacing in samples
+    float lowered(const Chunk& chunk, int column, int row, int stride, bool is_centre,
+                  float key) const;
+
+private:
+    /// Lattice points, edges included.
+    struct Rect {
+        std::int64_t west = 0, south = 0, east = 0, north = 0;
+        bool overlaps(const Rect& other) const {
+            return west <= other.east && east >= other.west && south <= other.north &&
+                   north >= other.south;
+        }
+    };
+    struct Group {
+        Rect all;
+        std::size_t first = 0, end = 0;  // of pins_
+        float key = 0.0f;
+    };
+    static Rect around(LatticePoint point, std::int64_t half);
+    static Rect reach_of(const Chunk& chunk);
+    static Rect reach_of(const Chunk& chunk, int area);
+    template <typename Use>
+    void visit(const Rect& rect, const Use& use) const;
+
+    std::vector<Rect> pins_;
+    std::vector<Group> groups_;
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+#include "base/vector_math.h"
+#include "mesh/star_mesh.h"
+
+#include <terrane/terrain/simplify.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Fails: invalid_argument for a mesh of 2^32 vertices or more than 1e9 triangles, and for locks that are neither
+///        none nor one a vertex
+Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
+                         std::size_t locked_count);
+
+/// Fails: invalid_argument, as simplify() says
+Result<void> check_simplify_input(const SimplifyInput& input,
+                                  std::span<const SimplifyLevel> levels);
+
+/// Sum of squared distances to weighted planes (Garland and Heckbert 1997), as a function of a place: p' A p + 2 b'
+/// p + c.
+struct Quadric {
+    double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;  ///< A, symmetric
+    double x = 0.0, y = 0.0, z = 0.0;                                   ///< b
+    double constant = 0.0;                                              ///< c
+
+    /// Adds `weight` times the squared distance to a plane.
+    /// @param normal unit
+    void add_plane(const Eigen::Vector3d& normal, const Eigen::Vector3d& on_plane, double weight) {
+        const double a = normal[0], b = normal[1], c = normal[2], d = -dot(normal, on_plane);
+        xx += weight * a * a;
+        xy += weight * a * b;
+        xz += weight * a * c;
+        yy += weight * b * b;
+        yz += weight * b * c;
+        zz += weight * c * c;
+        x += weight * a * d;
+        y += weight * b * d;
+        z += weight * c * d;
+        constant += weight * d * d;
+    }
+
+    void add(const Quadric& o) {
+        xx += o.xx;
+        xy += o.xy;
+        xz += o.xz;
+        yy += o.yy;
+        yz += o.yz;
+        zz += o.zz;
+        x += o.x;
+        y += o.y;
+        z += o.z;
+        constant += o.constant;
+    }
+
+    /// Not negative, whatever the rounding.
+    double at(const Eigen::Vector3d& p) const {
+        const double sum = p[0] * (xx * p[0] + 2.0 * (xy * p[1] + xz * p[2] + x)) +
+                           p[1] * (yy * p[1] + 2.0 * (yz * p[2] + y)) +
+                           p[2] * (zz * p[2] + 2.0 * z) + constant;
+        return sum > 0.0 ? sum : 0.0;
+    }
+};
+
+/// A contraction of a vertex onto a neighbour. The order is total: cost, vertex, target.
+struct Candidate {
+    double cost = 0.0;         ///< square metres, >= 0
+    std::uint32_t vertex = 0;  ///< that goes
+    std::uint32_t target = 0;  ///< that it moves onto
+
+    friend bool operator<(const Candidate& a, const Candidate& b) {
+        if (a.cost != b.cost) return a.cost < b.cost;
+        if (a.vertex != b.vertex) return a.vertex < b.vertex;
+        return a.target < b.target;
+    }
+};
+
+/// A binary heap with at most one candidate for each vertex, which can be replaced.
+class VertexQueue {
+public:
+    explicit VertexQueue(std::size_t vertex_count) : places_(vertex_count, kAbsent) {}
+
+    bool is_empty() const { return heap_.empty(); }
+    const Candidate& first() const { return heap_.front(); }
+
+    /// The candidate at a place of the heap: one of the next where the place is small. nullptr beyond the last.
+    const Candidate* at(std::size_t place) const {
+        return place < heap_.size() ? &heap_[place] : nullptr;
+    }
+    /// Asks for the memory of a vertex's place.
+    void prefetch(std::uint32_t vertex) const { __builtin_prefetch(&places_[vertex]); }
+    /// The candidate of a vertex; nullptr where it has none. Valid until the next change.
+    const Candidate* find(std::uint32_t vertex) const {
+        const std::uint32_t place = places_[vertex];
+        return place == kAbsent ? nullptr : &heap_[place];
+    }
+
+    /// Adds a candidate, or replaces that of its vertex. Cost: O(log n)
+    void set(const Candidate& candidate) {
+        std::uint32_t place = places_[candidate.vertex];
+        if (place == kAbsent) {
+            place = static_cast<std::uint32_t>(heap_.size());
+            heap_.push_back(candidate);
+        }
+        settle(place, candidate);
+    }
+
+    /// Takes a vertex's candidate out, where it has one. Cost: O(log n)
+    void erase(std::uint32_t vertex) {
+        const std::uint32_t place = places_[vertex];
+        if (place == kAbsent) return;
+        places_[vertex] = kAbsent;
+        const Candidate last = heap_.back();
+        heap_.pop_back();
+        if (place < heap_.size()) settle(place, last);
+    }
+
+private:
+    static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
+
+    void put(std::uint32_t place, const Candidate& candidate) {
+        heap_[place] = candidate;
+        places_[candidate.vertex] = place;
+    }
+
+    void settle(std::uint32_t place, const Candidate candidate) {
+        while (place > 0 && candidate < heap_[(place - 1) / 2]) {
+            put(place, heap_[(place - 1) / 2]);
+            place = (place - 1) / 2;
+        }
+        const auto count = static_cast<std::uint32_t>(heap_.size());
+        for (;;) {
+            std::uint32_t child = 2 * place + 1;
+            if (child >= count) break;
+            if (child + 1 < count && heap_[child + 1] < heap_[child]) ++child;
+            if (!(heap_[child] < candidate)) break;
+            put(place, heap_[child]);
+            place = child;
+        }
+        put(place, candidate);
+    }
+
+    std::vector<Candidate> heap_;
+    std::vector<std::uint32_t> places_;  // [vertices] in heap_
+};
+
+/// Triangles of a connected component that can go because others are near.
+struct Reduction {
+    double error_m = 0.0;  ///< certified, of the triangles that are removed
+    double turned_area =
+        0.0;  ///< of removed triangles without a similarly oriented one near, square metres
+    std::vector<std::uint32_t> removed = {};  ///< triangles
+    std::vector<std::uint32_t> near = {};     ///< triangles within error_m of the removed ones
+};
+
+/// Connected components of a mesh while it is contracted, and reductions of the small ones: closed ones become open
+/// sheets, sheets single triangles, and these vanish.
+class Components {
+public:
+    /// Components of more triangles are not looked at.
+    static constexpr std::size_t kMostTriangles = 16;
+
+    /// @param vertices, mesh, bounds must stay
+    Components(std::span<const Eigen::Vector3d> vertices, const StarMesh& mesh,
+               std::span<const TriangleBound> bounds);
+
+    std::size_t count() const { return ends_.size(); }
+    std::uint32_t of_triangle(std::uint32_t triangle) const {
+        return count() == 1 ? 0 : component_[triangle];
+    }
+
+    /// Triangles of a component that are left, in increasing order. Valid until the next call.
+    std::span<const std::uint32_t> triangles(std::uint32_t component);
+    /// Whether it may have a reduction.
+    bool is_small(std::uint32_t component) const { return left_[component] <= kMostTriangles; }
+    /// Subtracts removed triangles. True where the component has become small by it.
+    bool count_removed(std::uint32_t component, std::size_t gone);
+
+    /// The reduction of least error; none where all triangles are needed.
+    std::optional<Reduction> find_reduction(std::uint32_t component);
+
+private:
+    Corners corners(std::uint32_t triangle) const;
+    Reduction to_sheet(std::span<const std::uint32_t> all) const;
+    std::optional<Reduction> to_others(std::uint32_t component, std::span<const std::uint32_t> all,
+                                       double limit);
+    void add_turned_area(Reduction& reduction) const;
+    bool has_others_near(std::uint32_t component, std::span<const std::uint32_t> all,
+                         double limit) const;
+    double nearest_other(std::uint32_t component, const Corners& part, double limit,
+                         std::uint32_t& other_out) const;
+    void build_tree();
+
+    std::span<const Eigen::Vector3d> vertices_;
+    const StarMesh& mesh_;
+    std::span<const TriangleBound> bounds_;
+    std::vector<std::uint32_t> component_;  // [triangles]
+    std::vector<std::uint32_t> list_;   // [triangles] by component; those that are left come first
+    std::vector<std::size_t> begins_;   // [components] in list_
+    std::vector<std::size_t> ends_;     // [components] in list_, of those that were left
+    std::vector<std::size_t> left_;     // [components] triangles
+    std::vector<AabbNode> tree_;        // of triangles as they were when it was built
+    std::vector<std::uint32_t> items_;  // [leaves] triangles
+    std::size_t alive_at_build_ = 0;
+};
+
+/// Callbacks of a contractor: costs of attributes, and a record of the contractions.
+class ContractionRules {
+public:
+    virtual ~ContractionRules() = default;
+    /// Whether u, whose triangles are the ring's, may be contracted onto ring.vertices[0].
+    virtual bool allows(std::uint32_t u, const Ring& ring) = 0;
+    /// Added to the cost of a contraction of u onto v, square metres, >= 0.
+    virtual double cost(std::uint32_t u, std::uint32_t v) const = 0;
+    /// Before u is contracted onto ring.vertices[0].
+    virtual void on_contraction(std::uint32_t u, const Ring& ring, double error_m) = 0;
+    /// Before triangles are taken out.
+    virtual void on_removal(std::span<const std::uint32_t> triangles, double error_m) = 0;
+};
+
+/// An edge from which contractions should not move, and the third corner of a triangle of it.
+struct EdgeToKeep {
+    std::uint32_t from = 0, to = 0, apex = 0;  ///< vertices
+};
+
+/// Options of a contractor; the defaults are those of simplify().
+struct ContractorOptions {
+    ContractionRules* rules = nullptr;  ///< absent: none
+    std::span<const EdgeToKeep> edges_to_keep =
+        {};  ///< besides those of borders; for the constructor only
+    /// A contraction waits while its certified error is more than this many times the square root of its cost;
+    /// infinity: quadrics alone decide.
+    double error_ratio = std::numeric_limits<double>::infinity();
+    /// Thin bodies become sheets, and small components vanish, where that costs least.
+    bool may_change_topology = false;
+};
+
+/// Contracts a mesh vertex by vertex, the cheapest first.
+class Contractor {
+public:
+    /// @param input views that must stay; checked
+    explicit Contractor(const SimplifyInput& input, const ContractorOptions& options = {});
+
+    /// Contracts until the mesh has no more triangles than the level, or nothing is left within its error.
+    SimplifyStop contract_to(const SimplifyLevel& level);
+
+    /// The mesh as it is now.
+    SimplifiedMesh result() const;
+
+    /// Tries all refused contractions again, because the rules have changed. From now on the second certificate
+    /// (contraction_bound.cpp) is tried for all components, not only for small ones.
+    void retry_all();
+
+private:
+    enum class VertexKind : std::uint8_t { fixed, interior, border };
+    enum class Attempt : std::uint8_t { done, refused, over_limit, deferred };
+    struct VertexPlanes {
+        Quadric quadric;
+        double weight = 0.0;    ///< sum of the planes' weights
+        double own_cost = 0.0;  ///< of the quadric at the vertex
+    };
+
+    bool is_locked(std::uint32_t vertex) const { return !locked_.empty() && locked_[vertex] != 0; }
+    Eigen::Vector3d local(std::uint32_t vertex) const { return vertices_[vertex] - origin_; }
+
+    void add_planes(std::span<const StarMesh::Triangle> triangles);
+    void add_border_planes();
+    void add_edge_plane(const EdgeToKeep& edge);
+    void add_plane(std::uint32_t vertex, const Eigen::Vector3d& normal,
+                   const Eigen::Vector3d& on_plane, double weight);
+    void update_own_cost(std::uint32_t vertex);
+    double cost(std::uint32_t u, std::uint32_t v) const;
+
+    /// The cost that a candidate is queued with.
+    double queued_cost(const Candidate& candidate) const {
+        return least_costs_.empty() ? candidate.cost
+                                    : std::max(candidate.cost, least_costs_[candidate.vertex]);
+    }
+    double reduction_cost(const Reduction& reduction) const;
+    void queue_reductions();
+    bool is_any_reduction_over_limit() const {
+        return std::find(is_reduction_over_limit_.begin(), is_reduction_over_limit_.end(), 1) !=
+               is_reduction_over_limit_.end();
+    }
+    void try_reduction(std::uint32_t component, double limit);
+    void reduce(const Reduction& reduction);
+    void queue_all();
+    void queue_first(std::uint32_t u, const Neighbours& neighbours, const Candidate* after);
+    void queue_best(std::uint32_t u);
+    void queue_next(const Candidate& queued);
+    void requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v, std::size_t edge_triangles);
+
+    void prefetch(const Ring& ring) const;
+    Attempt try_contraction(const Candidate& candidate, double limit);
+    bool evaluate(std::uint32_t u, const Ring& ring, double limit);
+    bool folds_over(const Ring& ring);
+    bool keeps_topology(std::uint32_t u, const Ring& ring);
+    void contract(std::uint32_t u, const Ring& ring);
+
+    std::span<const Eigen::Vector3d> vertices_;
+    std::span<const std::uint8_t> locked_;
+    bool may_join_locked_;
+    ContractorOptions options_;
+    StarMesh mesh_;
+    std::vector<TriangleBound> bounds_;  // [triangles]
+    std::vector<VertexKind> kinds_;      // [vertices] fixed: also those that are gone
+    std::vector<VertexPlanes> planes_;   // [vertices]
+    VertexQueue queue_;
+    ContractionBound bound_;
+    Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+    // [vertices] a contraction was above this level's error
+    std::vector<std::uint8_t> is_over_limit_;
+    std::size_t over_limit_count_ = 0;
+    // [vertices] the queued candidate is not the vertex's first: those before were refused
+    std::vector<std::uint8_t> had_refusal_;
+    std::vector<double> least_costs_;  // [vertices] of a queued candidate; empty: none
+    std::optional<Components> components_;
+    bool is_retrying_ = false;
+    VertexQueue reductions_;  // [components]
+    // [components] a reduction was above this level's error
+    std::vector<std::uint8_t> is_reduction_over_limit_;
+    Ring ring_;                         // scratch
+    Neighbours of_vertex_, of_target_;  // scratch
+};
+
+}  // namespace terrane::internal

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/vector_math.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Vertices with more triangles than this stay, and none gets more by a contraction: work for one contraction is
+/// bounded.
+inline constexpr std::size_t kMaxValence = 48;
+inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
+
+/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclic; that of a border
+/// is kNoTriangle.
+struct Ring {
+    std::array<std::uint32_t, kMaxValence + 1> vertices;
+    std::array<std::uint32_t, kMaxValence + 1> triangles;
+    std::array<std::uint8_t, kMaxValence + 1> corners;  ///< [triangles] which corner u is, 0 to 2
+    std::size_t count = 0;                              ///< of vertices
+    bool is_closed =
+        false;  ///< no border; else the border is between the last vertex and the first
+
+    /// The same with another first vertex. @param first index in vertices
+    Ring rotated(std::size_t first) const;
+};
+
+/// Vertices joined to a vertex, in the order in which its triangles name them.
+struct Neighbours {
+    std::array<std::uint32_t, 2 * kMaxValence> vertices;
+    std::array<std::uint8_t, 2 * kMaxValence>
+        edge_triangles;  ///< how many triangles the edge to it has
+    std::size_t count = 0;
+    bool has_all = true;  ///< false: more than kMaxValence triangles
+
+    bool contains(std::uint32_t vertex) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (vertices[i] == vertex) return true;
+        }
+        return false;
+    }
+};
+
+/// Triangles as a list for each vertex, for contractions. Any triangles: manifold or not.
+class StarMesh {
+public:
+    using Triangle = std::array<std::uint32_t, 3>;
+
+    StarMesh(std::size_t vertex_count, std::span<const Triangle> triangles);
+
+    std::size_t triangle_count() const { return slots_.size(); }
+    const Triangle& triangle(std::size_t index) const { return slots_[index].triangle; }
+    bool is_alive(std::size_t triangle) const { return slots_[triangle].triangle[0] != kGone; }
+    std::size_t alive_count() const { return alive_count_; }
+
+    /// Asks for the memory of a vertex's first triangle.
+    void prefetch(std::uint32_t vertex) const {
+        const std::uint32_t corner = first_corner_[vertex];
+        if (corner == kEnd) return;
+        __builtin_prefetch(&slots_[corner / 3]);
+    }
+    /// Sorts the triangles around a vertex. False where they are not one disk or half disk with consistent winding, or
+    /// more than kMaxValence.
+    bool find_ring(std::uint32_t vertex, Ring& ring_out);
+    void find_neighbours(std::uint32_t vertex, Neighbours& neighbours_out);
+    /// Whether a triangle of a vertex other than those of u has two other corners.
+    bool has_triangle(std::uint32_t vertex, std::uint32_t second, std::uint32_t third,
+                      std::uint32_t not_of);
+    /// The triangle with an edge from one vertex to another in its winding; kNoTriangle where there is none.
+    std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
+    /// Takes a triangle out.
+    void remove(std::uint32_t triangle);
+    /// Moves u onto ring.vertices[0]: its triangles with that vertex go, the others keep their index.
+    void contract(std::uint32_t u, const Ring& ring);
+
+private:
+    static constexpr std::uint32_t kGone = ~std::uint32_t{0};
+    static constexpr std::uint32_t kEnd = ~std::uint32_t{0};
+
+    // Visits the corners (3 * triangle + i) of a vertex; removes those of triangles that are gone. visit: bool, false
+    // ends it.
+    template <class Visit>
+    void visit_corners(std::uint32_t vertex, const Visit& visit);
+
+    // Together, because both are read at every corner.
+    struct Slot {
+        Triangle triangle;
+        std::array<std::uint32_t, 3> next;  // corner of the same vertex, of each corner
+    };
+
+    std::uint32_t& next(std::uint32_t corner) { return slots_[corner / 3].next[corner % 3]; }
+
+    std::vector<Slot> slots_;                  // [triangles]
+    std::vector<std::uint32_t> first_corner_;  // [vertices]
+    std::size_t alive_count_ = 0;
+};
+
+/// How far the points of the input that a triangle stands for are from it. Two bounds; both hold.
+struct TriangleBound {
+    /// Displacements from points of the triangle to those of the input are in this box, metres.
+    std::array<double, 3> low = {}, high = {};
+    /// At the place with weights w0, w1, w2 of the corners the distance is at most
+    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, and
+    /// little but rounding moves them.
+    std::array<double, 3> edges = {};
+    double constant = 0.0;  ///< metres
+
+    /// Adds points of the input that are within a distance of some point of the triangle.
+    void include(double distance);
+
+    /// The smaller of the largest distances that the two allow, rounded up.
+    double largest() const;
+};
+
+/// Triangles that share an edge with a smaller cosine of their normals lie on each other: a thousandth of a radian.
+inline constexpr double kFoldedCosine = -(1.0 - 5e-7);
+
+/// Decides whether a vertex can be contracted, and how far the surface moves.
+class ContractionBound {
+public:
+    /// @param vertices, bounds views that must stay: [vertices], [triangles]
+    ContractionBound(std::span<const Eigen::Vector3d> vertices,
+                     std::span<const TriangleBound> bounds)
+        : vertices_(vertices), bounds_(bounds) {}
+
+    /// Contracts u onto ring.vertices[0] in thought. True: the new triangles are well shaped, none is turned over, and
+    /// the old ones map onto them; error() and bound() are set.
+    ///
+    /// @param limit error above which the rest does not matter, metres
+    bool evaluate(std::uint32_t u, const Ring& ring, double limit);
+
+    /// The same with a certificate for triangles of any shape: every point of the old ones moves along the edge to the
+    /// target, the farther the nearer it is to u. Never a smaller error than the edge's length.
+    bool evaluate_along_edge(std::uint32_t u, const Ring& ring);
+
+    /// Largest error of the new triangles, metres.
+    double error() const { return error_; }
+    /// Of the new triangle in the place of ring.triangles[i], 1 <= i <= ring.count - 2.
+    const TriangleBound& bound(std::size_t i) const { return new_bounds_[i]; }
+
+private:
+    struct Point {
+        double x = 0.0, y = 0.0;
+    };
+    /// A corner of the overlay inside a new triangle.
+    struct OverlayCorner {
+        std::size_t spoke = 0;               ///< old one that it is on; kEverySpoke: the image of u
+        double along = 0.0;                  ///< the old spoke, 0 at u
+        std::array<double, 3> weights = {};  ///< of the new triangle's corners, the target first
+        Eigen::Vector3d displacement;        ///< from the new to the old surface, metres
+        double rounding = 0.0;               ///< of the displacement
+        double distance = 0.0;               ///< length of the displacement, less its rounding
+    };
+    struct CellCorner {
+        std::array<double, 3> old_weights, new_weights;
+        double distance;
+    };
+    // Tolerance of places in the plane, of the size of the star. Corners of cells that are outside by less are taken in
+    // as well: too many corners do no harm. Rounding is below 1e-15.
+    static constexpr double kPlaceTolerance = 1e-12;
+    static constexpr std::size_t kEverySpoke = ~std::size_t{0};
+    static constexpr std::size_t kMaxCorners = 2 * kMaxValence + 4;
+    // Three neighbours, the image, and each spoke's crossings with two spokes.
+    static constexpr std::size_t kMaxCellCorners = 8;
+    /// What an old and a new triangle have in common.
+    struct Cell {
+        std::array<CellCorner, kMaxCellCorners> corners;
+        std::size_t count = 0;
+        std::array<double, 3> edges = {};  ///< of the old triangle's bound, as constant
+        double constant = 0.0;
+    };
+
+    static double area(const Point& a, const Point& b, const Point& c);
+
+    bool set_frame(std::uint32_t u, const Ring& ring);
+    bool do_not_turn(const Ring& ring) const;
+    bool are_new_triangles_good(const Ring& ring) const;
+    bool is_image_inside(const Ring& ring) const;
+    bool find_corners(const Ring& ring, std::size_t k);
+    void add_image_of_u(std::size_t k);
+    bool add_crossings(const Ring& ring, std::size_t k, bool is_second);
+    void add_corner(const OverlayCorner& corner);
+    void bound_triangle(const Ring& ring, std::size_t k);
+    void add_cell(const Ring& ring, std::size_t i, TriangleBound& bound);
+    static void bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound);
+
+    std::span<const Eigen::Vector3d> vertices_;
+    std::span<const TriangleBound> bounds_;
+
+    // Of one contraction, relative to u.
+    std::array<Eigen::Vector3d, kMaxValence + 1> ring_;  // [ring.count]
+    std::array<Point, kMaxValence + 1> flat_;            // [ring.count]
+    std::array<double, kMaxValence + 1> flat_length_;    // [ring.count] from the image of u
+    Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
+    Point image_;                                     // of u
+    double size_ = 0.0;                               // twice the longest spoke
+    std::array<OverlayCorner, kMaxCorners> corners_;  // of one new triangle
+    std::size_t corner_count_ = 0;
+    std::array<Cell, kMaxValence> cells_;  // of one new triangle
+    std::size_t cell_count_ = 0;
+    std::array<TriangleBound, kMaxValence + 1> new_bounds_;
+    double error_ = 0.0;
+};
+
+/// Largest distance of a point of one triangle from another one, rounded up: at a corner, because the distance from a
+/// convex set is convex.
+double largest_distance(const Corners& from, const Corners& to);
+
+/// Splits a triangle into parts until each part is as near to one triangle of a set as it will be, and returns the
+/// largest of the parts' distances, an upper bound of the distance of the triangle's points from the set.
+///
+/// @param limit   no more parts where the bound is above this
+/// @param nearest double(const Corners& part): least largest_distance() from a part to a triangle of the set
+template <class Nearest>
+double distance_to_set(const Corners& triangle, double limit, const Nearest& nearest) {
+    // Parts shorter than this share of their distance would change it little.
+    constexpr double kShortPart = 0.5;
+    constexpr int kMostSplits = 2;
+    struct Part {
+        Corners corners;
+        int splits;
+    };
+    // Depth first: a part leaves three others behind on each level.
+    std::array<Part, 3 * kMostSplits + 1> stack;
+    std::size_t count = 0;
+    stack[count++] = {triangle, 0};
+    double largest = 0.0;
+    while (count > 0 && largest <= limit) {
+        const Part part = stack[--count];
+        const Corners& c = part.corners;
+        const double distance = nearest(c);
+        if (distance <= largest) continue;
+        double longest = 0.0;
+        for (std::size_t i = 0; i < 3; ++i)
+            longest = std::max(longest, length(c[(i + 1) % 3] - c[i]));
+        if (part.splits == kMostSplits || longest < kShortPart * distance) {
+            largest = distance;
+            continue;
+        }
+        const Eigen::Vector3d a = 0.5 * (c[0] + c[1]), b = 0.5 * (c[1] + c[2]),
+                              d = 0.5 * (c[2] + c[0]);
+        for (const Corners& quarter :
+             {Corners{c[0], a, d}, Corners{a, c[1], b}, Corners{d, b, c[2]}, Corners{a, b, d}})
+            stack[count++] = {quarter, part.splits + 1};
+    }
+    return largest;
+}
+
+}  // namespace terrane::internal

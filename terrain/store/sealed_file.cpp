@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+#include <terrane/store/bytes.h>
+#include <terrane/store/sealed_file.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+#include <zstd.h>
+
+#include <cstdio>
+#include <new>
+#include <string>
+
+namespace terrane {
+
+std::string ContentHash::text() const {
+    char digits[33];
+    std::snprintf(digits, sizeof(digits), "%016llx%016llx", static_cast<unsigned long long>(high),
+                  static_cast<unsigned long long>(low));
+    return digits;
+}
+
+struct ContentHasher::State {
+    XXH3_state_t state;
+};
+
+ContentHasher::ContentHasher() : state_(std::make_unique<State>()) {
+    XXH3_128bits_reset(&state_->state);
+}
+ContentHasher::~ContentHasher() = default;
+ContentHasher::ContentHasher(ContentHasher&&) noexcept = default;
+ContentHasher& ContentHasher::operator=(ContentHasher&&) noexcept = default;
+
+void ContentHasher::add(std::span<const std::uint8_t> bytes) {
+    add_raw(bytes.data(), bytes.size());
+}
+
+void ContentHasher::add_raw(const void* bytes, std::size_t count) {
+    if (count > 0) XXH3_128bits_update(&state_->state, bytes, count);
+}
+
+ContentHash ContentHasher::value() const {
+    const XXH128_hash_t hash = XXH3_128bits_digest(&state_->state);
+    return {hash.low64, hash.high64};
+}
+
+ContentHash hash_of(std::span<const std::uint8_t> bytes) {
+    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+    return {hash.low64, hash.high64};
+}
+
+std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content) {
+    constexpr int kLevel = 3;
+    std::vector<std::uint8_t> record(ZSTD_compressBound(content.size()));
+    // With space for the worst case it fails for lack of memory only.
+    const std::size_t size =
+        ZSTD_compress(record.data(), record.size(), content.data(), content.size(), kLevel);
+    if (ZSTD_isError(size) != 0) throw std::bad_alloc();
+    record.resize(size);
+    return record;
+}
+
+Result<std::size_t> decompress(std::span<const std::uint8_t> record,
+                               std::span<std::uint8_t> content_out) {
+    const std::size_t size =
+        ZSTD_decompress(content_out.data(), content_out.size(), record.data(), record.size());
+    if (ZSTD_isError(size) != 0) {
+        return fail(ErrorCode::bad_data,
+                    std::string("damaged compressed data: ") + ZSTD_getErrorName(size));
+    }
+    return size;
+}
+
+namespace {
+
+// Not text in any encoding, and damaged by line-end conversion.
+constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'R', 'N', '\r', '\n', 0x1a, '\n'};
+constexpr std::size_t kHeaderBytes = 72;
+/// Largest accepted directory: sizes in a file are not trusted for allocations.
+constexpr std::uint64_t kLongestDirectory = std::uint64_t{1} << 33;
+
+struct Header {
+    SealedKind kind;
+    std::uint64_t offset = 0, stored_bytes = 0, content_bytes = 0;  ///< of the directory
+    ContentHash hash;                                               ///< of its content
+};
+
+std::vector<std::uint8_t> encode(const Header& header) {
+    ByteWriter out;
+    out.put_each(std::span<const std::uint8_t>(kMagic));
+    out.put_each(std::span<const char>(header.kind.name));
+    out.put(header.kind.version);
+    out.put(header.offset);
+    out.put(header.stored_bytes);
+    out.put(header.content_bytes);
+    out.put(header.hash.low);
+    out.put(header.hash.high);
+    out.put(std::uint64_t{0});
+    out.put(hash_of(out.bytes()).low);
+    return out.bytes();
+}
+
+std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
+
+/// The folder of a path.
+std::string folder_of(const std::string& path) {
+    const std::size_t slash = path.rfind('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+}  // namespace
+
+SealedWriter::SealedWriter(std::string path, std::string written_path, int handle,
+                           const SealedKind& kind)
+    : path_(std::move(path)),
+      written_path_(std::move(written_path)),
+      handle_(handle),
+      kind_(kind) {}
+
+SealedWriter::SealedWriter(SealedWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      written_path_(std::move(other.written_path_)),
+      handle_(std::exchange(other.handle_, -1)),
+      kind_(other.kind_),
+      end_(other.end_) {}
+
+SealedWriter::~SealedWriter() {
+    if (handle_ < 0) return;
+    close(handle_);
+    unlink(written_path_.c_str());
+}
+
+std::string SealedWriter::cannot_write(int cause) const {
+    return "cannot write " + in_quotes(path_) + ": " + std::strerror(cause);
+}
+
+Result<SealedWriter> SealedWriter::create(const std::string& path, const SealedKind& kind) {
+    struct stat status {};
+    if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+        return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": it is no regular file");
+    }
+    // A name unique among programs and threads.
+    static std::atomic<unsigned> next{0};
+    std::string written_path;
+    int handle = -1;
+    do {
+        written_path = path + ".partial-" + std::to_string(getpid()) + "-" + std::to_string(next++);
+        handle = open(written_path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    } while (handle < 0 && errno == EEXIST);
+    if (handle < 0) {
+        return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": " + std::strerror(errno));
+    }
+    SealedWriter writer(path, std::move(written_path), handle, kind);
+    const std::vector<std::uint8_t> blank(kHeaderBytes, 0);  // the header is written last
+    if (auto done = writer.append(blank); !done) return tl::unexpected(done.error());
+    return writer;
+}
+
+Result<void> SealedWriter::write_at(std::span<const std::uint8_t> bytes, std::uint64_t offset) {
+    while (!bytes.empty()) {
+        const ssize_t count =
+            pwrite(handle_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return fail(ErrorCode::io, cannot_write(count < 0 ? errno : ENOSPC));
+        bytes = bytes.subspan(static_cast<std::size_t>(count));
+        offset += static_cast<std::uint64_t>(count);
+    }
+    return {};
+}
+
+Result<std::uint64_t> SealedWriter::append(std::span<const std::uint8_t> record) {
+    const std::uint64_t offset = end_;
+    if (auto done = write_at(record, offset); !done) return tl::unexpected(done.error());
+    end_ += record.size();
+    return offset;
+}
+
+Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
+    const std::vector<std::uint8_t> stored = compress(directory);
+    const auto offset = append(stored);
+    if (!offset) return tl::unexpected(offset.error());
+    const Header header{kind_, *offset, stored.size(), directory.size(), hash_of(directory)};
+    if (auto done = write_at(encode(header), 0); !done) return done;
+    // The content is on the disk before the name: after a crash there is the old file or the new one.
+    int cause = fsync(handle_) == 0 ? 0 : errno;
+    if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
+    if (cause == 0 && rename(written_path_.c_str(), path_.c_str()) != 0) cause = errno;
+    if (cause != 0) {
+        unlink(written_path_.c_str());
+        return fail(ErrorCode::io, cannot_write(cause));
+    }
+    if (const int folder = open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        folder >= 0) {
+        fsync(folder);
+        close(folder);
+    }
+    return {};
+}
+
+SealedReader::SealedReader(std::string path, int handle)
+    : path_(std::move(path)), handle_(handle) {}
+
+SealedReader::SealedReader(SealedReader&& other) noexcept
+    : path_(std::move(other.path_)),
+      handle_(std::exchange(other.handle_, -1)),
+      bytes_(other.bytes_),
+      directory_(std::move(other.directory_)) {}
+
+SealedReader::~SealedReader() {
+    if (handle_ >= 0) close(handle_);
+}
+
+Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
+    // Non-blocking: opening a pipe without a writer would block.
+    const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (handle < 0) {
+        return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": " + std::strerror(errno));
+    }
+    SealedReader reader(path, handle);
+    struct stat status {};
+    if (fstat(handle, &status) != 0 || !S_ISREG(status.st_mode)) {
+        return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": it is no regular file");
+    }
+    reader.bytes_ = static_cast<std::uint64_t>(status.st_size);
+    if (auto done = reader.read_directory(kind); !done) return tl::unexpected(done.error());
+    return reader;
+}
+
+bool SealedReader::is_kind(const std::string& path, std::string_view name) {
+    const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (handle < 0) return false;
+    std::array<std::uint8_t, kMagic.size() + 4> begin{};
+    const ssize_t count = pread(handle, begin.data(), begin.size(), 0);
+    close(handle);
+    return count == static_cast<ssize_t>(begin.size()) &&
+           std::equal(kMagic.begin(), kMagic.end(), begin.begin()) &&
+           std::equal(name.begin(), name.end(), begin.begin() + kMagic.size(), begin.end());
+}
+
+Result<void> SealedReader::read_directory(const SealedKind& kind) {
+    const auto bad = [&](const std::string& what) {
+        return fail(ErrorCode::bad_data, in_quotes(path_) + " " + what);
+    };
+    const std::string name(kind.name.data(), kind.name.size());
+    if (bytes_ < kHeaderBytes) return bad("is no whole \"" + name + "\" file: it is cut off");
+    std::vector<std::uint8_t> bytes(kHeaderBytes);
+    if (auto done = read(0, bytes); !done) return done;
+    ByteReader in(std::span<const std::uint8_t>(bytes).subspan(kMagic.size()));
+    Header header;
+    in.get_each(std::span<char>(header.kind.name));
+    header.kind.version = in.get<std::uint32_t>();
+    header.offset = in.get<std::uint64_t>();
+    header.stored_bytes = in.get<std::uint64_t>();
+    header.content_bytes = in.get<std::uint64_t>();
+    header.hash.low = in.get<std::uint64_t>();
+    header.hash.high = in.get<std::uint64_t>();
+    if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin()) || header.kind.name != kind.name) {
+        return bad("is no \"" + name + "\" file");
+    }
+    if (encode(header) != bytes) return bad("has a damaged header");
+    if (header.kind.version != kind.version) {
+        return bad("is of version " + std::to_string(header.kind.version) +
+                   ", this program reads " + std::to_string(kind.version));
+    }
+    if (header.offset > bytes_ || header.stored_bytes > bytes_ - header.offset) {
+        return bad("is cut off after " + std::to_string(bytes_) + " bytes");
+    }
+    if (header.content_bytes > kLongestDirectory) {
+        return bad("has a directory of " + std::to_string(header.content_bytes) + " bytes");
+    }
+    std::vector<std::uint8_t> stored(static_cast<std::size_t>(header.stored_bytes));
+    if (auto done = read(header.offset, stored); !done) return done;
+    directory_.resize(static_cast<std::size_t>(header.content_bytes));
+    const Result<std::size_t> size = decompress(stored, directory_);
+    if (!size || *size != directory_.size() || hash_of(directory_) != header.hash) {
+        return bad("has a damaged directory");
+    }
+    return {};
+}
+
+Result<void> SealedReader::read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const {
+    while (!bytes_out.empty()) {
+        const ssize_t count =
+            pread(handle_, bytes_out.data(), bytes_out.size(), static_cast<off_t>(offset));
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) {
+            return fail(ErrorCode::io,
+                        "cannot read " + in_quotes(path_) + ": " + std::strerror(errno));
+        }
+        if (count == 0) {
+            return fail(ErrorCode::bad_data,
+                        in_quotes(path_) + " is cut off at byte " + std::to_string(offset));
+        }
+        bytes_out = bytes_out.subspan(static_cast<std::size_t>(count));
+        offset += static_cast<std::uint64_t>(count);
+    }
+    return {};
+}
+
+}  // namespace terrane

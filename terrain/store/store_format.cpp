@@ -1,0 +1,462 @@
+// SPDX-License-Identifier: MIT
+//
+// Sources: NIST, Secure Hash Standard, FIPS 180-4, 2015: sections 4.1.2, 4.2.2, 5.1.1, 5.3.3, 6.2.
+// Deviations: none. Its constants are computed from their definition, the first 32 bits of the fractional
+//             parts of square and cube roots of primes, by integers.
+#include "store_format.h"
+
+#include "chunk/chunk_vertices.h"
+
+#include <terrane/store/bytes.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane::internal {
+namespace {
+
+/// The largest integer whose square, or cube, is at most prime * 2^(32 * power); its last 32 bits.
+constexpr std::uint32_t root_fraction(std::uint64_t prime, int power) {
+    __extension__ using Wide = unsigned __int128;
+    // Below 7.4 * 2^32 for the cube root of 409, below 4.4 * 2^32 for the square root of 19.
+    std::uint64_t root = 0;
+    for (int bit = 34; bit >= 0; --bit) {
+        const std::uint64_t tried = root | std::uint64_t{1} << bit;
+        // compare tried^power with prime << (32 * power), without its lowest bits' overflow
+        const Wide square = Wide{tried} * tried;
+        const bool fits =
+            power == 2 ? square <= Wide{prime} << 64 : square <= (Wide{prime} << 96) / tried;
+        if (fits) root = tried;
+    }
+    return static_cast<std::uint32_t>(root);
+}
+
+template <std::size_t count>
+constexpr std::array<std::uint32_t, count> root_fractions(int power) {
+    std::array<std::uint32_t, count> fractions{};
+    std::size_t found = 0;
+    for (std::uint64_t n = 2; found < count; ++n) {
+        bool is_prime = true;
+        for (std::uint64_t d = 2; d * d <= n; ++d) is_prime = is_prime && n % d != 0;
+        if (is_prime) fractions[found++] = root_fraction(n, power);
+    }
+    return fractions;
+}
+
+constexpr std::array<std::uint32_t, 64> kRound = root_fractions<64>(3);
+constexpr std::array<std::uint32_t, 8> kStart = root_fractions<8>(2);
+static_assert(kRound[0] == 0x428a2f98u && kRound[63] == 0xc67178f2u && kStart[0] == 0x6a09e667u);
+
+void add_block(const std::uint8_t* block, std::array<std::uint32_t, 8>& state) {
+    std::array<std::uint32_t, 64> w{};
+    for (std::size_t t = 0; t < 16; ++t) {
+        for (std::size_t k = 0; k < 4; ++k) w[t] = w[t] << 8 | block[4 * t + k];
+    }
+    for (std::size_t t = 16; t < 64; ++t) {
+        const std::uint32_t a = w[t - 15], b = w[t - 2];
+        w[t] = (std::rotr(b, 17) ^ std::rotr(b, 19) ^ (b >> 10)) + w[t - 7] +
+               (std::rotr(a, 7) ^ std::rotr(a, 18) ^ (a >> 3)) + w[t - 16];
+    }
+    auto [a, b, c, d, e, f, g, h] = state;
+    for (std::size_t t = 0; t < 64; ++t) {
+        const std::uint32_t one = h + (std::rotr(e, 6) ^ std::rotr(e, 11) ^ std::rotr(e, 25)) +
+                                  ((e & f) ^ (~e & g)) + kRound[t] + w[t];
+        const std::uint32_t two =
+            (std::rotr(a, 2) ^ std::rotr(a, 13) ^ std::rotr(a, 22)) + ((a & b) ^ (a & c) ^ (b & c));
+        h = g;
+        g = f;
+        f = e;
+        e = d + one;
+        d = c;
+        c = b;
+        b = a;
+        a = one + two;
+    }
+    const std::array<std::uint32_t, 8> sum{a, b, c, d, e, f, g, h};
+    for (std::size_t i = 0; i < 8; ++i) state[i] += sum[i];
+}
+
+}  // namespace
+
+std::string sha256(std::span<const std::uint8_t> bytes) {
+    std::array<std::uint32_t, 8> state = kStart;
+    std::size_t at = 0;
+    for (; bytes.size() - at >= 64; at += 64) add_block(bytes.data() + at, state);
+    std::vector<std::uint8_t> last(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end());
+    last.push_back(0x80);
+    while (last.size() % 64 != 56) last.push_back(0);
+    const std::uint64_t bits = std::uint64_t{8} * bytes.size();
+    for (int shift = 56; shift >= 0; shift -= 8) {
+        last.push_back(static_cast<std::uint8_t>(bits >> shift));
+    }
+    for (std::size_t i = 0; i < last.size(); i += 64) add_block(last.data() + i, state);
+    std::string text;
+    for (const std::uint32_t word : state) {
+        char digits[9];
+        std::snprintf(digits, sizeof(digits), "%08x", word);
+        text += digits;
+    }
+    return text;
+}
+
+// Lossless: differences are of the numbers' bits as unsigned integers that wrap around.
+
+namespace {
+
+constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
+constexpr std::size_t kCoarse = std::size_t{kChunkSquares + 1} * (kChunkSquares + 1);
+constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
+constexpr std::size_t kVertices = kAreas * AreaVertices::kSquares;
+
+enum Part : std::uint8_t { has_coarse_bounds = 1, has_cell_flags = 2 };
+
+/// Maps small numbers of either sign to small unsigned ones.
+constexpr std::uint32_t zigzag(std::uint32_t v) { return (v << 1) ^ (0u - (v >> 31)); }
+constexpr std::uint32_t unzigzag(std::uint32_t v) { return (v >> 1) ^ (0u - (v & 1)); }
+constexpr std::uint16_t zigzag(std::uint16_t v) {
+    return static_cast<std::uint16_t>((v << 1) ^ (0 - (v >> 15)));
+}
+constexpr std::uint16_t unzigzag(std::uint16_t v) {
+    return static_cast<std::uint16_t>((v >> 1) ^ (0 - (v & 1)));
+}
+
+/// The least significant bytes of all values, then the next ones, ...
+template <class T>
+void put_planes(ByteWriter& out, std::span<const T> values) {
+    std::vector<std::uint8_t> plane(values.size());
+    for (unsigned shift = 0; shift < 8 * sizeof(T); shift += 8) {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            plane[i] = static_cast<std::uint8_t>(values[i] >> shift);
+        }
+        out.put_each(std::span<const std::uint8_t>(plane));
+    }
+}
+
+template <class T>
+void get_planes(ByteReader& in, std::span<T> values_out) {
+    std::vector<std::uint8_t> plane(values_out.size());
+    for (T& value : values_out) value = 0;
+    for (unsigned shift = 0; shift < 8 * sizeof(T); shift += 8) {
+        in.get_each(std::span<std::uint8_t>(plane));
+        for (std::size_t i = 0; i < values_out.size(); ++i) {
+            values_out[i] = static_cast<T>(values_out[i] | T{plane[i]} << shift);
+        }
+    }
+}
+
+/// Prediction of a value from its western, southern and south-western neighbours: their plane.
+template <class At>
+std::uint32_t predicted(int column, int row, At&& at) {
+    if (row == 0) return column == 0 ? 0u : at(column - 1, row);
+    if (column == 0) return at(column, row - 1);
+    return at(column - 1, row) + at(column, row - 1) - at(column - 1, row - 1);
+}
+
+void put_grid(ByteWriter& out, std::span<const std::uint32_t> bits, int side) {
+    const auto at = [&](int column, int row) {
+        return bits[static_cast<std::size_t>(row * side + column)];
+    };
+    std::vector<std::uint32_t> rest(bits.size());
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            rest[static_cast<std::size_t>(row * side + column)] =
+                zigzag(at(column, row) - predicted(column, row, at));
+        }
+    }
+    put_planes(out, std::span<const std::uint32_t>(rest));
+}
+
+std::vector<std::uint32_t> get_grid(ByteReader& in, int side) {
+    std::vector<std::uint32_t> bits(static_cast<std::size_t>(side) *
+                                    static_cast<std::size_t>(side));
+    get_planes(in, std::span<std::uint32_t>(bits));
+    const auto at = [&](int column, int row) {
+        return bits[static_cast<std::size_t>(row * side + column)];
+    };
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            std::uint32_t& value = bits[static_cast<std::size_t>(row * side + column)];
+            value = unzigzag(value) + predicted(column, row, at);
+        }
+    }
+    return bits;
+}
+
+/// Differences of consecutive values.
+void put_row(ByteWriter& out, std::span<const std::uint16_t> bits) {
+    std::vector<std::uint16_t> rest;
+    rest.reserve(bits.size());
+    std::uint16_t before = 0;
+    for (const std::uint16_t value : bits) {
+        rest.push_back(zigzag(static_cast<std::uint16_t>(value - before)));
+        before = value;
+    }
+    put_planes(out, std::span<const std::uint16_t>(rest));
+}
+
+void get_row(ByteReader& in, std::span<std::uint16_t> bits_out) {
+    get_planes(in, bits_out);
+    std::uint16_t before = 0;
+    for (std::uint16_t& value : bits_out) {
+        value = static_cast<std::uint16_t>(unzigzag(value) + before);
+        before = value;
+    }
+}
+
+template <class To, class From>
+std::vector<To> bits_of(std::span<const From> values) {
+    std::vector<To> bits;
+    bits.reserve(values.size());
+    for (const From value : values) bits.push_back(std::bit_cast<To>(value));
+    return bits;
+}
+
+/// Calls visit() for every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning.
+template <class AnyVertices, class Visit>
+void for_each_vertex_number(AnyVertices& vertices, Visit&& visit) {
+    for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
+        for (auto& area : vertices.areas) {
+            for (auto& bound : area.inverse_square_bounds[kind]) visit(bound);
+        }
+        for (auto& area : vertices.areas) {
+            for (auto& low : area.low[kind]) visit(low);
+        }
+        for (auto& area : vertices.areas) {
+            for (auto& high : area.high[kind]) visit(high);
+        }
+    }
+    for (auto* side : {&vertices.east_side, &vertices.north_side}) {
+        for (auto& bound : side->inverse_square_bounds) visit(bound);
+        for (auto& low : side->low) visit(low);
+        for (auto& high : side->high) visit(high);
+    }
+}
+
+constexpr std::size_t kVertexNumbers =
+    3 * (AreaVertices::kKinds * kVertices + 2 * std::size_t{kChunkSquares});
+
+}  // namespace
+
+std::size_t max_encoded_bytes() {
+    return 1 + 4 * kSamples + 2 * kVertexNumbers + 4 * kCells + 8 + 4 + 4 + 4 * kAreas +
+           4 * kCoarse + kCells;
+}
+
+std::vector<std::uint8_t> encode_chunk(const Chunk& chunk) {
+    const ChunkVertices& vertices = *chunk.vertices;
+    ByteWriter out;
+    out.put(static_cast<std::uint8_t>((vertices.coarse_bounds.empty() ? 0 : has_coarse_bounds) |
+                                      (chunk.cell_flags.empty() ? 0 : has_cell_flags)));
+    put_grid(out, bits_of<std::uint32_t, std::int32_t>(chunk.heights), kChunkSamples);
+    std::vector<std::uint16_t> numbers;
+    numbers.reserve(kVertexNumbers);
+    for_each_vertex_number(vertices, [&](const auto& number) {
+        numbers.push_back(std::bit_cast<std::uint16_t>(number));
+    });
+    put_row(out, numbers);
+    put_grid(out, bits_of<std::uint32_t, float>(chunk.cell_bounds), kChunkCells);
+    out.put(vertices.reach_base);
+    out.put(vertices.reach_unit);
+    out.put(chunk.max_vertex_bound);
+    for (const Chunk::Area& area : chunk.areas) out.put(area.max_vertex_bound);
+    if (!vertices.coarse_bounds.empty()) {
+        put_planes(out, std::span<const std::uint32_t>(
+                            bits_of<std::uint32_t, float>(vertices.coarse_bounds)));
+    }
+    out.put_each(std::span<const std::uint8_t>(chunk.cell_flags));
+    return out.bytes();
+}
+
+Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> bytes,
+                                                  const Lattice& lattice, const ChunkKey& key) {
+    ByteReader in(bytes);
+    auto chunk = std::make_shared<Chunk>();
+    auto vertices = std::make_shared<ChunkVertices>();
+    chunk->key = key;
+    chunk->corner = lattice.corner(key);
+    chunk->step = lattice.step(key.level);
+    const auto parts = in.get<std::uint8_t>();
+    // reserved, so that the chunk has no more bytes than a load claims
+    chunk->heights.reserve(std::size_t{kChunkSamples} * kChunkSamples);
+    for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
+        chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));
+    }
+    std::vector<std::uint16_t> numbers(kVertexNumbers);
+    get_row(in, numbers);
+    auto next = numbers.begin();
+    for_each_vertex_number(*vertices, [&next](auto& number) {
+        number = std::bit_cast<std::remove_reference_t<decltype(number)>>(*next++);
+    });
+    chunk->cell_bounds.reserve(kCells);
+    for (const std::uint32_t bits : get_grid(in, kChunkCells)) {
+        chunk->cell_bounds.push_back(std::bit_cast<float>(bits));
+    }
+    vertices->reach_base = in.get<double>();
+    vertices->reach_unit = in.get<float>();
+    chunk->max_vertex_bound = in.get<float>();
+    for (Chunk::Area& area : chunk->areas) area.max_vertex_bound = in.get<float>();
+    if ((parts & has_coarse_bounds) != 0) {
+        std::vector<std::uint32_t> coarse(kCoarse);
+        get_planes(in, std::span<std::uint32_t>(coarse));
+        vertices->coarse_bounds.reserve(kCoarse);
+        for (const std::uint32_t bits : coarse) {
+            vertices->coarse_bounds.push_back(std::bit_cast<float>(bits));
+        }
+    }
+    if ((parts & has_cell_flags) != 0) {
+        chunk->cell_flags.resize(kCells);
+        in.get_each(std::span<std::uint8_t>(chunk->cell_flags));
+    }
+    if (!in.is_done() || ((parts & has_coarse_bounds) != 0) != (key.level == 0)) {
+        return fail(ErrorCode::bad_data, "a chunk of " + std::to_string(bytes.size()) +
+                                             " bytes has not all of its parts");
+    }
+    complete_chunk(lattice.quantum, std::move(vertices), *chunk);
+    return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+namespace {
+
+/// Number of chunks of all coarser levels.
+std::int64_t chunks_before(const Lattice& lattice, int level) {
+    const std::int64_t roots = std::int64_t{lattice.root_count_x} * lattice.root_count_y;
+    return roots * (((std::int64_t{1} << (2 * level)) - 1) / 3);
+}
+
+void put_world(ByteWriter& out, const StoreDirectory& directory) {
+    const Lattice& lattice = directory.lattice;
+    out.put(lattice.origin_x);
+    out.put(lattice.origin_y);
+    out.put(lattice.spacing);
+    out.put(lattice.quantum);
+    out.put(std::int32_t{lattice.finest_level});
+    out.put(lattice.first_root_x);
+    out.put(lattice.first_root_y);
+    out.put(lattice.root_count_x);
+    out.put(lattice.root_count_y);
+    out.put(directory.extent.west);
+    out.put(directory.extent.south);
+    out.put(directory.extent.east);
+    out.put(directory.extent.north);
+    out.put(directory.max_error_m);
+    out.put_each(std::span<const double>(directory.rises));
+    for (const ChunkRecord& chunk : directory.chunks) {
+        out.put(chunk.hash.low);
+        out.put(chunk.hash.high);
+        out.put(chunk.heights.low);
+        out.put(chunk.heights.high);
+    }
+    out.put_text(directory.note);
+}
+
+}  // namespace
+
+std::size_t StoreDirectory::index_of(const ChunkKey& key) const {
+    const std::int64_t per_root = std::int64_t{1} << key.level;
+    const std::int64_t x = key.x - lattice.first_root_x * per_root;
+    const std::int64_t y = key.y - lattice.first_root_y * per_root;
+    return static_cast<std::size_t>(chunks_before(lattice, key.level) +
+                                    y * lattice.root_count_x * per_root + x);
+}
+
+std::int64_t count_chunks(const Lattice& lattice) {
+    // At most 24 levels and 2^31 x 2^31 roots: doubles do not overflow.
+    const double count = static_cast<double>(lattice.root_count_x) * lattice.root_count_y *
+                         std::ldexp(1.0, 2 * lattice.finest_level);
+    if (count > static_cast<double>(kMostChunks)) return kMostChunks + 1;
+    return std::min(chunks_before(lattice, lattice.finest_level + 1), kMostChunks + 1);
+}
+
+ChunkKey key_at(const Lattice& lattice, std::int64_t index) {
+    int level = 0;
+    while (chunks_before(lattice, level + 1) <= index) ++level;
+    const std::int64_t per_root = std::int64_t{1} << level;
+    const std::int64_t across = lattice.root_count_x * per_root;
+    const std::int64_t in_level = index - chunks_before(lattice, level);
+    return {static_cast<std::int32_t>(lattice.first_root_x * per_root + in_level % across),
+            static_cast<std::int32_t>(lattice.first_root_y * per_root + in_level / across),
+            static_cast<std::uint8_t>(level)};
+}
+
+std::vector<double> rise_distances(const Lattice& lattice) {
+    constexpr double kDiagonal = 0.70710678118654757;
+    constexpr int kBelow = 24, kAbove = 9;
+    std::vector<double> distances;
+    for (int exponent = -kBelow; exponent < lattice.finest_level + kAbove; ++exponent) {
+        const double spacing = std::ldexp(lattice.spacing, exponent);
+        distances.push_back(kDiagonal * spacing);
+        distances.push_back(spacing);
+    }
+    return distances;
+}
+
+std::vector<std::uint8_t> encode(const StoreDirectory& directory) {
+    ByteWriter out;
+    put_world(out, directory);
+    for (const ChunkRecord& chunk : directory.chunks) {
+        out.put(chunk.offset);
+        out.put(chunk.bytes);
+    }
+    return out.bytes();
+}
+
+Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
+    ByteReader in(bytes);
+    StoreDirectory directory;
+    Lattice& lattice = directory.lattice;
+    lattice.origin_x = in.get<double>();
+    lattice.origin_y = in.get<double>();
+    lattice.spacing = in.get<double>();
+    lattice.quantum = in.get<double>();
+    lattice.finest_level = in.get<std::int32_t>();
+    lattice.first_root_x = in.get<std::int32_t>();
+    lattice.first_root_y = in.get<std::int32_t>();
+    lattice.root_count_x = in.get<std::int32_t>();
+    lattice.root_count_y = in.get<std::int32_t>();
+    directory.extent.west = in.get<double>();
+    directory.extent.south = in.get<double>();
+    directory.extent.east = in.get<double>();
+    directory.extent.north = in.get<double>();
+    directory.max_error_m = in.get<double>();
+    const auto senseless = [] { return fail(ErrorCode::bad_data, "the directory makes no sense"); };
+    if (in.has_failed() || !check(lattice)) return senseless();
+    const std::int64_t count = count_chunks(lattice);
+    constexpr std::size_t kRecordBytes = 44;
+    if (count > kMostChunks || static_cast<std::size_t>(count) > bytes.size() / kRecordBytes) {
+        return senseless();
+    }
+    directory.rises.resize(rise_distances(lattice).size());
+    in.get_each(std::span<double>(directory.rises));
+    directory.chunks.resize(static_cast<std::size_t>(count));
+    for (ChunkRecord& chunk : directory.chunks) {
+        chunk.hash.low = in.get<std::uint64_t>();
+        chunk.hash.high = in.get<std::uint64_t>();
+        chunk.heights.low = in.get<double>();
+        chunk.heights.high = in.get<double>();
+    }
+    directory.note = in.get_text();
+    for (ChunkRecord& chunk : directory.chunks) {
+        chunk.offset = in.get<std::uint64_t>();
+        chunk.bytes = in.get<std::uint32_t>();
+    }
+    if (!in.is_done()) return senseless();
+    return directory;
+}
+
+std::string sha_of(const StoreDirectory& directory) {
+    ByteWriter out;
+    out.put_each(std::span<const char>(kStoreKind.name));
+    out.put(kStoreKind.version);
+    put_world(out, directory);
+    return sha256(out.bytes());
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: MIT
+#include "level_set/shapes.h"
+
+#include "base/aabb_tree.h"
+#include "base/settings_check.h"
+
+#include <terrane/base/text.h>
+#include <terrane/volume/volume_shapes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace terrane {
+namespace {
+
+constexpr double kMostSize = 1e5;         // metres
+constexpr double kMostPosition = 0x1p38;  // metres, as heights
+constexpr std::size_t kMostPathPoints = std::size_t{1} << 20;
+constexpr std::size_t kMostTriangles = std::size_t{1} << 22;
+
+Result<void> check_size(const char* name, double value, bool may_be_zero) {
+    if (value <= kMostSize && (value > 0.0 || (may_be_zero && value == 0.0))) return {};
+    return fail(ErrorCode::invalid_argument,
+                std::string(name) +
+                    (may_be_zero ? " must be 0 to" : " must be above 0 and at most") +
+                    " 1e+05 m, got " + number_text(value));
+}
+
+Result<void> check_points(const char* name, const std::vector<Eigen::Vector3d>& points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+            // also false for NaN
+            if (std::abs(points[i][axis]) <= kMostSize) continue;
+            return fail(ErrorCode::invalid_argument,
+                        std::string(name) + "[" + number_text(i) +
+                            "] must be within 1e+05 m of the origin, got " +
+                            number_text(points[i][axis]));
+        }
+    }
+    return {};
+}
+
+struct ShapeCheck {
+    Result<void> operator()(const VolumeSphere& sphere) const {
+        return check_size("radius", sphere.radius, false);
+    }
+    Result<void> operator()(const VolumeCapsule& capsule) const {
+        if (auto ok = check_size("radius", capsule.radius, false); !ok) return ok;
+        return check_size("half_height", capsule.half_height, true);
+    }
+    Result<void> operator()(const VolumeBox& box) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (auto ok = check_size("half_extents", box.half_extents[axis], false); !ok) return ok;
+        }
+        return {};
+    }
+    Result<void> operator()(const VolumeTube& tube) const {
+        if (tube.path_shape.empty() || tube.path_shape.size() > kMostPathPoints) {
+            return fail(ErrorCode::invalid_argument, "path must have 1 to 1048576 points, got " +
+                                                         number_text(tube.path_shape.size()));
+        }
+        if (auto ok = check_points("path", tube.path_shape); !ok) return ok;
+        return check_size("radius", tube.radius, false);
+    }
+    Result<void> operator()(const VolumeMesh& mesh) const {
+        if (mesh.triangles.empty() || mesh.triangles.size() > kMostTriangles) {
+            return fail(ErrorCode::invalid_argument,
+                        "a mesh must have 1 to 4194304 triangles, got " +
+                            number_text(mesh.triangles.size()));
+        }
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            for (const std::uint32_t point : mesh.triangles[i]) {
+                if (point < mesh.points_shape.size()) continue;
+                return fail(ErrorCode::invalid_argument, "triangle " + number_text(i) +
+                                                             " of a mesh names point " +
+                                                             number_text(point) + " of " +
+                                                             number_text(mesh.points_shape.size()));
+            }
+        }
+        return check_points("points", mesh.points_shape);
+    }
+    Result<void> operator()(const VolumeFile& file) const {
+        if (!file.path.empty()) return {};
+        return fail(ErrorCode::invalid_argument, "a file's path is empty");
+    }
+};
+
+Result<void> check_pose(const Pose& pose) {
+    for (int row = 0; row < 3; ++row) {
+        if (!std::isfinite(pose.translation[row]) ||
+            std::abs(pose.translation[row]) > kMostPosition) {
+            return fail(ErrorCode::invalid_argument, "position must be within 2^38 m, got " +
+                                                         number_text(pose.translation[row]));
+        }
+    }
+    const Eigen::Matrix3d& r = pose.rotation;
+    double worst = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            const double product = r(0, a) * r(0, b) + r(1, a) * r(1, b) + r(2, a) * r(2, b);
+            const double off = std::abs(product - (a == b ? 1.0 : 0.0));
+            worst = off <= worst ? worst : off;  // keeps a NaN
+        }
+    }
+    const double determinant = r(0, 0) * (r(1, 1) * r(2, 2) - r(1, 2) * r(2, 1)) -
+                               r(0, 1) * (r(1, 0) * r(2, 2) - r(1, 2) * r(2, 0)) +
+                               r(0, 2) * (r(1, 0) * r(2, 1) - r(1, 1) * r(2, 0));
+    if (worst <= 1e-6 && determinant > 0.0) return {};
+    return fail(ErrorCode::invalid_argument,
+                "rotation must be orthonormal to 1e-6 with determinant 1, is off by " +
+                    number_text(worst) + " with determinant " + number_text(determinant));
+}
+
+}  // namespace
+
+Result<void> check(const VolumeOperation& operation) {
+    if (!(operation.voxel > 0.0) || operation.voxel > kMostSize) {
+        return fail(ErrorCode::invalid_argument, "voxel must be above 0 and at most 1e+05 m, got " +
+                                                     number_text(operation.voxel));
+    }
+    if (auto ok = std::visit(ShapeCheck{}, operation.shape); !ok) return ok;
+    return check_pose(operation.world_from_shape);
+}
+
+}  // namespace terrane
+
+namespace terrane::internal {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+using TrianglePair = std::pair<std::uint32_t, std::uint32_t>;
+
+Result<void> check_edges(const VolumeMesh& mesh) {
+    using Edge = std::pair<std::uint32_t, std::uint32_t>;
+    std::vector<Edge> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (const Triangle& triangle : mesh.triangles) {
+        for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(triangle[i], triangle[(i + 1) % 3]);
+    }
+    std::ranges::sort(edges);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Edge& edge = edges[i];
+        const char* fault = nullptr;
+        if (edge.first == edge.second) fault = "has no length";
+        if (i > 0 && edges[i - 1] == edge) fault = "has two triangles on one side";
+        if (!std::ranges::binary_search(edges, Edge{edge.second, edge.first}))
+            fault = "has one triangle";
+        if (fault == nullptr) continue;
+        return fail(ErrorCode::bad_data, "the mesh is not closed: its edge from point " +
+                                             number_text(edge.first) + " to " +
+                                             number_text(edge.second) + " " + fault);
+    }
+    return {};
+}
+
+/// Finds two triangles of which one has an edge that passes through the other, among those whose boxes overlap.
+class CrossingSearch {
+public:
+    explicit CrossingSearch(const VolumeMesh& mesh)
+        : mesh_(mesh), boxes_(mesh.triangles.size(), empty_box()) {
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            for (const std::uint32_t p : mesh.triangles[i])
+                include(mesh.points_shape[p], 0.0, boxes_[i]);
+        }
+    }
+
+    std::optional<TrianglePair> find() const {
+        const std::vector<AabbNode> tree = make_aabb_tree(boxes_);
+        std::optional<TrianglePair> found;
+        for (std::uint32_t i = 0; i < boxes_.size() && !found; ++i) {
+            visit_leaves(
+                tree, [&](const Aabb& box) { return !found && overlap(box, boxes_[i], 0.0); },
+                [&](std::uint32_t j) {
+                    if (i < j && (pierces(i, j) || pierces(j, i))) found = TrianglePair{i, j};
+                });
+        }
+        return found;
+    }
+
+private:
+    // Whether an edge of one triangle passes through the inside of another without a common point.
+    bool pierces(std::uint32_t with_edges, std::uint32_t through) const {
+        const Triangle& t = mesh_.triangles[through];
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t p = mesh_.triangles[with_edges][i],
+                                q = mesh_.triangles[with_edges][(i + 1) % 3];
+            if (std::ranges::find(t, p) != t.end() || std::ranges::find(t, q) != t.end()) continue;
+            if (side(t[0], t[1], t[2], p) * side(t[0], t[1], t[2], q) >= 0) continue;
+            const int first = side(p, q, t[0], t[1]);
+            if (first != 0 && first == side(p, q, t[1], t[2]) && first == side(p, q, t[2], t[0]))
+                return true;
+        }
+        return false;
+    }
+
+    // Sign of the volume of four points; 0 where rounding may decide.
+    int side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
+        const Eigen::Vector3d& origin = mesh_.points_shape[a];
+        const Eigen::Vector3d u = mesh_.points_shape[b] - origin,
+                              v = mesh_.points_shape[c] - origin;
+        const Eigen::Vector3d w = mesh_.points_shape[d] - origin;
+        const double volume = dot(cross(u, v), w);
+        const double noise = 1e-12 * u.lpNorm<1>() * v.lpNorm<1>() * w.lpNorm<1>();
+        return volume > noise ? 1 : volume < -noise ? -1 : 0;
+    }
+
+    const VolumeMesh& mesh_;
+    std::vector<Aabb> boxes_;
+};
+
+Eigen::Vector3d doubled_area(const VolumeMesh& mesh, const Triangle& triangle) {
+    const Eigen::Vector3d& a = mesh.points_shape[triangle[0]];
+    return cross(mesh.points_shape[triangle[1]] - a, mesh.points_shape[triangle[2]] - a);
+}
+
+}  // namespace
+
+Result<void> check_closed(const VolumeMesh& mesh) {
+    if (auto ok = check_edges(mesh); !ok) return ok;
+    if (const auto pair = CrossingSearch(mesh).find()) {
+        return fail(ErrorCode::bad_data,
+                    "the mesh crosses itself: an edge of triangle " + number_text(pair->first) +
+                        " or " + number_text(pair->second) + " passes through the other");
+    }
+    double volume = 0.0;
+    for (const Triangle& triangle : mesh.triangles) {
+        const Eigen::Vector3d from =
+            mesh.points_shape[triangle[0]] - mesh.points_shape[mesh.triangles[0][0]];
+        volume += dot(from, doubled_area(mesh, triangle)) / 6.0;
+    }
+    if (volume > 0.0) return {};
+    return fail(ErrorCode::bad_data,
+                "the mesh is inside out or empty: its volume is " + number_text(volume) + " m^3");
+}
+
+double surface_area(const VolumeMesh& mesh) {
+    double area = 0.0;
+    for (const Triangle& triangle : mesh.triangles) {
+        const Eigen::Vector3d doubled = doubled_area(mesh, triangle);
+        area += 0.5 * std::sqrt(dot(doubled, doubled));
+    }
+    return area;
+}
+
+// Signed distances by formula. Sources: C. Ericson. Real-Time Collision Detection. 2005, sections 5.1.2 (segment) and
+// 5.1.4 (box).
+
+namespace {
+
+CapsulePart make_capsule(const Eigen::Vector3d& from_world, const Eigen::Vector3d& to_world,
+                         double radius) {
+    const Eigen::Vector3d along = to_world - from_world;
+    const double square = dot(along, along);
+    return {from_world, along, square > 0.0 ? 1.0 / square : 0.0, radius};
+}
+
+Eigen::Vector3d to_place(const Pose& pose, const Eigen::Vector3d& p_shape) {
+    return rotated(pose.rotation, p_shape) + pose.translation;
+}
+
+}  // namespace
+
+double signed_distance(const CapsulePart& part, const Eigen::Vector3d& p_world) {
+    const Eigen::Vector3d p = p_world - part.from_world;
+    const double t = std::clamp(dot(p, part.along) * part.inverse_square, 0.0, 1.0);
+    const Eigen::Vector3d off = p - t * part.along;
+    return std::sqrt(dot(off, off)) - part.radius;
+}
+
+double signed_distance(const BoxPart& part, const Eigen::Vector3d& p_world) {
+    const Eigen::Vector3d p = rotated_back(part.world_from_box, p_world - part.centre_world);
+    Eigen::Vector3d beyond;
+    double largest = -std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+        const double excess = std::abs(p[axis]) - part.half_extents[axis];
+        largest = std::max(largest, excess);
+        beyond[axis] = std::max(excess, 0.0);
+    }
+    return largest <= 0.0 ? largest : std::sqrt(dot(beyond, beyond));
+}
+
+ExactShape ExactShape::place(const VolumeOperation& operation) {
+    const Pose& pose = operation.world_from_shape;
+    ExactShape shape;
+    if (const auto* sphere = std::get_if<VolumeSphere>(&operation.shape)) {
+        shape.capsules.push_back(make_capsule(pose.translation, pose.translation, sphere->radius));
+    } else if (const auto* capsule = std::get_if<VolumeCapsule>(&operation.shape)) {
+        const Eigen::Vector3d end(0.0, 0.0, capsule->half_height);
+        shape.capsules.push_back(
+            make_capsule(to_place(pose, -end), to_place(pose, end), capsule->radius));
+    } else if (const auto* box = std::get_if<VolumeBox>(&operation.shape)) {
+        shape.boxes.push_back({pose.rotation, pose.translation, box->half_extents});
+    } else if (const auto* tube = std::get_if<VolumeTube>(&operation.shape)) {
+        const std::size_t count = tube->path_shape.size();
+        for (std::size_t i = 0; i < std::max<std::size_t>(count - 1, 1); ++i) {
+            shape.capsules.push_back(make_capsule(
+                to_place(pose, tube->path_shape[i]),
+                to_place(pose, tube->path_shape[std::min(i + 1, count - 1)]), tube->radius));
+        }
+    }
+    return shape;
+}
+
+Aabb ExactShape::bounds() const {
+    Aabb box = empty_box();
+    for (const CapsulePart& part : capsules) {
+        include(part.from_world, part.radius, box);
+        include(part.from_world + part.along, part.radius, box);
+    }
+    for (const BoxPart& part : boxes) {
+        for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3d& half = part.half_extents;
+            const Eigen::Vector3d offset((corner & 1) != 0 ? half[0] : -half[0],
+                                         (corner & 2) != 0 ? half[1] : -half[1],
+                                         (corner & 4) != 0 ? half[2] : -half[2]);
+            include(part.centre_world + rotated(part.world_from_box, offset), 0.0, box);
+        }
+    }
+    return box;
+}
+
+double ExactShape::thickness() const {
+    return boxes.empty() ? 2.0 * capsules.front().radius
+                         : 2.0 * boxes.front().half_extents.minCoeff();
+}
+
+double ExactShape::signed_distance(const Eigen::Vector3d& p_world) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t part = 0; part < part_count(); ++part) {
+        least = std::min(least, part_distance(part, p_world));
+    }
+    return least;
+}
+
+namespace {
+
+constexpr std::uint64_t kMostItems = std::uint64_t{1}
+                                     << 24;  // of a list in a file, which is not trusted
+
+void put_vector(ByteWriter& out, const Eigen::Vector3d& v) {
+    for (int axis = 0; axis < 3; ++axis) out.put(v[axis]);
+}
+
+Eigen::Vector3d get_vector(ByteReader& in) {
+    Eigen::Vector3d v;
+    for (int axis = 0; axis < 3; ++axis) v[axis] = in.get<double>();
+    return v;
+}
+
+void put_points(ByteWriter& out, const std::vector<Eigen::Vector3d>& points) {
+    out.put(static_cast<std::uint64_t>(points.size()));
+    for (const Eigen::Vector3d& p : points) put_vector(out, p);
+}
+
+std::vector<Eigen::Vector3d> get_points(ByteReader& in) {
+    const auto count = in.get<std::uint64_t>();
+    std::vector<Eigen::Vector3d> points;
+    for (std::uint64_t i = 0; i < count && count <= kMostItems && !in.has_failed(); ++i)
+        points.push_back(get_vector(in));
+    return points;
+}
+
+void put_shape(ByteWriter& out, const VolumeSphere& shape) { out.put(shape.radius); }
+void put_shape(ByteWriter& out, const VolumeCapsule& shape) {
+    out.put(shape.radius);
+    out.put(shape.half_height);
+}
+void put_shape(ByteWriter& out, const VolumeBox& shape) { put_vector(out, shape.half_extents); }
+void put_shape(ByteWriter& out, const VolumeTube& shape) {
+    out.put(shape.radius);
+    put_points(out, shape.path_shape);
+}
+void put_shape(ByteWriter& out, const VolumeMesh& shape) {
+    put_points(out, shape.points_shape);
+    out.put(static_cast<std::uint64_t>(shape.triangles.size()));
+    for (const auto& triangle : shape.triangles)
+        out.put_each(std::span<const std::uint32_t>(triangle));
+}
+void put_shape(ByteWriter& out, const VolumeFile& shape) {
+    out.put_text(shape.path);
+    out.put_text(shape.grid);
+}
+
+std::optional<VolumeShape> get_shape(ByteReader& in, std::uint8_t kind) {
+    switch (kind) {
+        case 0:
+            return VolumeSphere{in.get<double>()};
+        case 1: {
+            VolumeCapsule shape;
+            shape.radius = in.get<double>();
+            shape.half_height = in.get<double>();
+            return shape;
+        }
+        case 2:
+            return VolumeBox{get_vector(in)};
+        case 3: {
+            VolumeTube shape;
+            shape.radius = in.get<double>();
+            shape.path_shape = get_points(in);
+            return shape;
+        }
+        case 4: {
+            VolumeMesh shape;
+            shape.points_shape = get_points(in);
+            const auto count = in.get<std::uint64_t>();
+            for (std::uint64_t i = 0; i < count && count <= kMostItems && !in.has_failed(); ++i)
+                in.get_each(std::span<std::uint32_t>(shape.triangles.emplace_back()));
+            return shape;
+        }
+        case 5: {
+            VolumeFile shape;
+            shape.path = in.get_text();
+            shape.grid = in.get_text();
+            return shape;
+        }
+        default:
+            return std::nullopt;
+    }
+}
+
+}  // namespace
+
+void put(ByteWriter& out, const VolumeOperation& operation) {
+    out.put(static_cast<std::uint8_t>(operation.op));
+    out.put(static_cast<std::uint8_t>(operation.shape.index()));
+    std::visit([&](const auto& shape) { put_shape(out, shape); }, operation.shape);
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            out.put(operation.world_from_shape.rotation(row, column));
+    }
+    put_vector(out, operation.world_from_shape.translation);
+    out.put(operation.voxel);
+}
+
+std::optional<VolumeOperation> get_operation(ByteReader& in) {
+    VolumeOperation operation;
+    const auto op = in.get<std::uint8_t>();
+    if (op > static_cast<std::uint8_t>(VolumeOp::add)) return std::nullopt;
+    operation.op = static_cast<VolumeOp>(op);
+    auto shape = get_shape(in, in.get<std::uint8_t>());
+    if (!shape) return std::nullopt;
+    operation.shape = std::move(*shape);
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            operation.world_from_shape.rotation(row, column) = in.get<double>();
+    }
+    operation.world_from_shape.translation = get_vector(in);
+    operation.voxel = in.get<double>();
+    if (in.has_failed()) return std::nullopt;
+    return operation;
+}
+
+}  // namespace terrane::internal

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "base/aabb_tree.h"
+
+#include <terrane/store/bytes.h>
+#include <terrane/volume/volume_shapes.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::internal {
+
+/// Everything within `radius` of a segment, world frame. A sphere has a segment of length 0.
+struct CapsulePart {
+    Eigen::Vector3d from_world, along;  // first end, and from it to the second
+    double inverse_square = 0.0;        // 1 / |along|^2; 0 for a sphere
+    double radius = 0.0;
+};
+
+/// A rotated box, world frame.
+struct BoxPart {
+    Eigen::Matrix3d world_from_box;
+    Eigen::Vector3d centre_world, half_extents;
+};
+
+/// Signed distance, metres, negative inside. Accuracy: a few units in the last place of the coordinates.
+double signed_distance(const CapsulePart& part, const Eigen::Vector3d& p_world);
+double signed_distance(const BoxPart& part, const Eigen::Vector3d& p_world);
+
+/// A shape whose distance has a formula: a union of capsules, or one box.
+struct ExactShape {
+    std::vector<CapsulePart> capsules;
+    std::vector<BoxPart> boxes;  // at most one, and then no capsules
+
+    /// Makes the parts of a sphere, capsule, box or tube that check() accepts.
+    static ExactShape place(const VolumeOperation& operation);
+
+    Aabb bounds() const;
+    /// Smallest extent along any direction, metres.
+    double thickness() const;
+    /// The least distance to a part.
+    double signed_distance(const Eigen::Vector3d& p_world) const;
+    std::uint32_t part_count() const {
+        return static_cast<std::uint32_t>(capsules.size() + boxes.size());
+    }
+    double part_distance(std::uint32_t part, const Eigen::Vector3d& p_world) const {
+        return boxes.empty() ? internal::signed_distance(capsules[part], p_world)
+                             : internal::signed_distance(boxes[part], p_world);
+    }
+};
+
+/// Whether a mesh that check() accepts bounds a solid: every edge has one triangle in each direction, no edge passes
+/// through a triangle, and the signed volume is positive. Surfaces that only touch are accepted.
+///
+/// Fails: bad_data, naming an edge or two triangles
+/// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap): all pairs of a fan
+Result<void> check_closed(const VolumeMesh& mesh);
+
+/// Sum of the areas of a mesh's triangles, square metres.
+double surface_area(const VolumeMesh& mesh);
+
+/// Writes an operation: op, kind of shape, its numbers, pose and voxel. Numbers keep their bits.
+void put(ByteWriter& out, const VolumeOperation& operation);
+
+/// Reads what put() wrote; none where the bytes end early or name no kind of shape. Sizes and poses are not checked.
+std::optional<VolumeOperation> get_operation(ByteReader& in);
+
+}  // namespace terrane::internal

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "commands/journey.h"
+#include "commands/travellers.h"
+#include "program/command.h"
+#include "program/summary.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kUsualSpeed = 12.0;                       // m/s
+constexpr double kLeastSpeed = 0.1, kGreatestSpeed = 1e3;  // m/s, what PathDriver accepts
+constexpr double kTruckHalfLength = 2.3;                   // metres, for which the camera is made
+
+struct DriveOptions : FlightOptions {
+    VehicleKind vehicle = VehicleKind::truck;
+    std::size_t crates = 0;
+    OnRoll on_roll = OnRoll::stop;
+    bool ruts = false;
+};
+
+CommandResult<void> run_drive(const DriveOptions& options) {
+    if (const CommandResult<void> good = check(options); !good) return good;
+    if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
+    TerrainOptions wanted = options.terrain;
+    if (options.ruts) wanted.dig_spacing = kRutSpacing;
+    CommandResult<Terrain> terrain = open_terrain(wanted);
+    if (!terrain) return pass_on(terrain.error());
+    std::unique_ptr<WheelRuts> ruts;
+    if (options.ruts) {
+        auto made = WheelRuts::create(*terrain, options.threads > 0 ? 1 : 0);
+        if (!made) return pass_on(made.error());
+        ruts = *std::move(made);
+    }
+    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
+    const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualSpeed);
+    if (!plan) return pass_on(plan.error());
+    Result<PathDriver> driver =
+        PathDriver::create(plan->path.points(), {.cruise_speed = plan->speed});
+    if (!driver) return pass_on(driver.error());
+    const std::vector<Eigen::Vector2d>& points = plan->path.points();
+    const std::size_t ahead = std::min<std::size_t>(points.size() - 1, 4);
+    const VehicleSettings settings = make_vehicle(options.vehicle);
+    VehicleTraveller vehicle(settings, *std::move(driver), options.on_roll, *terrain->source,
+                             points.front(), points[ahead] - points.front());
+    if (ruts) vehicle.set_ruts(*ruts);
+    ChaseCameraSettings camera;
+    camera.behind += 2.0 * (settings.chassis_half_extents.x() - kTruckHalfLength);
+    CommandResult<Journey> drive =
+        Journey::create(options, *terrain, *plan, options.crates, camera, vehicle);
+    if (!drive) return pass_on(drive.error());
+    Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
+    if (!maker) return pass_on(maker.error());
+    Result<FlightOutput> output =
+        FlightOutput::create(options, *terrain, Journey::columns(vehicle));
+    if (!output) return pass_on(output.error());
+    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
+        return pass_on(added.error());
+
+    if (const CommandResult<void> played = drive->play(*maker, *output); !played) return played;
+    nlohmann::ordered_json summary;
+    summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];
+    summary.update(summarize(drive->totals()));
+    summary["rolled_over"] = vehicle.has_rolled_over();
+    summary["rights"] = vehicle.rights();
+    summary["arrived"] = vehicle.has_arrived();
+    if (ruts) summary["digs"] = ruts->digs();
+    summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
+    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
+    summary["path"] = options.path;
+    summary["terrain"] = terrain->name;
+    const Result<void> ended = output->finish("Drive over " + terrain->name, summary);
+    if (!ended) return pass_on(ended.error());
+    print_summary(summary, options.json);
+    return output->verdict(plan->frame_count);
+}
+
+void add_vehicle_options(CLI::App& app, DriveOptions& options) {
+    VehicleKind* const vehicle = &options.vehicle;
+    add_choice(
+        app, "--vehicle", vehicle_names(), 0,
+        [vehicle](std::size_t number) { *vehicle = static_cast<VehicleKind>(number); },
+        "A truck on four wheels, a tracked vehicle that turns by its belts, or a six-wheeler that "
+        "steers with four of its wheels");
+    OnRoll* const on_roll = &options.on_roll;
+    add_choice(
+        app, "--on-roll", {"stop", "right"}, 0,
+        [on_roll](std::size_t number) { *on_roll = static_cast<OnRoll>(number); },
+        "When the vehicle has lain on its side or roof for a second: stop ends the drive, right "
+        "puts it on its wheels");
+    app.add_flag(
+        "--ruts", options.ruts,
+        "Wheels dig ruts of 15 cm into open ground, which stay; the finest spacing is 0.25 m "
+        "then, unless --detail-m says otherwise");
+}
+
+}  // namespace
+
+void add_drive_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<DriveOptions>();
+    options->path = "straight";
+    CLI::App* drive = app.add_subcommand(
+        "drive", "Drives a vehicle along a path on the contact surface, with a camera behind it");
+    drive
+        ->add_option(
+            "--path", options->path,
+            drivable_paths() + ", or a track: .csv, .gpx, .igc, .tum; its heights are not used")
+        ->type_name("PATH")
+        ->capture_default_str();
+    add_in_range(*drive, "--speed", options->speed, kLeastSpeed, kGreatestSpeed,
+                 "Metres a second to keep where the path is straight enough; 12 without it, or the "
+                 "mean of a track");
+    add_positive(*drive, "--seconds", options->seconds,
+                 "How long at most; 20 without it, or as long as the track");
+    add_vehicle_options(*drive, *options);
+    add_crates_option(*drive, options->crates);
+    add_flight_options(*drive, *options);
+    drive->footer(
+        "Waits for ground before the first frame only: a vehicle whose ground is late is parked\n"
+        "until it is there, and that is counted. The bodies of a --scene are in its way.\n"
+        "Example: terrane drive --dem tools/data/jacksboro.tif --seed 7 --vehicle six-wheeler\n"
+        "         --crates 40 --video --out out/drive");
+    drive->callback(
+        [&context, options] { context.run = [options] { return run_drive(*options); }; });
+}
+
+namespace {
+
+constexpr double kUsualWalk = 1.5;                         // m/s
+constexpr double kLeastWalk = 0.1, kGreatestWalk = 100.0;  // m/s
+
+struct WalkOptions : FlightOptions {
+    std::size_t crates = 0;
+};
+
+CommandResult<void> run_walk(const WalkOptions& options) {
+    if (const CommandResult<void> good = check(options); !good) return good;
+    if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
+    const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualWalk);
+    if (!plan) return pass_on(plan.error());
+    CharacterTraveller character({}, plan->path, plan->speed, *terrain->source);
+    CommandResult<Journey> walk =
+        Journey::create(options, *terrain, *plan, options.crates,
+                        {.behind = 6.0, .above = 1.8, .target_above = 0.5}, character);
+    if (!walk) return pass_on(walk.error());
+    Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
+    if (!maker) return pass_on(maker.error());
+    Result<FlightOutput> output =
+        FlightOutput::create(options, *terrain, Journey::columns(character));
+    if (!output) return pass_on(output.error());
+    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
+        return pass_on(added.error());
+
+    if (const CommandResult<void> played = walk->play(*maker, *output); !played) return played;
+    nlohmann::ordered_json summary = summarize(walk->totals());
+    summary["arrived"] = character.has_arrived();
+    summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
+    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
+    summary["path"] = options.path;
+    summary["terrain"] = terrain->name;
+    const Result<void> ended = output->finish("Walk over " + terrain->name, summary);
+    if (!ended) return pass_on(ended.error());
+    print_summary(summary, options.json);
+    return output->verdict(plan->frame_count);
+}
+
+}  // namespace
+
+void add_walk_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<WalkOptions>();
+    options->path = "straight";
+    CLI::App* walk = app.add_subcommand(
+        "walk", "Walks a character along a path on the contact surface, with a camera behind it");
+    walk->add_option(
+            "--path", options->path,
+            drivable_paths() + ", or a track: .csv, .gpx, .igc, .tum; its heights are not used")
+        ->type_name("PATH")
+        ->capture_default_str();
+    add_in_range(*walk, "--speed", options->speed, kLeastWalk, kGreatestWalk,
+                 "Metres a second; 1.5 without it, or the mean of a track");
+    add_positive(*walk, "--seconds", options->seconds,
+                 "How long at most; 20 without it, or as long as the track");
+    add_crates_option(*walk, options->crates);
+    add_flight_options(*walk, *options);
+    walk->footer(
+        "The character pushes crates that it can move, climbs steps, and walks around what stops\n"
+        "it. The bodies of a --scene are in its way too.\n"
+        "Example: terrane walk --dem tools/data/jacksboro.tif --seed 7 --crates 40 --video --out "
+        "out/walk");
+    walk->callback([&context, options] { context.run = [options] { return run_walk(*options); }; });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: MIT
+#include "flight/cameras.h"
+#include "flight/flight_output.h"
+#include "flight/pictures.h"
+#include "program/command.h"
+#include "program/geometry.h"
+#include "program/options.h"
+#include "program/output_file.h"
+#include "program/progress.h"
+#include "program/summary.h"
+#include "scene/body_placement.h"
+#include "scene/scene_bodies.h"
+#include "scene/terrain_options.h"
+
+#include <terrane/collision/world.h>
+#include <terrane/terrain/pager.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+
+/// A world from a file that holds the bytes of World::save(). Fails with io where it cannot be read, and as
+/// World::load(); messages name the file.
+Result<World> restore_world(const std::string& path, int worker_count);
+
+/// Pictures of the bodies of a drop, with frames.csv and report.html. Has a pager of its own, so that drawing does
+/// not affect the simulation.
+class DropFilm {
+public:
+    /// @param options fps, size, fov_deg, out, png and video are used
+    ///
+    /// Fails as FlightOutput and FrameMaker do.
+    static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
+                                   const World& world);
+
+    /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
+    Result<void> show(const World& world, const StepReport& report, double time);
+
+    /// Completes all files, and adds frames, renderer, samples and out to the summary. Fails with io.
+    Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
+
+private:
+    DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
+             DropCamera camera);
+
+    FlightOptions options_;
+    FrameMaker maker_;
+    FlightOutput output_;
+    DropCamera camera_;
+    std::vector<DrawnObject> objects_;
+};
+
+Result<World> restore_world(const std::string& path, int worker_count) {
+    // a folder opens as a stream without content: check first
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::is_regular_file(status)) {
+        return fail(ErrorCode::io, "cannot restore '" + path +
+                                       "': " + (error ? error.message() : "it is not a file"));
+    }
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(file),
+                                  std::istreambuf_iterator<char>()};
+    if (!file.good() && !file.eof()) {
+        return fail(ErrorCode::io, "cannot restore '" + path + "': it cannot be read");
+    }
+    Result<World> world = World::load(std::as_bytes(std::span(bytes)), {}, worker_count);
+    if (!world) {
+        return fail(world.error().code, "cannot restore '" + path + "': " + world.error().message);
+    }
+    return world;
+}
+
+namespace {
+
+const std::vector<std::string> kColumns{"awake", "touching_pairs", "depth_m"};
+
+}  // namespace
+
+DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
+                   DropCamera camera)
+    : options_(options),
+      maker_(std::move(maker)),
+      output_(std::move(output)),
+      camera_(std::move(camera)) {}
+
+Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
+                                  const World& world) {
+    Result<FrameMaker> maker = FrameMaker::create(terrain.source, frame_maker_settings(options));
+    if (!maker) return tl::unexpected(maker.error());
+    Result<FlightOutput> output = FlightOutput::create(options, terrain, kColumns);
+    if (!output) return tl::unexpected(output.error());
+    DropCamera camera(terrain.source, world.states());
+    maker->load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
+    return DropFilm(options, std::move(*maker), std::move(*output), std::move(camera));
+}
+
+Result<void> DropFilm::show(const World& world, const StepReport& report, double time) {
+    const View picture = make_view(options_.size, options_.fov_deg);
+    for (;;) {
+        const double due = static_cast<double>(output_.frames().size()) / options_.fps;
+        if (due > time) return {};
+        if (due > 0.0) camera_.follow(world.states(), 1.0 / options_.fps);
+        const View view = camera_.view(picture);
+        MadeFrame frame = maker_.make({.view = view, .velocity = camera_.velocity()}, {}, due);
+        frame.record.extra = {static_cast<double>(report.awake),
+                              static_cast<double>(report.touching_pairs), report.max_depth_m};
+        objects_.clear();
+        for (std::size_t body = 0; body < world.states().size(); ++body) {
+            add_objects(world.settings()[body].shape, world.states()[body], objects_);
+        }
+        const Result<void> added = output_.add(std::move(frame), view, objects_);
+        if (!added) return added;
+    }
+}
+
+Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& summary) {
+    // the report also shows the cost of the frames; the summary of the drop does not
+    nlohmann::ordered_json of_frames = summary;
+    of_frames.update(summarize(output_.frames(), options_.memory_bytes(), options_.fps));
+    if (const Result<void> ended = output_.finish(title, of_frames); !ended) return ended;
+    for (const char* key : {"frames", "renderer", "samples", "out"}) summary[key] = of_frames[key];
+    return {};
+}
+
+namespace {
+
+constexpr double kMaxSteps = 1e8;
+constexpr std::size_t kMostThreads = 64;
+constexpr std::size_t kMostDropped = 10'000'000;
+
+struct DropOptions {
+    TerrainOptions terrain;
+    DropLayout layout;
+    std::string shape_file;  ///< of --shape file:PATH; "" for none
+    double proxy_error = kUsualProxyError;
+    FlightOptions film;  ///< only what add_picture_options() adds is used
+    double dt = 1.0 / 60.0;
+    double substep = WorldSettings{}.max_substep;
+    double seconds = 10.0;
+    double contact_spacing_m = 0.0;
+    double memory_mb = 1024.0;
+    std::size_t threads = 1;
+    bool no_sleep = false;
+    std::string trace;
+    std::string save, restore;  ///< files of a world; "" for none
+    bool json = false;
+};
+
+/// Sums and maxima over the steps.
+struct DropTotals {
+    std::uint64_t fell_through = 0;
+    std::uint64_t parked = 0;
+    std::uint64_t left_world = 0;
+    std::uint64_t awake_body_steps = 0;
+    double simulated_time = 0.0;
+    double lost_time = 0.0;
+    double max_depth_m = 0.0;
+    std::vector<double> step_ms;
+
+    void add(const StepReport& report, double ms) {
+        fell_through += report.too_deep;
+        parked += report.parked;
+        left_world = report.left_world;  // bodies outside the extent after this step
+        awake_body_steps += report.awake;
+        simulated_time += report.simulated_time;
+        lost_time += report.lost_time;
+        max_depth_m = std::max(max_depth_m, report.max_depth_m);
+        step_ms.push_back(ms);
+    }
+};
+
+/// The `share` quantile of the values. Requires at least one value.
+double quantile(std::vector<double> values, double share) {
+    const auto rank =
+        static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
+                     values.end());
+    return values[rank];
+}
+
+std::size_t count_steps(const DropOptions& options) {
+    return static_cast<std::size_t>(std::max(1.0, std::floor(options.seconds / options.dt + 0.5)));
+}
+
+void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState> states) {
+    fmt::memory_buffer lines;
+    for (std::size_t body = 0; body < states.size(); ++body) {
+        const WorldPos& p_world = states[body].pose.translation;
+        const Quaternion q = quaternion_from_matrix(states[body].pose.rotation);
+        fmt::format_to(std::back_inserter(lines),
+                       "{},{},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}\n", step,
+                       body, p_world.x(), p_world.y(), p_world.z(), q[0], q[1], q[2], q[3]);
+    }
+    trace.write({lines.data(), lines.size()});
+}
+
+/// The world of --restore.
+CommandResult<World> reopen_world(const DropOptions& options, Pager& pager) {
+    pager.update({}, {}, 0.0);
+    Result<World> world = restore_world(options.restore, static_cast<int>(options.threads));
+    if (!world) return pass_on(world.error());
+    if (world->states().empty()) {
+        return failure(fmt::format("the world in '{}' has no bodies", options.restore));
+    }
+    return *std::move(world);
+}
+
+/// Loads the ground below the starts and creates the bodies above it.
+CommandResult<World> make_world(const DropOptions& options, const Terrain& terrain,
+                                const ObjectBodies& objects, Pager& pager) {
+    WorldSettings settings;
+    settings.allow_sleep = !options.no_sleep;
+    settings.max_substep = options.substep;
+    settings.worker_count = static_cast<int>(options.threads);
+    Result<World> world = World::create(settings);
+    if (!world) return pass_on(world.error());
+    Result<World> obstacles = World::create({});
+    if (!obstacles) return pass_on(obstacles.error());
+    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects.placed()}) {
+        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
+    }
+    pager.update({}, {}, 0.0);
+    const WorldRect area = drop_area(options.layout, pager.resident()->extent());
+    const double margin = 10.0;  // metres: widest shape plus a cell
+    const Pager::Ticket ticket = pager.require(
+        {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
+    pager.update({}, {}, 0.0);
+    pager.finish();
+    if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
+    if (!pager.is_ready(ticket)) {
+        return failure(fmt::format(
+            "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
+            options.memory_mb, area.east - area.west, area.north - area.south));
+    }
+    const std::vector<PlacedBody> bodies =
+        lay_out(options.layout, Ground(pager.resident(), pager.contact_level()), *obstacles);
+    pager.release(ticket);
+    if (bodies.size() != options.layout.count) {
+        return failure(fmt::format(
+            "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the start",
+            bodies.size(), options.layout.count, area.east - area.west, area.north - area.south));
+    }
+    for (const std::span<const PlacedBody> each :
+         {std::span(bodies), std::span(terrain.bodies), objects.placed()}) {
+        const auto added = add_bodies(each, *world);
+        if (!added) return pass_on(added.error());
+    }
+    return std::move(*world);
+}
+
+CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain,
+                                   ObjectBodies& objects, Pager& pager, World& world,
+                                   OutputFile* trace, DropFilm* film) {
+    using Clock = std::chrono::steady_clock;
+    const std::size_t step_count = count_steps(options);
+    Progress progress("dropping");
+    DropTotals totals;
+    totals.step_ms.reserve(step_count);
+    if (trace != nullptr) write_poses(*trace, 0, world.states());
+    StepReport report;
+    report.awake = world.states().size();
+    const auto film_until = [&](double time) {
+        return film == nullptr ? Result<void>{} : film->show(world, report, time);
+    };
+    if (const Result<void> shown = film_until(0.0); !shown) return pass_on(shown.error());
+    for (std::size_t step = 1; step <= step_count && !is_interrupted(); ++step) {
+        progress.show(static_cast<double>(step) / static_cast<double>(step_count));
+        const double time = options.dt * static_cast<double>(step);
+        pager.update({}, world.needs(), time);
+        const Ground ground(pager.resident(), pager.contact_level(), terrain.surface);
+        if (const Result<void> followed = objects.follow(world, ground); !followed)
+            return pass_on(followed.error());
+        const Clock::time_point begin = Clock::now();
+        report = world.step(ground, options.dt);
+        totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+        if (const Result<void> shown = film_until(time); !shown) return pass_on(shown.error());
+        if (trace == nullptr) continue;
+        write_poses(*trace, step, world.states());
+        if (trace->has_failed()) break;  // commit() reports the cause
+    }
+    return totals;
+}
+
+CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command) {
+    if (options.seconds / options.dt > kMaxSteps) {
+        return usage_error(
+            fmt::format("--seconds {:.6g} with --dt {:.6g} is more than {:.6g} steps",
+                        options.seconds, options.dt, kMaxSteps));
+    }
+    if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
+    if (options.layout.count == 0 && options.terrain.scene.empty()) {
+        return usage_error("--count 0 leaves nothing to drop: only a --scene has other bodies");
+    }
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command,
+        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
+         {{"--shape", "--scale", "--count", "--speed", "--spin", "--substep", "--no-sleep"},
+          options.restore.empty(),
+          "is in the world that --restore reads"},
+         {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}});
+    if (!no_idle_flags) return no_idle_flags;
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
+        return failure(fmt::format("--count 0 leaves nothing to drop: the scene '{}' has no bodies",
+                                   options.terrain.scene));
+    }
+    DropOptions with_seed = options;
+    with_seed.layout.seed = options.terrain.seed.value_or(1);
+    with_seed.layout.start = terrain->start;
+    if (!options.shape_file.empty()) {
+        Result<Shape> shape =
+            read_mesh_body(options.shape_file, options.proxy_error, options.layout.scale);
+        if (!shape) return pass_on(shape.error());
+        with_seed.layout.file_shape = *std::move(shape);
+    }
+    // Without workers every step has the ground that the bodies need: no body parks and no figure depends on time.
+    // A horizon of two steps is enough then.
+    Result<Pager> pager = Pager::create(
+        terrain->source, {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                          .worker_count = 0,
+                          .horizon = 2.0 * options.dt,
+                          .contact_spacing = options.contact_spacing_m});
+    if (!pager) return pass_on(pager.error());
+    Result<ObjectBodies> objects = ObjectBodies::create(terrain->source, terrain->objects.get());
+    if (!objects) return pass_on(objects.error());
+    CommandResult<World> world = options.restore.empty()
+                                     ? make_world(with_seed, *terrain, *objects, *pager)
+                                     : reopen_world(options, *pager);
+    if (!world) return pass_on(world.error());
+
+    watch_for_interrupts();
+    std::optional<OutputFile> trace;
+    if (!options.trace.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.trace);
+        if (!file) return pass_on(file.error());
+        trace.emplace(std::move(*file));
+        trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
+    }
+    std::optional<OutputFile> saved;
+    if (!options.save.empty()) {
+        Result<OutputFile> file = OutputFile::create(options.save);
+        if (!file) return pass_on(file.error());
+        saved.emplace(std::move(*file));
+    }
+    std::optional<DropFilm> film;
+    if (!options.film.out.empty()) {
+        Result<DropFilm> made = DropFilm::create(options.film, *terrain, *world);
+        if (!made) return pass_on(made.error());
+        film.emplace(std::move(*made));
+    }
+    const CommandResult<DropTotals> totals =
+        simulate(options, *terrain, *objects, *pager, *world, trace ? &*trace : nullptr,
+                 film ? &*film : nullptr);
+    if (!totals) return pass_on(totals.error());
+    if (trace) {
+        const Result<void> written = trace->commit();
+        if (!written) return pass_on(written.error());
+    }
+    if (saved) {
+        const std::vector<std::byte> bytes = world->save();
+        saved->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        const Result<void> written = saved->commit();
+        if (!written) return pass_on(written.error());
+    }
+
+    const std::size_t steps_done = totals->step_ms.size();
+    const bool is_cut_short = steps_done < count_steps(options);
+    if (steps_done == 0) return failure("interrupted before the first step");
+    const double all_time = totals->simulated_time + totals->lost_time;
+    nlohmann::ordered_json summary;
+    summary["bodies"] = world->states().size();
+    summary["steps"] = steps_done;
+    if (is_cut_short) summary["interrupted"] = true;
+    summary["fell_through"] = totals->fell_through;
+    summary["parked"] = totals->parked;
+    summary["left_world"] = totals->left_world;
+    summary["lost_time_share"] = all_time > 0.0 ? totals->lost_time / all_time : 0.0;
+    summary["awake_body_steps"] = totals->awake_body_steps;
+    summary["max_depth_m"] = totals->max_depth_m;
+    summary["step_ms_median"] = quantile(totals->step_ms, 0.5);
+    summary["step_ms_p99"] = quantile(totals->step_ms, 0.99);
+    summary["peak_bytes"] = pager->stats().peak_bytes;
+    summary["state_hash"] = fmt::format("{:016x}", world->state_hash());
+    if (film) {
+        const Result<void> ended = film->finish("Drop onto " + terrain->name, summary);
+        if (!ended) return pass_on(ended.error());
+    }
+    print_summary(summary, options.json);
+    if (is_cut_short) {
+        return failure(
+            fmt::format("interrupted after {} of {} steps", steps_done, count_steps(options)));
+    }
+    return {};
+}
+
+}  // namespace
+
+void add_drop_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<DropOptions>();
+    options->film.threads = 0;  // loads inside the update: every frame has its ground
+    CLI::App* drop = app.add_subcommand(
+        "drop",
+        "Drops bodies onto the ground around --start-m, among those of the scene, and "
+        "counts what goes wrong");
+    add_terrain_options(*drop, options->terrain);
+    const std::vector<std::string> shapes{"sphere", "capsule", "box", "hull", "compound", "mixed"};
+    drop->add_option_function<std::string>(
+            "--shape",
+            [to = options.get(), shapes](const std::string& text) {
+                constexpr std::string_view kFile = "file:";
+                const bool is_file = text.starts_with(kFile) && text.size() > kFile.size();
+                to->shape_file = is_file ? text.substr(kFile.size()) : "";
+                to->layout.shape =
+                    is_file ? DropShape::file
+                            : static_cast<DropShape>(read_choice("--shape", shapes, text));
+            },
+            "sphere (radius 0.5 m), capsule (0.4, half height 0.8), box (half extents 1, 2, 0.5), "
+            "hull (a stone of six corners), compound (a hammer), or mixed, which alternates "
+            "the first three; or file:PATH, a closed mesh in a PLY or OBJ file, as convex hulls")
+        ->default_str("sphere")
+        ->type_name("NAME");
+    add_in_range(*drop, "--proxy-error", options->proxy_error, 0.0, 1e6,
+                 "Largest distance between a mesh file's solid and its hulls, metres");
+    add_in_range(*drop, "--scale", options->layout.scale, 1e-3, 1e3,
+                 "Of all lengths: shapes, distances between them, and heights above the ground");
+    add_count(*drop, "--count", options->layout.count, 0,
+              "Bodies besides those of the scene; 0 only with a scene that has some", kMostDropped);
+    add_in_range(*drop, "--speed", options->layout.speed, -1e6, 1e6, "Downward at the start, m/s");
+    add_in_range(*drop, "--spin", options->layout.spin, -1e6, 1e6,
+                 "At the start, about a random axis of each body, rad/s");
+    add_in_range(*drop, "--dt", options->dt, 1e-6, kMostStep, "Length of a step, seconds");
+    add_in_range(*drop, "--substep", options->substep, 1e-5, 1.0,
+                 "Longest substep; a step is divided into equal ones, seconds");
+    add_positive(*drop, "--seconds", options->seconds, "Time simulated, seconds");
+    add_in_range(*drop, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
+                 "Bodies touch the coarsest level of at most this spacing, metres; 0: the finest");
+    add_in_range(*drop, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
+                 "Most memory that chunks take, MB of 2^20 bytes");
+    add_count(*drop, "--threads", options->threads, 1,
+              "Threads that step the bodies; any number of them gives the same bits", kMostThreads);
+    drop->add_flag("--no-sleep", options->no_sleep, "Bodies at rest stay awake");
+    drop->add_option(
+            "--trace", options->trace,
+            "CSV of the pose of every body after every step; step 0 is the start. A file of that "
+            "name is replaced")
+        ->type_name("FILE");
+    drop->add_option("--save", options->save,
+                     "Write the world as it is at the end. A file of that name is replaced")
+        ->type_name("FILE");
+    drop->add_option(
+            "--restore", options->restore,
+            "Go on from a world that --save wrote over the same terrain: 2 s, and 2 s more "
+            "of the world restored, give the bits of 4 s")
+        ->type_name("FILE");
+    add_picture_options(*drop, options->film, "film");
+    drop->add_flag("--json", options->json, "Print one JSON object");
+    add_preset_option(*drop);
+    drop->footer(
+        "The seed also moves and turns the bodies at the start.\n"
+        "Example: terrane drop --dem tools/data/jacksboro.tif --shape mixed --count 100 --speed "
+        "300");
+    drop->callback([&context, options, drop] {
+        context.run = [options, drop] { return run_drop(*options, *drop); };
+    });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+#include "commands/journey.h"
+
+#include "flight/flight_options.h"
+#include "flight/pictures.h"
+#include "program/progress.h"
+
+#include <terrane/playback/camera_path.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kGreatestMean = 1e3;  // m/s
+
+Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& terrain,
+                                   CameraPathSettings& settings, double usual_speed) {
+    if (!names_track_file(options.path)) {
+        if (!settings.speed) settings.speed = usual_speed;
+        return CameraPath::create(options.path, *terrain.source, planned_in(terrain, settings));
+    }
+    Result<Track> track = read_track(options.path, make_geo_reference(terrain.dem));
+    if (!track) return tl::unexpected(track.error());
+    if (!track->has_times && !settings.speed) settings.speed = usual_speed;
+    return follow_track(std::move(*track), *terrain.source, settings);
+}
+
+}  // namespace
+
+CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
+                                         double usual_speed) {
+    CameraPathSettings settings;
+    if (!std::isnan(options.speed)) settings.speed = options.speed;
+    if (!std::isnan(options.seconds)) settings.seconds = options.seconds;
+    const Result<CameraPath> path = open_drive_path(options, terrain, settings, usual_speed);
+    if (!path) return pass_on(path.error());
+    if (!path->jumps().empty()) {
+        return pass_on(
+            {ErrorCode::invalid_argument,
+             fmt::format("no vehicle or character can jump as the path '{}' does", options.path)});
+    }
+    const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
+    if (!frame_count) return tl::unexpected(frame_count.error());
+
+    constexpr double kSpacing = 1.0;  // least distance of points, metres
+    constexpr double kTimeStep = 0.05;
+    std::vector<Eigen::Vector2d> points;
+    double length = 0.0;
+    for (double time = 0.0; time <= path->duration(); time += kTimeStep) {
+        const Eigen::Vector2d p = path->at(time).eye_world.head<2>();
+        const double step = points.empty() ? 0.0 : (p - points.back()).norm();
+        if (!points.empty() && step < kSpacing) continue;
+        length += step;
+        points.push_back(p);
+    }
+    if (points.size() < 2) {
+        return pass_on(
+            {ErrorCode::invalid_argument,
+             fmt::format("the path '{}' is shorter than {} m", options.path, 2.0 * kSpacing)});
+    }
+    const double mean_speed = std::clamp(length / path->duration(), 1.0, kGreatestMean);
+    return DrivePlan{.path = Polyline(std::move(points)),
+                     .speed = settings.speed.value_or(mean_speed),
+                     .frame_count = *frame_count};
+}
+
+namespace {
+
+constexpr double kLongestStep = 1.0 / 60.0;  // seconds
+constexpr int kStepsToRest = 90;
+constexpr double kFreeAtStart = 3.0;  // metres between the traveller's start and crates
+
+/// Wood, in one of several shades.
+Colour crate_colour(std::size_t index) {
+    const float shade = 0.8f + 0.1f * static_cast<float>(index % 4);
+    return {0.72f * shade, 0.53f * shade, 0.30f * shade};
+}
+
+}  // namespace
+
+Journey::Journey(const FlightOptions& options, const Terrain& terrain, const DrivePlan& plan,
+                 std::size_t crate_count, const ChaseCameraSettings& camera, Traveller& traveller,
+                 ObjectBodies scene_objects, World world, World obstacles)
+    : options_(options),
+      terrain_(terrain),
+      plan_(plan),
+      traveller_(traveller),
+      camera_settings_(camera),
+      crates_{.path = plan.path,
+              .count = crate_count,
+              .seed = options.terrain.seed.value_or(1),
+              .start_radius = traveller.first_need().radius + kFreeAtStart},
+      world_(std::move(world)),
+      scene_objects_(std::move(scene_objects)),
+      obstacles_(std::move(obstacles)) {
+    camera_.emplace(*terrain.source, traveller_.pose(world_), camera_settings_);
+}
+
+CommandResult<Journey> Journey::create(const FlightOptions& options, const Terrain& terrain,
+                                       const DrivePlan& plan, std::size_t crate_count,
+                                       const ChaseCameraSettings& camera, Traveller& traveller) {
+    WorldSettings settings;
+    settings.report_contacts = true;
+    Result<World> world = World::create(settings);
+    if (!world) return pass_on(world.error());
+    Result<World> obstacles = World::create({});
+    if (!obstacles) return pass_on(obstacles.error());
+    Result<ObjectBodies> objects = ObjectBodies::create(terrain.source, terrain.objects.get());
+    if (!objects) return pass_on(objects.error());
+    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects->placed()}) {
+        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
+    }
+    return Journey(options, terrain, plan, crate_count, camera, traveller, *std::move(objects),
+                   *std::move(world), *std::move(obstacles));
+}
+
+std::vector<std::string> Journey::columns(const Traveller& traveller) {
+    std::vector<std::string> names{"speed_m_s", "depth_m", "body_x_m", "body_y_m", "body_z_m"};
+    const std::vector<std::string> more = traveller.columns();
+    names.insert(names.end(), more.begin(), more.end());
+    return names;
+}
+
+Ground Journey::ground_of(const FrameMaker& maker) const {
+    return {maker.pager().resident(), maker.pager().contact_level(), terrain_.surface};
+}
+
+// Puts the traveller and the crates on the ground, waits until springs and crates are at rest, and adds the bodies of
+// the scene.
+CommandResult<void> Journey::put_down(const Ground& ground) {
+    CommandResult<std::vector<PlacedBody>> crates = lay_out_crates(crates_, ground, obstacles_);
+    if (!crates) return pass_on(crates.error());
+    const Result<BodyId> entered = traveller_.enter(world_, ground, obstacles_);
+    if (!entered) return pass_on(entered.error());
+    body_ = *entered;
+    const auto added = add_bodies(*crates, world_);
+    if (!added) return pass_on(added.error());
+    crate_ids_ = *added;
+    for (int i = 0; i < kStepsToRest; ++i) {
+        traveller_.control(world_, false);
+        step(ground, kLongestStep);
+    }
+    const auto of_scene = add_bodies(terrain_.bodies, world_);
+    if (!of_scene) return pass_on(of_scene.error());
+    scene_ids_ = *of_scene;
+    const auto of_objects = add_bodies(scene_objects_.placed(), world_);
+    if (!of_objects) return pass_on(of_objects.error());
+    touched_.assign(world_.states().size(), 0);
+    for (const BodyId crate : crate_ids_) touched_[crate.index] = 1;
+    camera_.emplace(*terrain_.source, traveller_.pose(world_), camera_settings_);
+    return {};
+}
+
+void Journey::step(const Ground& ground, double dt) {
+    last_ = world_.step(ground, dt);
+    totals_.max_depth_m = std::max(totals_.max_depth_m, last_.max_depth_m);
+    totals_.fell_through += last_.too_deep;
+    totals_.parked += last_.parked;
+    totals_.left_world += last_.left_world;
+    totals_.simulated_time += last_.simulated_time;
+    totals_.lost_time += last_.lost_time;
+    ++totals_.steps;
+    const bool is_parked = world_.states()[body_.index].condition == BodyCondition::parked;
+    if (!is_parked && !traveller_.is_supported(world_)) ++totals_.airborne;
+}
+
+// Counts the crates that the traveller touched in the last step.
+void Journey::count_touched() {
+    supports_.clear();
+    traveller_.add_supports(world_, supports_);
+    for (const ContactEvent& event : world_.contact_events()) {
+        if (event.is_ground()) continue;
+        if (event.a == body_) supports_.push_back(event.b);
+        if (event.b == body_) supports_.push_back(event.a);
+    }
+    for (const BodyId touched : supports_) {
+        // scattered objects come later
+        if (!touched.is_valid() || touched.index >= touched_.size()) continue;
+        if (touched_[touched.index] != 1) continue;
+        touched_[touched.index] = 2;
+        ++totals_.crates_touched;
+    }
+}
+
+// Advances the journey by one frame on the resident ground.
+CommandResult<void> Journey::advance(const Ground& ground, double dt) {
+    const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
+    for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
+        const WorldPos before = world_.states()[body_.index].pose.translation;
+        if (const Result<void> followed = scene_objects_.follow(world_, ground); !followed)
+            return pass_on(followed.error());
+        traveller_.control(world_, true);
+        step(ground, dt / steps);
+        const BodyState& state = world_.states()[body_.index];
+        if (state.condition != BodyCondition::left_world) {
+            totals_.distance_m += (state.pose.translation - before).norm();
+        }
+        count_touched();
+        camera_->follow(traveller_.pose(world_), dt / steps, ground);
+        traveller_.react(world_, ground, dt / steps);
+    }
+    return {};
+}
+
+void Journey::draw() {
+    objects_.clear();
+    traveller_.draw(world_, objects_);
+    for (std::size_t i = 0; i < crate_ids_.size(); ++i) {
+        const std::uint32_t index = crate_ids_[i].index;
+        add_objects(world_.settings()[index].shape, world_.states()[index].pose, crate_colour(i),
+                    objects_);
+    }
+    for (const BodyId id : scene_ids_) {
+        const std::uint32_t index = id.index;
+        BodyState state = world_.states()[index];
+        // Bodies that wake and sleep as they are touched would flicker.
+        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+        add_objects(world_.settings()[index].shape, state, objects_);
+    }
+}
+
+CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
+    Progress progress("driving");
+    const View picture = make_view(options_.size, options_.fov_deg);
+    std::vector<BodyNeed> needs = crate_needs(crates_, *terrain_.source);
+    needs.push_back(traveller_.first_need());
+    const std::span<const BodyNeed> of_scene = obstacles_.needs();
+    needs.insert(needs.end(), of_scene.begin(), of_scene.end());
+    maker.load_until_stable(camera_->view(picture), needs, 0.0);
+    if (output.is_closed()) return {};
+    if (const CommandResult<void> placed = put_down(ground_of(maker)); !placed) return placed;
+    const auto start = std::chrono::steady_clock::now();
+    for (std::size_t i = 0; i < plan_.frame_count; ++i) {
+        progress.show(static_cast<double>(i) / static_cast<double>(plan_.frame_count));
+        const double time = static_cast<double>(i) / options_.fps;
+        if (options_.waits_for_clock()) {
+            std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
+        }
+        const View view = camera_->view(picture);
+        traveller_.change_ground(world_, maker.pager());
+        MadeFrame frame =
+            maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
+        const BodyState& body = world_.states()[body_.index];
+        const WorldPos& place = body.pose.translation;
+        frame.record.extra = {body.velocity.norm(), last_.max_depth_m, place.x(), place.y(),
+                              place.z()};
+        const std::vector<double> figures = traveller_.figures(world_);
+        frame.record.extra.insert(frame.record.extra.end(), figures.begin(), figures.end());
+        draw();
+        const Result<void> added = output.add(std::move(frame), view, objects_);
+        if (!added) return pass_on(added.error());
+        if (output.is_closed() || traveller_.has_ended(world_)) break;
+        const CommandResult<void> advanced = advance(ground_of(maker), 1.0 / options_.fps);
+        if (!advanced) return advanced;
+    }
+    return {};
+}
+
+nlohmann::ordered_json summarize(const JourneyTotals& totals) {
+    const auto share = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
+    nlohmann::ordered_json summary;
+    summary["distance_m"] = totals.distance_m;
+    summary["max_depth_m"] = totals.max_depth_m;
+    summary["airborne_share"] =
+        share(static_cast<double>(totals.airborne), static_cast<double>(totals.steps));
+    summary["fell_through"] = totals.fell_through;
+    summary["crates_touched"] = totals.crates_touched;
+    summary["steps"] = totals.steps;
+    summary["parked"] = totals.parked;
+    summary["left_world"] = totals.left_world;
+    summary["lost_time_share"] = share(totals.lost_time, totals.simulated_time);
+    return summary;
+}
+
+}  // namespace terrane::tools

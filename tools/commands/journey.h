@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "commands/travellers.h"
+#include "flight/cameras.h"
+#include "flight/flight_options.h"
+#include "flight/flight_output.h"
+#include "program/command.h"
+#include "program/geometry.h"
+#include "scene/body_placement.h"
+#include "scene/scene_bodies.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Path, speed and duration of a drive or walk.
+struct DrivePlan {
+    Polyline path;       ///< points at least 1 m apart
+    double speed = 0.0;  ///< to keep, m/s
+    std::size_t frame_count = 0;
+};
+
+/// The plan for a camera path or track projected to the plane. Fails with exit_usage for too many frames; with
+/// exit_failed for paths that jump, are shorter than 2 m, or cannot be read.
+///
+/// @param usual_speed m/s, where neither the options nor a track's times give one
+CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
+                                         double usual_speed);
+
+/// Sums and maxima over the steps of a journey.
+struct JourneyTotals {
+    double distance_m = 0.0;   // without free fall outside the world
+    double max_depth_m = 0.0;  // of any body
+    std::uint64_t fell_through =
+        0;  // body steps that ended deeper in the ground than the tolerance
+    std::uint64_t steps = 0;
+    std::uint64_t airborne = 0;  // steps in which the traveller stands on nothing
+    std::uint64_t parked = 0;    // body steps without resident ground
+    std::uint64_t left_world = 0;
+    double simulated_time = 0.0, lost_time = 0.0;
+    std::size_t crates_touched = 0;  // distinct ones
+};
+
+/// A traveller, crates and the bodies of a scene in one world, and a camera behind the traveller.
+class Journey {
+public:
+    /// All arguments but the camera's settings must outlive the journey.
+    ///
+    /// @param crate_count crates on and beside the path
+    static CommandResult<Journey> create(const FlightOptions& options, const Terrain& terrain,
+                                         const DrivePlan& plan, std::size_t crate_count,
+                                         const ChaseCameraSettings& camera, Traveller& traveller);
+
+    /// Columns of frames.csv.
+    static std::vector<std::string> columns(const Traveller& traveller);
+
+    /// Loads the first ground, puts everything on it, lets it come to rest for 1.5 s, and plays the frames.
+    CommandResult<void> play(FrameMaker& maker, FlightOutput& output);
+
+    const JourneyTotals& totals() const { return totals_; }
+
+private:
+    Journey(const FlightOptions& options, const Terrain& terrain, const DrivePlan& plan,
+            std::size_t crate_count, const ChaseCameraSettings& camera, Traveller& traveller,
+            ObjectBodies scene_objects, World world, World obstacles);
+
+    CommandResult<void> put_down(const Ground& ground);
+    Ground ground_of(const FrameMaker& maker) const;
+    CommandResult<void> advance(const Ground& ground, double dt);
+    void step(const Ground& ground, double dt);
+    void count_touched();
+    void draw();
+
+    const FlightOptions& options_;
+    const Terrain& terrain_;
+    const DrivePlan& plan_;
+    Traveller& traveller_;
+    ChaseCameraSettings camera_settings_;
+    CrateLayout crates_;
+    World world_;
+    ObjectBodies scene_objects_;
+    World obstacles_;  // the bodies of the scene and its static objects alone
+    std::optional<ChaseCamera> camera_;
+    BodyId body_{};
+    std::vector<BodyId> crate_ids_, scene_ids_;
+    std::vector<std::uint8_t>
+        touched_;  // by index of a body: 0 no crate, 1 a crate, 2 one that was touched
+    JourneyTotals totals_;
+    StepReport last_;
+    std::vector<BodyId> supports_;
+    std::vector<DrawnObject> objects_;
+};
+
+/// The keys that drives and walks have in common.
+nlohmann::ordered_json summarize(const JourneyTotals& totals);
+
+}  // namespace terrane::tools

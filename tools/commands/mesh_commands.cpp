@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: MIT
+#include "program/command.h"
+#include "program/options.h"
+#include "program/progress.h"
+#include "program/summary.h"
+#include "scene/mesh_files.h"
+#include "scene/terrain_options.h"
+
+#include <terrane/terrain/pager.h>
+#include <terrane/terrain/progressive_mesh.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+struct MeshOptions {
+    TerrainOptions terrain;
+    std::optional<WorldPos> eye_world;
+    std::optional<WorldPos> look_world;
+    double fov_deg = 60.0;
+    ImageSize size;
+    std::size_t budget = 100'000;
+    double max_error_px = 1.0;
+    double morph_ratio = 1.0;  // no morphing: there is no previous frame
+    double memory_mb = 1024.0;
+    std::string out;
+    bool json = false;
+};
+
+/// Loading starts with this error threshold and halves it, so that a small triangle budget loads no chunks that it
+/// cannot draw.
+constexpr double kFirstThreshold_px = 4096.0;
+constexpr int kMaxRounds = 64;
+
+Result<View> make_view(const MeshOptions& options, const Terrain& terrain) {
+    const HeightSource& source = *terrain.source;
+    const WorldRect region = work_region(terrain);
+    const WorldVec2 centre = start_of(terrain);
+    const double side = std::min(region.east - region.west, region.north - region.south);
+    const WorldPos target_world = options.look_world.value_or(
+        WorldPos(centre.x(), centre.y(), source.height(centre.x(), centre.y())));
+    // default eye: south of the target, and above the ground there
+    WorldPos eye_world = target_world + Eigen::Vector3d(0.0, -side / 4.0, side / 8.0);
+    eye_world.z() =
+        std::max(eye_world.z(), source.height(eye_world.x(), eye_world.y()) + side / 16.0);
+    return look_at(options.eye_world.value_or(eye_world), target_world,
+                   options.fov_deg * std::numbers::pi / 180.0, options.size.width_px,
+                   options.size.height_px);
+}
+
+/// Samples the terrain where the view looks by default, to get the error that HeightSource::height() cannot report.
+Result<void> read_middle(const Terrain& terrain) {
+    const HeightSource& source = *terrain.source;
+    const Lattice& lattice = source.lattice();
+    const WorldVec2 middle = start_of(terrain);
+    const auto index = [&lattice](double place, double origin) {
+        return static_cast<std::int64_t>(std::floor((place - origin) / lattice.spacing));
+    };
+    const SampleGrid grid{
+        {index(middle.x(), lattice.origin_x), index(middle.y(), lattice.origin_y)}, 1, 2, 2};
+    std::array<double, 4> heights{};
+    return source.sample(grid, heights);
+}
+
+/// Alternates loading and triangulation until the mesh needs no absent chunk.
+CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator,
+                                             const View& view, double memory_mb) {
+    const Progress progress("loading");
+    double wanted_px = kFirstThreshold_px;
+    std::uint64_t last_epoch = 0;
+    for (int round = 0; round < kMaxRounds; ++round) {
+        const std::array cameras{CameraNeed{.view = view, .threshold_px = wanted_px}};
+        pager.update(cameras, {}, static_cast<double>(round));
+        pager.finish();
+        const PagerStats stats = pager.stats();
+        if (stats.failed > 0) return failure("the terrain's heights could not be read");
+        const TerrainMesh mesh = triangulator.update(pager.resident(), view);
+        if (stats.late_chunks > 0) {
+            return failure(
+                fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
+                            memory_mb, stats.late_chunks));
+        }
+        // everything above wanted_px is resident: stable where the mesh cannot use more
+        const bool is_stable =
+            mesh.threshold_px >= wanted_px && mesh.resident->epoch() == last_epoch;
+        if (is_stable && mesh.status != MeshStatus::not_resident) return mesh;
+        last_epoch = mesh.resident->epoch();
+        wanted_px = std::max(mesh.threshold_px, 0.5 * wanted_px);
+    }
+    return failure(fmt::format("the mesh did not settle in {} rounds of loading", kMaxRounds));
+}
+
+CommandResult<void> run_mesh(const MeshOptions& options) {
+    const std::optional<MeshFormat> format = mesh_format(options.out);
+    if (!options.out.empty() && !format) {
+        return usage_error(
+            fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
+    }
+    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
+    if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    const Result<View> view = make_view(options, *terrain);
+    if (!view) {
+        const Result<void> read = read_middle(*terrain);
+        if (!read) return pass_on(read.error());
+        return usage_error(view.error().message);
+    }
+    Result<Triangulator> triangulator =
+        Triangulator::create(*terrain->source, {.triangle_budget = options.budget,
+                                                .max_error_px = options.max_error_px,
+                                                .morph_ratio = options.morph_ratio});
+    if (!triangulator) return pass_on(triangulator.error());
+    PagerSettings paging;
+    paging.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20);
+    paging.worker_count = 0;
+    Result<Pager> pager = Pager::create(terrain->source, paging);
+    if (!pager) return pass_on(pager.error());
+
+    const CommandResult<TerrainMesh> mesh =
+        load_until_stable(*pager, *triangulator, *view, options.memory_mb);
+    if (!mesh) return pass_on(mesh.error());
+    // the other formats have had positions only from the first
+    const IndexedMesh welded =
+        weld(*mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
+    if (!options.out.empty()) {
+        const Result<void> written = write_mesh(welded, *format, options.out);
+        if (!written) return pass_on(written.error());
+    }
+
+    const auto as_array = [](const Eigen::Vector3d& v) { return std::array{v.x(), v.y(), v.z()}; };
+    nlohmann::ordered_json summary;
+    summary["triangles"] = welded.triangles.size();
+    summary["vertices"] = welded.vertices_world.size();
+    summary["error_px"] = mesh->error_px;
+    summary["status"] = name_of(mesh->status);
+    summary["eye_m"] = as_array(view->eye_world);
+    summary["forward"] = as_array(view->forward);
+    if (!options.out.empty()) summary["out"] = options.out;
+    print_summary(summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<MeshOptions>();
+    CLI::App* mesh = app.add_subcommand(
+        "mesh", "Makes the mesh of one view, with everything loaded that it needs, and writes it");
+    add_terrain_options(*mesh, options->terrain);
+    add_point(*mesh, "--eye", options->eye_world,
+              "Where the camera is, metres; without it south of the point looked at, and above");
+    add_point(*mesh, "--look", options->look_world,
+              "The point looked at, metres; without it the ground at --start-m");
+    add_in_range(*mesh, "--fov-deg", options->fov_deg, 0.1, 179.0,
+                 "Vertical field of view, degrees");
+    add_size(*mesh, "--size", options->size, "Size of the picture, pixels");
+    add_count(*mesh, "--budget", options->budget, 1, "Most triangles", kMostTriangles);
+    add_positive(*mesh, "--max-error-px", options->max_error_px,
+                 "Refinement stops below this screen error, pixels");
+    add_in_range(
+        *mesh, "--morph-ratio", options->morph_ratio, 1.0, 16.0,
+        "Vertices slide in while their priority grows by this factor, as in a flight; 1: no "
+        "morphing");
+    add_in_range(*mesh, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
+                 "Most memory that chunks take, MB of 2^20 bytes");
+    mesh->add_option("--out", options->out,
+                     "File to write, .ply (binary, double), .obj or .glb (glTF): one indexed mesh, "
+                     "counter-clockwise from above. A file of that name is replaced")
+        ->type_name("FILE");
+    mesh->add_flag("--json", options->json, "Print one JSON object");
+    add_preset_option(*mesh);
+    mesh->footer(
+        "Example: terrane mesh --dem tools/data/jacksboro.tif --budget 20000 --out jacksboro.ply");
+    mesh->callback([&context, options] { context.run = [options] { return run_mesh(*options); }; });
+}
+
+namespace {
+
+struct SimplifyOptions {
+    std::string in, out;
+    std::size_t triangles = 0;
+    double error_m = std::numeric_limits<double>::infinity();
+    bool has_limit = false;
+    bool json = false;
+};
+
+struct SimplifiedFile {
+    IndexedMesh mesh;
+    double error_m = 0.0;
+    const char* stop = "";
+};
+
+/// Moves a mesh that is far from the origin to it, by whole metres. Returns what rounding adds to distances, metres.
+double move_to_origin(TriangleMesh& mesh) {
+    double largest = 0.0;
+    for (const Eigen::Vector3d& p : mesh.positions)
+        largest = std::max(largest, p.cwiseAbs().maxCoeff());
+    // Refused where it is not finite.
+    if (!(largest > kLargestMeshCoordinate) || !std::isfinite(largest)) return 0.0;
+    const Eigen::Vector3d origin = mesh.positions.front().array().floor();
+    for (Eigen::Vector3d& p : mesh.positions) p -= origin;
+    return 2.0 * largest * std::numeric_limits<double>::epsilon();
+}
+
+/// Sets the first level that meets one of the limits, and says which.
+const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error_m) {
+    mesh.set_triangle_count(triangles);
+    const bool meets_count = mesh.triangles().size() <= triangles;
+    if (mesh.error_m() > error_m) {
+        mesh.set_error(error_m);
+        return "error";
+    }
+    return meets_count ? "triangles" : "no_contraction";
+}
+
+/// The mesh at one level, with the vertices that its triangles use, in the order of the input.
+Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptions& options) {
+    TriangleMesh near = mesh;
+    const double rounding = move_to_origin(near);
+    Result<ProgressiveMesh> made =
+        ProgressiveMesh::create(near, {.least_triangle_count = options.triangles});
+    if (!made) return tl::unexpected<Error>(made.error());
+    if (made->triangles().empty())
+        return fail(ErrorCode::bad_data, "all of its triangles have two corners in one place");
+    SimplifiedFile file;
+    file.stop = set_level(*made, options.triangles, options.error_m - rounding);
+    file.error_m = made->error_m() > 0.0 ? made->error_m() + rounding : 0.0;
+    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+    std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
+    for (const auto& triangle : made->triangles()) {
+        for (const std::uint32_t vertex : triangle) number[made->input_vertices()[vertex]] = 0;
+    }
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        if (number[i] == kUnused) continue;
+        number[i] = static_cast<std::uint32_t>(file.mesh.vertices_world.size());
+        file.mesh.vertices_world.push_back(mesh.positions[i]);
+        if (!mesh.colours.empty()) file.mesh.colours.push_back(mesh.colours[i]);
+        if (!mesh.normals.empty()) file.mesh.normals.push_back(mesh.normals[i]);
+        if (!mesh.texture_coordinates.empty())
+            file.mesh.texture_coordinates.push_back(mesh.texture_coordinates[i]);
+    }
+    std::vector<std::uint32_t> order(made->triangles().size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::sort(order, {}, [&](std::uint32_t i) { return made->input_triangles()[i]; });
+    for (const std::uint32_t i : order) {
+        TriangleMesh::Triangle triangle = made->triangles()[i];
+        for (std::uint32_t& vertex : triangle) vertex = number[made->input_vertices()[vertex]];
+        file.mesh.triangles.push_back(triangle);
+    }
+    return file;
+}
+
+CommandResult<void> run_simplify(const SimplifyOptions& options) {
+    const std::optional<MeshFormat> format = mesh_format(options.out);
+    if (!format) {
+        return usage_error(fmt::format("OUT must end in {}, got '{}'", kMeshEndings, options.out));
+    }
+    if (!options.has_limit) {
+        return usage_error("simplify needs --triangles or --error, or both");
+    }
+    const Result<TriangleMesh> mesh = read_mesh_with_attributes(options.in);
+    if (!mesh) return pass_on(mesh.error());
+    const auto start = std::chrono::steady_clock::now();
+    const Result<SimplifiedFile> result = simplify_to(*mesh, options);
+    const std::chrono::duration<double, std::milli> duration =
+        std::chrono::steady_clock::now() - start;
+    if (!result) {
+        return failure(
+            fmt::format("cannot simplify mesh '{}': {}", options.in, result.error().message));
+    }
+    const Result<void> written = write_mesh(result->mesh, *format, options.out);
+    if (!written) return pass_on(written.error());
+
+    nlohmann::ordered_json summary;
+    summary["triangles"] = result->mesh.triangles.size();
+    summary["vertices"] = result->mesh.vertices_world.size();
+    summary["error_m"] = result->error_m;
+    summary["ms"] = duration.count();
+    summary["stop"] = result->stop;
+    summary["input_triangles"] = mesh->triangles.size();
+    summary["out"] = options.out;
+    print_summary(summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_simplify_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<SimplifyOptions>();
+    CLI::App* simplify = app.add_subcommand(
+        "simplify", "Reduces the triangles of a mesh file, with a certified error");
+    simplify
+        ->add_option("IN", options->in,
+                     "File to read, .ply, .obj, .glb, .gltf or .stl: its positions, "
+                     "triangles and colours of vertices, in metres; of .ply and .obj also normals "
+                     "and texture coordinates")
+        ->type_name("FILE")
+        ->required();
+    simplify
+        ->add_option("OUT", options->out,
+                     "File to write, .ply (binary, double), .obj or .glb (glTF, without "
+                     "attributes). A file of that name is replaced; it may be IN")
+        ->type_name("FILE")
+        ->required();
+    CLI::Option* const triangles = add_count(
+        *simplify, "--triangles", options->triangles, 0,
+        "Stop at this many triangles; 0: as few as can be. With --error: at the first of both");
+    CLI::Option* const error =
+        add_not_negative(*simplify, "--error", options->error_m,
+                         "Stop before the two-sided Hausdorff distance to IN exceeds this, metres");
+    simplify->add_flag("--json", options->json, "Print one JSON object");
+    simplify->footer("Example: terrane simplify tools/data/boulder.obj boulder.ply --triangles 50");
+    simplify->callback([&context, options, triangles, error] {
+        options->has_limit = triangles->count() + error->count() > 0;
+        context.run = [options] { return run_simplify(*options); };
+    });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "program/command.h"
+#include "program/options.h"
+#include "program/summary.h"
+#include "query/answers.h"
+#include "query/questions.h"
+#include "scene/terrain_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+namespace terrane::tools {
+namespace {
+
+struct QueryOptions {
+    TerrainOptions terrain;
+    double contact_spacing_m = 0.0;
+    double memory_mb = 1024.0;
+};
+
+CommandResult<void> run_query(const QueryOptions& options) {
+    TerrainOptions whole = options.terrain;
+    whole.world = WorldKind::whole;
+    const CommandResult<Terrain> terrain = open_terrain(whole);
+    if (!terrain) return pass_on(terrain.error());
+    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    Result<QueryGround> ground = QueryGround::create(
+        terrain->source, {.contact_spacing = options.contact_spacing_m,
+                          .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                          .surface = terrain->surface});
+    if (!ground) return pass_on(ground.error());
+    PickScene scene = {.bodies = terrain->bodies,
+                       .objects = terrain->objects,
+                       .heightfield = heightfield_of(*terrain)};
+
+    LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
+    for (;;) {
+        std::string_view line;
+        const LineReader::Status status = lines.next(line);
+        if (status == LineReader::Status::end) return {};
+        if (status == LineReader::Status::failed) {
+            return failure(fmt::format("cannot read standard input: {}", std::strerror(errno)));
+        }
+        const std::string answer =
+            status == LineReader::Status::too_long
+                ? to_line(invalid_answer(
+                      fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
+                : to_line(answer_query(parse_query(line), *ground, scene));
+        std::fwrite(answer.data(), 1, answer.size(), stdout);
+        std::fputc('\n', stdout);
+        // a full disk: main() reports it
+        if (std::ferror(stdout) != 0) return {};
+    }
+}
+
+}  // namespace
+
+void add_query_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<QueryOptions>();
+    CLI::App* query = app.add_subcommand(
+        "query",
+        "Answers questions about the ground, and about shapes: one JSON object a line on standard "
+        "input, one a line "
+        "out, in order.\n"
+        "  {\"op\":\"height\",\"x\":..,\"y\":..}\n"
+        "  {\"op\":\"height_below\",\"x\":..,\"y\":..,\"z\":..}: the highest surface at or below "
+        "z, where "
+        "volumes fold the ground\n"
+        "  {\"op\":\"ray\",\"from\":[x,y,z],\"to\":[x,y,z]}\n"
+        "  "
+        "{\"op\":\"test\"|\"find\"|\"distance\"|\"pseudodistance\",\"shape\":S,\"position\":[x,y,z]"
+        ","
+        "\"rotation\":[w,x,y,z]}\n"
+        "  "
+        "{\"op\":\"cast\",\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..,"
+        "\"skip_separating\":true}\n"
+        "  "
+        "{\"op\":\"pick\",\"eye\":[x,y,z],\"look\":[x,y,z],\"fov_deg\":60,\"size\":[w,h],\"pixel\":"
+        "[x,y]"
+        ",\"far_m\":..}: the ground, body or object at a point of a camera's picture; pixel i "
+        "spans "
+        "i to i + 1, from the top left corner. \"forward\" may stand for look, and \"up\" is up\n"
+        "S is {\"sphere\":{\"radius\":r}}, {\"capsule\":{\"radius\":r,\"half_height\":h}} (axis "
+        "z), "
+        "{\"box\":{\"half_extents\":[x,y,z]}}, {\"hull\":{\"points\":[[x,y,z],..]}} or\n"
+        "  {\"compound\":[{\"shape\":S,\"position\":..,\"rotation\":..},..]}.\n"
+        "With \"other\":{\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..} "
+        "a "
+        "shape or a ray meets that shape instead of the ground.\n"
+        "An \"id\" is echoed. A bad line gets status invalid and a message.");
+    add_terrain_options(*query, options->terrain);
+    add_in_range(*query, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
+                 "Answers come from the coarsest level of at most this spacing, metres; 0: the "
+                 "finest");
+    add_in_range(*query, "--memory-mb", options->memory_mb, 0.001, 0x1p32,
+                 "Most memory that chunks take, MB of 2^20 bytes");
+    query->add_flag("--json")->description("Changes nothing: answers are JSON anyway");
+    add_preset_option(*query);
+    query->footer(
+        "Example: echo '{\"op\":\"height\",\"x\":0,\"y\":0}' | terrane query --dem "
+        "tools/data/jacksboro.tif");
+    query->callback(
+        [&context, options] { context.run = [options] { return run_query(*options); }; });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "lab/dial.h"
+#include "lab/trade_document.h"
+#include "program/command.h"
+#include "program/options.h"
+#include "program/output_file.h"
+#include "program/progress.h"
+#include "program/summary.h"
+#include "scene/terrain_options.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kTradeName = "trade.json";
+// Seconds that a run aims at, which leave a third of what is promised to slow machines.
+constexpr double kQuickSeconds = 40.0, kFullSeconds = 600.0;
+constexpr double kMostSecondsOfDial = 20.0;
+
+struct TradeOptions {
+    std::size_t seed = 7;
+    std::string dem;
+    std::vector<std::string> dials;    ///< all where empty
+    std::vector<std::string> compare;  ///< two files; empty: none
+    bool is_quick = false;
+    std::string out;
+    bool json = false;
+};
+
+/// A terrain to measure, with the flags that choose it.
+struct TradeTerrain {
+    Terrain terrain;
+    std::string flags;
+};
+
+CommandResult<std::vector<TradeTerrain>> open_trade_terrains(const TradeOptions& options) {
+    std::vector<TradeTerrain> terrains;
+    TerrainOptions wanted;
+    wanted.seed = options.seed;
+    CommandResult<Terrain> fractal = open_terrain(wanted);
+    if (!fractal) return pass_on(fractal.error());
+    terrains.push_back({std::move(*fractal), fmt::format("--seed {}", options.seed)});
+    if (options.dem.empty()) return terrains;
+    TerrainOptions wanted_raster;
+    wanted_raster.dem = options.dem;
+    CommandResult<Terrain> raster = open_terrain(wanted_raster);
+    if (!raster) return pass_on(raster.error());
+    raster->name = std::filesystem::path(options.dem).filename().string();
+    terrains.push_back({std::move(*raster), "--dem " + options.dem});
+    return terrains;
+}
+
+double seconds_from(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Measures the chosen dials over the terrains. Each gets its share of the time that is left.
+CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
+                                               const std::vector<TradeTerrain>& terrains) {
+    const Clock::time_point start = Clock::now();
+    std::vector<Dial> dials = all_dials();
+    if (!options.dials.empty()) {
+        std::erase_if(dials, [&options](const Dial& dial) {
+            return std::ranges::find(options.dials, dial.key) == options.dials.end();
+        });
+    }
+    std::size_t left = 0;
+    for (const Dial& dial : dials) left += dial.needs_terrain ? terrains.size() : 1;
+    const auto all = static_cast<double>(left);
+    TradeDocument document{.command_line = own_command_line(),
+                           .is_quick = options.is_quick,
+                           .reference_ms = {},
+                           .seconds = 0.0,
+                           .tables = {},
+                           .idle_dials = {}};
+    std::vector<double> reference_ms;
+    Progress progress("measuring");
+    for (const Dial& dial : dials) {
+        for (const TradeTerrain& each : terrains) {
+            progress.show(1.0 - static_cast<double>(left) / all);
+            const double aim = options.is_quick ? kQuickSeconds : kFullSeconds;
+            const double share = (aim - seconds_from(start)) / static_cast<double>(left--);
+            const TradePlace place{
+                .terrain = &each.terrain, .flags = each.flags, .is_quick = options.is_quick};
+            if (const auto reason = dial.idle_reason ? dial.idle_reason(place) : std::nullopt) {
+                document.idle_dials.push_back({dial.key, each.terrain.name, *reason});
+                continue;
+            }
+            const TradePatience patience{
+                .seconds = std::clamp(share, 0.0, kMostSecondsOfDial),
+                .most_repetitions = options.is_quick ? std::size_t{3} : std::size_t{9}};
+            const CommandResult<TradeTable> table = measure_dial(dial, place, patience);
+            if (!table) return pass_on(table.error());
+            document.tables.push_back(*table);
+            for (int i = 0; i < 9; ++i) reference_ms.push_back(1e3 * time_reference_loop());
+            if (!dial.needs_terrain) break;
+        }
+    }
+    document.reference_ms = summarize_figure(reference_ms, {});
+    document.seconds = seconds_from(start);
+    return document;
+}
+
+/// One line for each table: what is on its front.
+nlohmann::ordered_json summarize_fronts(const TradeDocument& document) {
+    nlohmann::ordered_json summary;
+    summary["tables"] = document.tables.size();
+    summary["quick"] = document.is_quick;
+    summary["seconds"] = document.seconds;
+    summary["reference_loop_ms"] = document.reference_ms.median;
+    for (const TradeTable& table : document.tables) {
+        std::string front;
+        for (const TradeRow& row : table.rows) {
+            if (row.on_front) front += (front.empty() ? "" : "; ") + row.label;
+        }
+        for (const std::string& finding : table.findings) {
+            front += (front.empty() ? "" : ". ") + finding;
+        }
+        const std::string place = table.terrain.empty() ? "" : " (" + table.terrain + ")";
+        summary[table.key + place] = front;
+    }
+    for (const IdleDial& dial : document.idle_dials) {
+        summary[dial.key + " (" + dial.terrain + ")"] = "not measured: " + dial.reason;
+    }
+    return summary;
+}
+
+CommandResult<void> write_text(const OutputPlace& place, const std::string& text) {
+    Result<OutputFile> file = OutputFile::create(place);
+    if (!file) return pass_on(file.error());
+    file->write(text);
+    const Result<void> done = file->commit();
+    if (!done) return pass_on(done.error());
+    return {};
+}
+
+CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& command) {
+    const bool compares = is_given(command, "--compare");
+    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+        command, {{{"--seed", "--dem", "--dial", "--quick"}, !compares, "goes without --compare"}});
+    if (!no_idle_flags) return no_idle_flags;
+    if (compares) {
+        if (options.compare.size() == 2) {
+            return run_comparison(
+                {.files = options.compare, .out = options.out, .json = options.json});
+        }
+        return usage_error(
+            fmt::format("--compare needs two files, got {}", options.compare.size()));
+    }
+    const CommandResult<std::vector<TradeTerrain>> terrains = open_trade_terrains(options);
+    if (!terrains) return pass_on(terrains.error());
+    std::shared_ptr<OutputFolder> folder;
+    if (!options.out.empty()) {
+        Result<std::shared_ptr<OutputFolder>> opened =
+            OutputFolder::open(options.out, {kTradeName, kReportName}, false);
+        if (!opened) return pass_on(opened.error());
+        folder = std::move(*opened);
+    }
+    watch_for_interrupts();
+    const CommandResult<TradeDocument> document = measure_all_dials(options, *terrains);
+    if (!document) return pass_on(document.error());
+    const nlohmann::ordered_json json = to_json(*document);
+    const nlohmann::ordered_json summary = summarize_fronts(*document);
+    if (folder != nullptr) {
+        if (const Result<void> cleared = folder->clear(); !cleared) {
+            return pass_on(cleared.error());
+        }
+        const CommandResult<void> saved =
+            write_text(OutputPlace(folder, kTradeName), to_line(json));
+        if (!saved) return saved;
+        const Result<void> written = write_trade_report(OutputPlace(folder, kReportName),
+                                                        {.title = "Trade-offs",
+                                                         .command_line = document->command_line,
+                                                         .film = "",
+                                                         .summary = summary},
+                                                        {json});
+        if (!written) return pass_on(written.error());
+    }
+    print_summary(options.json ? json : summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_trade_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<TradeOptions>();
+    CLI::App* trade = app.add_subcommand(
+        "trade", "Sweeps each dial with everything else fixed: what each value costs and gives");
+    add_count(*trade, "--seed", options->seed, 0, "Of the fractal terrain");
+    trade->add_option("--dem", options->dem, "A raster to measure on as well")->type_name("FILE");
+    trade
+        ->add_option_function<std::string>(
+            "--dial",
+            [to = options.get()](const std::string& text) {
+                const std::optional<std::vector<std::string>> names = parse_list(text);
+                if (!names) {
+                    throw CLI::ValidationError("--dial",
+                                               fmt::format("must be names, A,B,C, got '{}'", text));
+                }
+                const std::vector<std::string> known = dial_names();
+                to->dials.clear();
+                for (const std::string& name : *names) {
+                    to->dials.push_back(known[read_choice("--dial", known, name)]);
+                }
+            },
+            fmt::format("Only these dials: {}", fmt::join(dial_names(), ", ")))
+        ->type_name("A,B,C");
+    trade->add_flag("--quick", options->is_quick,
+                    "Fewer values and repetitions, shorter flights: within a minute instead of a "
+                    "quarter of an hour");
+    trade
+        ->add_option("--compare", options->compare,
+                     "Lay the trade.json of two runs, A and B, side by side; --out then gets their "
+                     "report")
+        ->type_name("A B")
+        ->expected(1, 64);
+    trade->add_option("--out", options->out, "Folder for trade.json and report.html")
+        ->type_name("DIR");
+    trade->add_flag("--json", options->json, "Print what trade.json holds, one JSON object");
+    trade->footer(
+        "Times are medians of repetitions in turns; ratios are to a reference loop in the same "
+        "turn, for comparisons between machines.\n"
+        "Example: terrane trade --dem tools/data/jacksboro.tif --quick --out out/trade");
+    trade->callback([&context, options, trade] {
+        context.run = [options, trade] { return run_trade(*options, *trade); };
+    });
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+#include "commands/travellers.h"
+
+#include "flight/pictures.h"
+#include "scene/scene_bodies.h"
+
+#include <terrane/collision/ground_queries.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+int wheels_in_contact(const VehicleState& state) {
+    return static_cast<int>(
+        std::count_if(state.wheels.begin(), state.wheels.end(),
+                      [](const WheelState& wheel) { return wheel.in_contact; }));
+}
+
+double tilt_deg(const VehicleState& state) {
+    const double up = std::clamp(state.chassis.pose.rotation(2, 2), -1.0, 1.0);
+    return std::acos(up) * 180.0 / std::numbers::pi;
+}
+
+}  // namespace
+
+std::vector<std::string> vehicle_names() { return {"truck", "tracked", "six-wheeler"}; }
+
+VehicleSettings make_vehicle(VehicleKind kind) {
+    switch (kind) {
+        case VehicleKind::tracked:
+            return make_tracked();
+        case VehicleKind::six_wheeler:
+            return make_six_wheeler();
+        case VehicleKind::truck:
+            break;
+    }
+    return make_truck();
+}
+
+VehicleTraveller::VehicleTraveller(const VehicleSettings& settings, PathDriver driver,
+                                   OnRoll on_roll, const HeightSource& source,
+                                   const Eigen::Vector2d& start_world,
+                                   const Eigen::Vector2d& along_world)
+    : settings_(settings),
+      driver_(std::move(driver)),
+      on_roll_(on_roll),
+      source_(source),
+      start_(slope_pose(source, start_world, along_world, settings)) {}
+
+BodyNeed VehicleTraveller::first_need() const {
+    return {.centre_world = start_.translation,
+            .radius = settings_.chassis_half_extents.norm() + settings_.centre_of_mass_height +
+                      settings_.suspension_travel};
+}
+
+Pose VehicleTraveller::pose(const World& world) const {
+    return world.contains(body_) ? state(world).chassis.pose : start_;
+}
+
+Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const World& obstacles) {
+    const Result<Pose> pose = pose_on_ground(settings_, start_, ground);
+    if (!pose) return tl::unexpected(pose.error());
+    const Result<BodyId> added = world.add_vehicle(settings_, *pose);
+    if (!added) return added;
+    if (!is_free(obstacles, ground, world.settings()[added->index].shape, *pose)) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("a body of the scene is at x {:.6g} m, y {:.6g} m, where the "
+                                "vehicle starts",
+                                pose->translation.x(), pose->translation.y()));
+    }
+    body_ = *added;
+    return body_;
+}
+
+void VehicleTraveller::control(World& world, bool goes) {
+    const VehicleControls controls =
+        goes ? driver_.drive(settings_, state(world)) : VehicleControls{.brake = 1.0};
+    // Ids and controls of its own are valid: nothing to report.
+    (void)world.set_controls(body_, controls);
+}
+
+void VehicleTraveller::react(World& world, const Ground& ground, double) {
+    if (ruts_ != nullptr) ruts_->roll(state(world), settings_.wheel_radius, ground);
+    if (!state(world).is_rolled_over) return;
+    has_rolled_over_ = true;
+    if (on_roll_ == OnRoll::stop) return;
+    const Pose& pose = state(world).chassis.pose;
+    Eigen::Vector2d along = pose.rotation.col(0).head<2>();
+    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // nose or tail up
+    const Pose upright = slope_pose(source_, pose.translation.head<2>(), along, settings_);
+    const Result<Pose> placed = pose_on_ground(settings_, upright, ground);
+    BodyState state;
+    if (placed) state.pose = *placed;
+    if (placed && world.teleport(body_, state)) ++rights_;
+}
+
+void VehicleTraveller::change_ground(World& world, Pager& pager) {
+    if (ruts_ != nullptr) world.wake(ruts_->update(pager));
+}
+
+bool VehicleTraveller::has_ended(const World& world) const {
+    return (has_rolled_over_ && on_roll_ == OnRoll::stop) ||
+           (driver_.is_finished() && state(world).chassis.velocity.norm() < 0.1);
+}
+
+bool VehicleTraveller::is_supported(const World& world) const {
+    return wheels_in_contact(state(world)) > 0;
+}
+
+void VehicleTraveller::add_supports(const World& world, std::vector<BodyId>& bodies) const {
+    for (const WheelState& wheel : state(world).wheels) {
+        if (wheel.in_contact && wheel.body.is_valid()) bodies.push_back(wheel.body);
+    }
+}
+
+std::vector<double> VehicleTraveller::figures(const World& world) const {
+    return {static_cast<double>(wheels_in_contact(state(world))), tilt_deg(state(world))};
+}
+
+void VehicleTraveller::draw(const World& world, std::vector<DrawnObject>& objects) const {
+    add_vehicle_objects(settings_, state(world), objects);
+}
+
+Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
+                const Eigen::Vector2d& along_world, const VehicleSettings& settings) {
+    const Eigen::Vector2d along = along_world.normalized();
+    const Eigen::Vector2d left(-along.y(), along.x());
+    const auto ground = [&](double x, double y) {
+        const Eigen::Vector2d p = place_world + x * along + y * left;
+        return source.height(p.x(), p.y());
+    };
+    const double front = settings.chassis_half_extents.x(),
+                 side = settings.chassis_half_extents.y();
+    const double climb = (ground(front, 0.0) - ground(-front, 0.0)) / (2.0 * front);
+    const double tilt = (ground(0.0, side) - ground(0.0, -side)) / (2.0 * side);
+    const Eigen::Vector3d forward = Eigen::Vector3d(along.x(), along.y(), climb).normalized();
+    const Eigen::Vector3d left_raw(left.x(), left.y(), tilt);
+    const Eigen::Vector3d left_world = (left_raw - left_raw.dot(forward) * forward).normalized();
+    Pose pose;
+    pose.rotation.col(0) = forward;
+    pose.rotation.col(1) = left_world;
+    pose.rotation.col(2) =
+        Eigen::Vector3d(forward.y() * left_world.z() - forward.z() * left_world.y(),
+                        forward.z() * left_world.x() - forward.x() * left_world.z(),
+                        forward.x() * left_world.y() - forward.y() * left_world.x());
+    pose.translation = WorldPos(place_world.x(), place_world.y(),
+                                ground(0.0, 0.0) + settings.centre_of_mass_height);
+    return pose;
+}
+
+Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
+    constexpr double kStartHeight = 0.05;  // metres
+    // A world of its own tells where the wheels hang.
+    Result<World> world = World::create({});
+    if (!world) return tl::unexpected(world.error());
+    const Result<BodyId> vehicle = world->add_vehicle(settings, pose);
+    if (!vehicle) return tl::unexpected(vehicle.error());
+    double lift = -std::numeric_limits<double>::infinity();
+    bool is_complete = true;
+    const auto add = [&](const Shape& shape, const Pose& at) {
+        const LiftAnswer answer = compute_lift(shape, at, ground);
+        lift = std::max(lift, answer.lift);
+        is_complete = is_complete && answer.status == QueryStatus::complete;
+    };
+    add(world->settings()[vehicle->index].shape, pose);
+    for (const WheelState& wheel : world->vehicle(*vehicle)->wheels) {
+        Pose at;
+        at.translation = wheel.centre_world;
+        add(Sphere{settings.wheel_radius}, at);
+    }
+    if (!is_complete) {
+        return fail(
+            ErrorCode::invalid_argument,
+            fmt::format(
+                "the ground at x {:.6g} m, y {:.6g} m, where the vehicle is put, is not loaded",
+                pose.translation.x(), pose.translation.y()));
+    }
+    if (std::isfinite(lift)) pose.translation.z() += lift + kStartHeight;
+    return pose;
+}
+
+namespace {
+
+constexpr double kAhead = 2.0;   // metres from the nearest point to the one walked towards
+constexpr double kSearch = 6.0;  // metres of path ahead that are searched for the nearest point
+constexpr double kSearchStep = 0.25;     // metres
+constexpr double kNear = 1.0;            // metres from the end that count as arrived
+constexpr double kStuckTime = 1.0;       // seconds without progress before a detour
+constexpr double kFirstDetour = 1.0;     // seconds
+constexpr double kLongestDetour = 20.0;  // seconds
+constexpr double kPassed = 3.0;          // metres beyond an obstacle that count as past it
+constexpr double kDetourTurn = 1.6;      // radians off the path, so that it leaves what stops it
+constexpr double kTurnTime = 0.3;        // time constant of the drawn heading, seconds
+constexpr double kClearance = 0.02;      // metres above the ground at the start
+constexpr Colour kCoat{0.20f, 0.35f, 0.65f};
+constexpr Colour kFace{0.88f, 0.72f, 0.58f};
+
+Capsule capsule_of(const CharacterSettings& settings) {
+    return {.radius = settings.radius, .half_height = settings.half_height};
+}
+
+Eigen::Vector2d turned(const Eigen::Vector2d& v, double angle) {
+    return {std::cos(angle) * v.x() - std::sin(angle) * v.y(),
+            std::sin(angle) * v.x() + std::cos(angle) * v.y()};
+}
+
+}  // namespace
+
+CharacterTraveller::CharacterTraveller(const CharacterSettings& settings, Polyline path,
+                                       double speed, const HeightSource& source)
+    : settings_(settings), path_(std::move(path)), speed_(speed), heading_(path_.direction(0.0)) {
+    const Eigen::Vector2d p = path_.at(0.0);
+    start_ = {p.x(), p.y(), source.height(p.x(), p.y()) + settings.radius + settings.half_height};
+}
+
+BodyNeed CharacterTraveller::first_need() const {
+    return {.centre_world = start_, .radius = bounding_radius(Shape(capsule_of(settings_)))};
+}
+
+Pose CharacterTraveller::pose(const World& world) const {
+    Pose pose;
+    pose.translation = world.contains(body_) ? state(world).body.pose.translation : start_;
+    pose.rotation << heading_.x(), -heading_.y(), 0.0,  //
+        heading_.y(), heading_.x(), 0.0,                //
+        0.0, 0.0, 1.0;
+    return pose;
+}
+
+Result<BodyId> CharacterTraveller::enter(World& world, const Ground& ground,
+                                         const World& obstacles) {
+    Pose at;
+    at.translation = start_;
+    const Shape shape = capsule_of(settings_);
+    const LiftAnswer lift = compute_lift(shape, at, ground);
+    if (lift.status != QueryStatus::complete) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("the ground at x {:.6g} m, y {:.6g} m, where the character "
+                                "starts, is not loaded",
+                                start_.x(), start_.y()));
+    }
+    if (std::isfinite(lift.lift)) at.translation.z() += lift.lift + kClearance;
+    if (!is_free(obstacles, ground, shape, at)) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("a body of the scene is at x {:.6g} m, y {:.6g} m, where the "
+                                "character starts",
+                                start_.x(), start_.y()));
+    }
+    const Result<BodyId> added = world.add_character(settings_, at.translation);
+    if (added) body_ = *added;
+    return added;
+}
+
+Eigen::Vector2d CharacterTraveller::wanted_direction(const Eigen::Vector2d& here) const {
+    const Eigen::Vector2d way = path_.at(along_ + kAhead) - here;
+    const Eigen::Vector2d direction =
+        way.norm() > 1e-3 ? way.normalized() : path_.direction(along_);
+    return detour_time_ > 0.0 ? turned(direction, detour_side_ * kDetourTurn) : direction;
+}
+
+void CharacterTraveller::control(World& world, bool goes) {
+    CharacterControls controls;
+    if (goes && !has_arrived()) {
+        controls.velocity = speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
+    }
+    // Ids and controls of its own are valid: nothing to report.
+    (void)world.set_controls(body_, controls);
+}
+
+void CharacterTraveller::react(World& world, const Ground&, double dt) {
+    const Eigen::Vector2d here = state(world).body.pose.translation.head<2>();
+    double nearest = along_;
+    for (double ahead = along_; ahead <= along_ + kSearch; ahead += kSearchStep) {
+        if ((path_.at(ahead) - here).norm() < (path_.at(nearest) - here).norm()) nearest = ahead;
+    }
+    const bool waits = nearest > along_ || has_arrived() || detour_time_ > 0.0;
+    stuck_time_ = waits ? 0.0 : stuck_time_ + dt;
+    along_ = std::min(nearest, path_.length());
+    detour_time_ = std::max(0.0, detour_time_ - dt);
+    if (along_ > stuck_along_ + kPassed) detour_length_ = 0.0;
+    if (stuck_time_ > kStuckTime + kSearchStep / speed_ && detour_time_ == 0.0) {
+        detour_length_ = std::min(std::max(kFirstDetour, 2.0 * detour_length_), kLongestDetour);
+        detour_time_ = detour_length_;
+        detour_side_ = -detour_side_;
+        stuck_along_ = along_;
+        stuck_time_ = 0.0;
+    }
+    heading_ += dt / (dt + kTurnTime) * (wanted_direction(here) - heading_);
+    heading_ =
+        heading_.norm() > 1e-3 ? Eigen::Vector2d(heading_.normalized()) : path_.direction(along_);
+}
+
+bool CharacterTraveller::has_arrived() const { return along_ >= path_.length() - kNear; }
+
+bool CharacterTraveller::has_ended(const World& world) const {
+    return has_arrived() && state(world).body.velocity.norm() < 0.1;
+}
+
+void CharacterTraveller::add_supports(const World& world, std::vector<BodyId>& bodies) const {
+    if (state(world).support.is_valid()) bodies.push_back(state(world).support);
+}
+
+std::vector<double> CharacterTraveller::figures(const World& world) const {
+    return {state(world).stands ? 1.0 : 0.0};
+}
+
+void CharacterTraveller::draw(const World& world, std::vector<DrawnObject>& objects) const {
+    const Pose at = pose(world);
+    add_objects(Shape(capsule_of(settings_)), at, kCoat, objects);
+    const double r = settings_.radius;
+    objects.push_back({DrawnObject::Form::ball,
+                       {at.rotation, at * Eigen::Vector3d(0.35 * r, 0.0, settings_.half_height)},
+                       Eigen::Vector3d(0.8 * r, 0.7 * r, 0.7 * r),
+                       kFace});
+}
+
+}  // namespace terrane::tools

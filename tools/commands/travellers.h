@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "program/geometry.h"
+#include "scene/wheel_ruts.h"
+
+#include <terrane/collision/vehicle.h>
+#include <terrane/collision/world.h>
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/pager.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+
+/// A body that a Journey moves along a path: a vehicle or a character.
+class Traveller {
+public:
+    virtual ~Traveller() = default;
+
+    /// Its need before it is in a world.
+    virtual BodyNeed first_need() const = 0;
+    /// Where a camera looks, before and after it is in a world: x forward.
+    virtual Pose pose(const World& world) const = 0;
+
+    /// Adds its body to a world, at rest on the ground.
+    ///
+    /// @param obstacles another world, whose bodies it must not touch
+    /// Fails: invalid_argument where the ground is not resident, or a body is in its place
+    virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
+
+    /// Controls for the next step of a world that it is in: along the path, or, without `goes`, at rest.
+    virtual void control(World& world, bool goes) = 0;
+    /// Reacts to a step of `dt` seconds.
+    virtual void react(World& world, const Ground& ground, double dt) = 0;
+    /// Changes the ground: before each update of the pager, in the same frame.
+    virtual void change_ground(World&, Pager&) {}
+    /// Whether nothing more will happen.
+    virtual bool has_ended(const World& world) const = 0;
+    /// Whether the end of the path was reached.
+    virtual bool has_arrived() const = 0;
+
+    /// Whether it stands on anything.
+    virtual bool is_supported(const World& world) const = 0;
+    /// Appends the bodies that it stands on; none for the ground.
+    virtual void add_supports(const World& world, std::vector<BodyId>& bodies) const = 0;
+
+    /// Names and values of further columns of frames.csv.
+    virtual std::vector<std::string> columns() const = 0;
+    virtual std::vector<double> figures(const World& world) const = 0;
+    /// Appends the solids that draw it.
+    virtual void draw(const World& world, std::vector<DrawnObject>& objects) const = 0;
+};
+
+/// In the order of the names of --vehicle.
+enum class VehicleKind { truck, tracked, six_wheeler };
+std::vector<std::string> vehicle_names();
+VehicleSettings make_vehicle(VehicleKind kind);
+
+/// Reaction to a rollover.
+enum class OnRoll { stop, right };
+
+/// A vehicle that a PathDriver drives.
+class VehicleTraveller : public Traveller {
+public:
+    /// @param source must outlive it
+    VehicleTraveller(const VehicleSettings& settings, PathDriver driver, OnRoll on_roll,
+                     const HeightSource& source, const Eigen::Vector2d& start_world,
+                     const Eigen::Vector2d& along_world);
+
+    BodyNeed first_need() const override;
+    Pose pose(const World& world) const override;
+    Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
+    void control(World& world, bool goes) override;
+    /// Puts it upright where it has rolled over, with OnRoll::right; again in a later step where ground is missing.
+    void react(World& world, const Ground& ground, double dt) override;
+    void change_ground(World& world, Pager& pager) override;
+    bool has_ended(const World& world) const override;
+    bool has_arrived() const override { return driver_.is_finished(); }
+    bool is_supported(const World& world) const override;
+    void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
+    std::vector<std::string> columns() const override { return {"wheels_on_ground", "tilt_deg"}; }
+    std::vector<double> figures(const World& world) const override;
+    void draw(const World& world, std::vector<DrawnObject>& objects) const override;
+
+    /// Lets its wheels leave ruts; `ruts` must outlive it.
+    void set_ruts(WheelRuts& ruts) { ruts_ = &ruts; }
+
+    bool has_rolled_over() const { return has_rolled_over_; }  ///< at any time
+    std::uint64_t rights() const { return rights_; }           ///< times that it was put upright
+
+private:
+    const VehicleState& state(const World& world) const { return *world.vehicle(body_); }
+
+    VehicleSettings settings_;
+    PathDriver driver_;
+    OnRoll on_roll_;
+    const HeightSource& source_;
+    Pose start_;
+    BodyId body_{};
+    WheelRuts* ruts_ = nullptr;
+    bool has_rolled_over_ = false;
+    std::uint64_t rights_ = 0;
+};
+
+/// The pose of a vehicle parallel to the slope of the source at a point.
+/// @param along_world heading, not zero
+Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
+                const Eigen::Vector2d& along_world, const VehicleSettings& settings);
+
+/// The pose, moved vertically so that chassis and hanging wheels are at least 5 cm above the contact surface. Fails
+/// where the ground there is not resident or the pose is out of range.
+Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground);
+
+/// A character that walks along a line, towards the point 2 m ahead. Where it gets no farther it turns to one side for
+/// some time, then to the other one, each time for longer.
+class CharacterTraveller : public Traveller {
+public:
+    /// @param source must outlive it
+    /// @param speed  wanted, m/s
+    CharacterTraveller(const CharacterSettings& settings, Polyline path, double speed,
+                       const HeightSource& source);
+
+    BodyNeed first_need() const override;
+    Pose pose(const World& world) const override;
+    Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
+    void control(World& world, bool goes) override;
+    void react(World& world, const Ground& ground, double dt) override;
+    bool has_ended(const World& world) const override;
+    bool has_arrived() const override;
+    bool is_supported(const World& world) const override { return state(world).stands; }
+    void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
+    std::vector<std::string> columns() const override { return {"stands"}; }
+    std::vector<double> figures(const World& world) const override;
+    void draw(const World& world, std::vector<DrawnObject>& objects) const override;
+
+private:
+    const CharacterState& state(const World& world) const { return *world.character(body_); }
+    Eigen::Vector2d wanted_direction(const Eigen::Vector2d& here) const;
+
+    CharacterSettings settings_;
+    Polyline path_;
+    double speed_;
+    WorldPos start_ = WorldPos::Zero();
+    Eigen::Vector2d heading_;
+    BodyId body_{};
+    double along_ = 0.0;          // farthest point of the path that it was nearest to
+    double stuck_time_ = 0.0;     // seconds without progress
+    double stuck_along_ = 0.0;    // of the last place without progress
+    double detour_length_ = 0.0;  // seconds of the last detour there
+    double detour_time_ = 0.0;    // seconds left of a detour
+    double detour_side_ = -1.0;   // 1: left
+};
+
+}  // namespace terrane::tools

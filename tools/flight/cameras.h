@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/world.h>
+#include <terrane/terrain/ground.h>
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/view.h>
+
+#include <memory>
+#include <span>
+
+namespace terrane::tools {
+
+/// The view from another eye position towards a target; field of view and size are kept. The orientation is kept
+/// where eye and target coincide.
+inline View look_towards(View view, const WorldPos& eye_world, const WorldPos& target_world) {
+    const Result<View> looking =
+        look_at(eye_world, target_world, view.vertical_fov, view.width_px, view.height_px);
+    view.eye_world = eye_world;
+    if (looking) {
+        view.forward = looking->forward;
+        view.up = looking->up;
+    }
+    return view;
+}
+
+/// Where a ChaseCamera is, metres.
+struct ChaseCameraSettings {
+    double behind = 11.0;       ///< horizontal distance from what it follows
+    double above = 3.2;         ///< of the eye over the centre of what it follows
+    double target_above = 0.8;  ///< of the point it looks at over that centre
+};
+
+/// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion, and stays
+/// above the ground; where there are volumes, between the floor and the ceiling, in sight of what it follows.
+class ChaseCamera {
+public:
+    /// @param source must outlive the camera
+    /// @param pose_world of the vehicle: x forward, z up
+    ChaseCamera(const HeightSource& source, const Pose& pose_world,
+                const ChaseCameraSettings& settings = {});
+
+    /// Follows for dt seconds.
+    void follow(const Pose& pose_world, double dt, const Ground& ground);
+
+    /// `view` with the camera's position and orientation; field of view and size are kept.
+    View view(const View& view) const;
+    /// Mean velocity of the eye during the last follow(), m/s.
+    const Eigen::Vector3d& velocity() const { return velocity_; }
+
+private:
+    double floor_at(double x, double y, const Pose& pose_world, const Ground* ground) const;
+    WorldPos wanted_eye(const Pose& pose_world, const Ground* ground) const;
+    void stay_in_sight(const Ground& ground);
+
+    const HeightSource& source_;
+    ChaseCameraSettings settings_;
+    Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, about unit
+    WorldPos eye_world_ = WorldPos::Zero();
+    WorldPos target_world_ = WorldPos::Zero();
+    Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+};
+
+/// A camera that looks at the mean position of many bodies, circles slowly around it, and stays above the ground.
+class DropCamera {
+public:
+    /// @param bodies at the start, at least one; their spread sets the distance of the camera
+    DropCamera(std::shared_ptr<const HeightSource> source, std::span<const BodyState> bodies);
+
+    /// Follows for dt seconds.
+    void follow(std::span<const BodyState> bodies, double dt);
+
+    /// `view` with the camera's position and orientation; field of view and size are kept.
+    View view(const View& view) const;
+    /// Mean velocity of the eye during the last follow(), m/s.
+    const Eigen::Vector3d& velocity() const { return velocity_; }
+
+private:
+    WorldPos find_eye() const;
+    WorldPos clear_of_ground(WorldPos eye, double clearance) const;
+
+    std::shared_ptr<const HeightSource> source_;
+    double distance_ = 0.0;  // metres from the target
+    double heading_ = 0.0;   // of the eye seen from the target, radians from east
+    WorldPos target_world_ = WorldPos::Zero();
+    WorldPos eye_world_ = WorldPos::Zero();
+    Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace terrane::tools

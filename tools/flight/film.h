@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "program/output_file.h"
+
+#include <terrane/render/offscreen.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace terrane::tools {
+
+/// A film (H.264 in MP4) encoded by the program ffmpeg. It appears under its name only when it is complete; an
+/// unfinished one is removed. ffmpeg has its own process group, so that a Ctrl-C of the terminal does not reach it.
+class Film {
+public:
+    /// Starts ffmpeg, which writes to a temporary file beside the place.
+    ///
+    /// @param place      a path named by the user, whose file is replaced; or a name in an output folder
+    /// @param patience_s timeout of add() and finish() while ffmpeg makes no progress, seconds, > 0
+    ///
+    /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to
+    ///        1000 frames a second; io where ffmpeg is not installed or cannot be started
+    static Result<Film> create(const OutputPlace& place, int width_px, int height_px,
+                               double frames_per_second, int patience_s = kPatience_s);
+
+    Film(Film&&) noexcept;
+    Film& operator=(Film&&) noexcept;
+    /// Without finish(): stops ffmpeg and removes the temporary file.
+    ~Film();
+
+    /// Appends a frame; blocks while ffmpeg is slower.
+    ///
+    /// Fails: invalid_argument for a frame of another size; io, with the message of ffmpeg, where it failed or timed
+    ///        out: then the film is lost.
+    Result<void> add(const Image& frame);
+
+    /// Completes the film and gives it its name. Fails with io, naming the path and the cause. Call once.
+    Result<void> finish();
+
+    std::size_t frame_count() const;
+
+    static constexpr int kPatience_s = 60;
+
+private:
+    struct State;
+    explicit Film(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+/// A window that shows finished pictures. It has its own OpenGL context and leaves none current: make yours current
+/// again after create() and show().
+///
+/// Threads: the one that created it; one window at a time.
+class Window {
+public:
+    /// Fails with device_unavailable and the reason, where there is no display.
+    static Result<Window> create(const std::string& title, int width, int height);
+    Window(Window&&) noexcept;
+    Window& operator=(Window&&) noexcept;
+    ~Window();
+
+    /// Shows a picture scaled to the window, and processes input events.
+    void show(const Image& image);
+
+    /// Whether the user closed the window or pressed Escape.
+    bool is_closed() const;
+
+private:
+    struct State;
+    explicit Window(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane::tools

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+#include "frames/object_field.h"
+
+#include "program/geometry.h"
+
+#include <terrane/base/text.h>
+#include <terrane/scene/culling.h>
+#include <terrane/terrain/progressive_mesh.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+// Errors of the levels over the size of the object: each at least kLeastLevelRatio of the one before.
+constexpr std::array kLevelErrors = {0.001, 0.003, 0.01};
+// An impostor takes over where the object is about 50 pixels large, as one whose picture is off by 1 pixel then.
+constexpr double kImpostorError = 0.02;
+// Meshes of so many triangles have continuous levels where they are near: smaller ones save too little
+// (`dense_object_benchmark`).
+constexpr std::size_t kLeastContinuous = 5000;
+// A level must have at most this share of the triangles of the one before.
+constexpr double kLeastSaving = 0.75;
+
+}  // namespace
+
+std::vector<MeshLevel> ObjectLevels::mesh_levels() const {
+    std::vector<MeshLevel> levels;
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+        levels.push_back({.triangles = triangles[i], .morph_targets = morph_targets[i]});
+    return levels;
+}
+
+Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
+    Result<ProgressiveMesh> progressive = ProgressiveMesh::create(mesh);
+    if (!progressive) return tl::unexpected(progressive.error());
+    ObjectLevels made;
+    made.mesh = progressive->finest();
+    if (made.mesh.triangles.empty())
+        return fail(ErrorCode::invalid_argument, "an object must have triangles and an extent");
+    made.model.bounds = bounding_box(made.mesh.positions);
+    const double size = (made.model.bounds.high - made.model.bounds.low).norm();
+
+    const auto add = [&](double error_m) {
+        const std::span<const TriangleMesh::Triangle> triangles = progressive->triangles();
+        made.model.levels.push_back(
+            {.error_m = error_m,
+             .triangles = static_cast<std::uint32_t>(triangles.size()),
+             .mesh_level = static_cast<std::uint32_t>(made.triangles.size())});
+        made.triangles.emplace_back(triangles.begin(), triangles.end());
+        made.morph_targets.emplace_back();
+    };
+    add(0.0);
+    for (const double error : kLevelErrors) {
+        const std::size_t before = made.triangles.back().size();
+        progressive->set_error(error * size);
+        const std::size_t count = progressive->triangles().size();
+        if (count == 0 || static_cast<double>(count) > kLeastSaving * static_cast<double>(before))
+            continue;
+        progressive->set_triangle_count(before);
+        made.morph_targets.back() = progressive->geomorph_targets(count);
+        made.model.levels.back().morphs = true;
+        progressive->set_triangle_count(count);
+        // The limit that it was contracted to, so that errors keep their ratio.
+        add(error * size);
+    }
+    if (made.triangles.back().size() > 2) {
+        made.model.impostor = ImpostorId{0};
+        made.model.levels.push_back(
+            {.error_m = kImpostorError * size, .triangles = 2, .is_impostor = true});
+    }
+    if (made.model.levels[0].triangles >= kLeastContinuous) {
+        made.model.continuous = std::make_shared<const ProgressiveMesh>(*std::move(progressive));
+    }
+    made.model.absence_error_m = size;
+    if (const Result<void> good = check(made.model); !good) return tl::unexpected(good.error());
+    return made;
+}
+
+SquareMaker::SquareMaker(bool has_thread) {
+    if (has_thread) thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+SquareMaker::~SquareMaker() = default;
+
+MadeSquare SquareMaker::make(const Request& request) {
+    MadeSquare made = {request.scatter, request.square, {}};
+    Result<std::vector<ScatterPoint>> points = request.from->objects_in(request.square);
+    if (points) made.points = *std::move(points);
+    return made;
+}
+
+void SquareMaker::run(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [&] { return !requests_.empty(); })) {
+        const Request request = requests_.front();
+        lock.unlock();
+        MadeSquare made = make(request);
+        lock.lock();
+        made_.push_back(std::move(made));
+        requests_.pop_front();
+        changed_.notify_all();
+        if (stop.stop_requested()) return;
+    }
+}
+
+void SquareMaker::request(std::size_t scatter, const Scatter& from, const ScatterSquare& square) {
+    const Request request = {scatter, &from, square};
+    if (!thread_.joinable()) {
+        made_.push_back(make(request));
+        return;
+    }
+    const std::lock_guard lock(mutex_);
+    requests_.push_back(request);
+    changed_.notify_all();
+}
+
+void SquareMaker::take(std::size_t most, std::vector<MadeSquare>& made_out) {
+    const std::lock_guard lock(mutex_);
+    for (; most > 0 && !made_.empty(); --most) {
+        made_out.push_back(std::move(made_.front()));
+        made_.pop_front();
+    }
+}
+
+void SquareMaker::finish() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return requests_.empty(); });
+}
+
+namespace {
+
+// Squares that are requested, and put into the scene, a frame.
+constexpr std::size_t kSquaresAFrame = 2;
+// No more squares are requested while so many are.
+constexpr std::size_t kMostPending = 64;
+// A square goes where it is farther than this share of the range, so that none comes and goes in turn.
+constexpr double kKeepRange = 1.1;
+constexpr double kMostInSight = 4194304.0;  // 2^22 objects of a scatter
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
+    return {static_cast<float>(wxyz[1]), static_cast<float>(wxyz[2]), static_cast<float>(wxyz[3]),
+            static_cast<float>(wxyz[0])};
+}
+
+/// Fails as `result`, with what it is about before the message.
+template <class T>
+tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
+    return fail(result.error().code, what + ": " + result.error().message);
+}
+
+/// Puts the meshes and impostors on the device.
+Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& levels,
+                    TerrainRenderer& renderer) {
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        const Result<MeshId> mesh = renderer.add_mesh(levels[i].mesh, levels[i].mesh_levels());
+        if (!mesh) return about(objects.files[i], mesh);
+        levels[i].model.mesh = *mesh;
+        if (!levels[i].model.impostor) continue;
+        const Result<ImpostorId> impostor = renderer.add_impostor(*mesh);
+        if (!impostor) return about(objects.files[i], impostor);
+        levels[i].model.impostor = *impostor;
+    }
+    return {};
+}
+
+}  // namespace
+
+ObjectField::ObjectField(Scene scene, const ObjectFieldSettings& settings)
+    : scene_(std::move(scene)),
+      max_error_px_(settings.max_error_px),
+      shadows_(settings.shadows),
+      maker_(std::make_unique<SquareMaker>(settings.has_thread)) {}
+
+Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> source,
+                                        const SceneObjects& objects,
+                                        const ObjectFieldSettings& settings,
+                                        TerrainRenderer* renderer) {
+    const SceneSettings of_scene;
+    Result<Scene> scene = Scene::create(of_scene);
+    if (!scene) return tl::unexpected(scene.error());
+    ObjectField field(*std::move(scene), settings);
+    std::vector<ObjectLevels> levels;
+    for (std::size_t i = 0; i < objects.meshes.size(); ++i) {
+        Result<ObjectLevels> made = make_levels(objects.meshes[i]);
+        if (!made) return about(objects.files[i], made);
+        levels.push_back(*std::move(made));
+    }
+    if (renderer != nullptr) {
+        if (auto ok = upload(objects, levels, *renderer); !ok) return tl::unexpected(ok.error());
+    }
+    std::vector<ModelId> models;
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        const Result<ModelId> model = field.scene_.add_model(levels[i].model);
+        if (!model) return about(objects.files[i], model);
+        models.push_back(*model);
+    }
+    for (const SceneObject& object : objects.objects) {
+        const PlacedObject placed = {
+            .position_world = object.world_from_object.translation,
+            .scale = static_cast<float>(object.scale),
+            .rotation = to_xyzw(quaternion_from_matrix(object.world_from_object.rotation))};
+        const Result<GroupId> group = field.scene_.add_group(models[object.mesh], {&placed, 1});
+        if (!group) return about(objects.files[object.mesh], group);
+    }
+    for (const SceneScatter& wanted : objects.scatters) {
+        Result<Scatter> scatter = Scatter::create(source, wanted.settings);
+        if (!scatter) return about(objects.files[wanted.mesh], scatter);
+        // from where its absence is within the target, fades included
+        const double most_size =
+            levels[wanted.mesh].model.absence_error_m * wanted.settings.max_scale;
+        const double range =
+            most_size * (1.0 + of_scene.fade_ratio * settings.picture.pixels_per_radian() /
+                                   settings.max_error_px);
+        const WorldRect& extent = source->extent();
+        const double area_km2 =
+            1e-6 * std::min(3.2 * range * range,
+                            (extent.east - extent.west) * (extent.north - extent.south));
+        if (!(area_km2 * wanted.settings.per_km2 <= kMostInSight)) {
+            return fail(ErrorCode::invalid_argument,
+                        objects.files[wanted.mesh] +
+                            ": a scatter may have at most 2^22 objects in "
+                            "sight, got about " +
+                            number_text(area_km2 * wanted.settings.per_km2));
+        }
+        field.scattered_.push_back(std::make_unique<ScatteredModel>(ScatteredModel{
+            .scatter = *std::move(scatter), .model = models[wanted.mesh], .range = range}));
+    }
+    return field;
+}
+
+// Removes squares that are out of range, and finds those that are to be requested. They are good for a quarter of a
+// square's side around the eye.
+void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
+    const Scatter& scatter = scattered.scatter;
+    const double slack = 0.25 * scatter.square_side();
+    if (scattered.followed_from && (eye - *scattered.followed_from).norm() < slack) return;
+    scattered.followed_from = eye;
+    const double range = scattered.range + slack;
+    for (auto each = scattered.squares.begin(); each != scattered.squares.end();) {
+        const bool is_far = scatter.distance_to(each->first, eye) > kKeepRange * range;
+        if (is_far && each->second) scene_.remove_group(*each->second);
+        each = is_far ? scattered.squares.erase(each) : std::next(each);
+    }
+    scattered.absent.clear();
+    const std::optional<ScatterRange> squares = scatter.squares_within(eye, range);
+    if (!squares) return;
+    std::vector<std::pair<double, ScatterSquare>> found;
+    for (std::int32_t y = squares->low.y; y <= squares->high.y; ++y) {
+        for (std::int32_t x = squares->low.x; x <= squares->high.x; ++x) {
+            const ScatterSquare square = {x, y};
+            if (scattered.squares.contains(square)) continue;
+            const double distance = scatter.distance_to(square, eye);
+            if (distance <= range) found.emplace_back(distance, square);
+        }
+    }
+    std::sort(found.begin(), found.end(), std::greater<>());
+    for (const auto& [distance, square] : found) scattered.absent.push_back(square);
+}
+
+void ObjectField::follow(const WorldPos& eye, std::size_t most_requests) {
+    for (std::size_t i = 0; i < scattered_.size(); ++i) {
+        ScatteredModel& scattered = *scattered_[i];
+        find_absent(scattered, eye);
+        for (std::size_t n = 0; n < most_requests && !scattered.absent.empty(); ++n) {
+            const ScatterSquare square = scattered.absent.back();
+            scattered.absent.pop_back();
+            // one that went and came back while it was computed is still requested
+            if (!scattered.squares.try_emplace(square).second) continue;
+            maker_->request(i, scattered.scatter, square);
+            ++pending_;
+        }
+    }
+}
+
+void ObjectField::add_made(std::size_t most) {
+    made_.clear();
+    maker_->take(most, made_);
+    pending_ -= made_.size();
+    for (const MadeSquare& made : made_) {
+        ScatteredModel& scattered = *scattered_[made.scatter];
+        const auto place = scattered.squares.find(made.square);
+        // it may have gone, or have come by an earlier request
+        if (place == scattered.squares.end() || place->second) continue;
+        std::vector<PlacedObject> objects;
+        for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {
+            objects.push_back({.position_world = point.position_world,
+                               .scale = static_cast<float>(point.scale),
+                               .rotation = {0.0f, 0.0f, static_cast<float>(point.half_turn_sine),
+                                            static_cast<float>(point.half_turn_cosine)}});
+        }
+        const Result<GroupId> group = scene_.add_group(scattered.model, objects);
+        if (!made.points || !group) ++counts_.failed_squares;
+        if (group) place->second = *group;
+    }
+}
+
+void ObjectField::load_all(const View& view) {
+    constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+    follow(view.eye_world, kAll);
+    maker_->finish();
+    add_made(kAll);
+}
+
+std::span<const TriangleDemand> ObjectField::cull(const View& view, const HorizonMap* horizon) {
+    const Clock::time_point start = Clock::now();
+    const std::span<const TriangleDemand> demands =
+        scene_.begin_frame(view, max_error_px_, shadows_, horizon);
+    counts_.occluded = scene_.counts().occluded;
+    counts_.occluded_share = scene_.counts().occluded_share;
+    counts_.ms += ms_since(start);
+    return demands;
+}
+
+std::span<const TriangleDemand> ObjectField::begin_frame(const View& view,
+                                                         const HorizonMap* horizon) {
+    const Clock::time_point start = Clock::now();
+    // requests wait for the thread where it is behind
+    if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
+    add_made(kSquaresAFrame * scattered_.size());
+    counts_.ms = ms_since(start);
+    return cull(view, horizon);
+}
+
+std::span<const TriangleDemand> ObjectField::begin_again(const View& view) {
+    return cull(view, nullptr);
+}
+
+SceneDraws ObjectField::end_frame(double threshold_px) {
+    const Clock::time_point start = Clock::now();
+    const SceneDraws draws = scene_.end_frame(threshold_px);
+    counts_.ms += ms_since(start);
+    const SceneCounts& counts = scene_.counts();
+    counts_.drawn = counts.drawn;
+    counts_.culled = counts.objects - counts.in_view - counts.occluded;
+    counts_.left_out = counts.left_out;
+    counts_.triangles = counts.triangles;
+    return draws;
+}
+
+}  // namespace terrane::tools

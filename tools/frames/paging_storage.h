@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/terrain/chunk.h>
+#include <terrane/terrain/composed_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Values of --policy.
+enum class PagingChoice {
+    deadline,  ///< PagingPolicy::deadline
+    distance,  ///< PagingPolicy::distance
+    oracle,    ///< PagingPolicy::deadline with the true trajectories of cameras and bodies
+};
+
+/// In the order of PagingChoice.
+std::vector<std::string> paging_choice_names();
+const char* name_of(PagingChoice choice);
+PagingPolicy pager_policy(PagingChoice choice);
+
+/// A least-recently-used cache of the chunks of one terrain, shared by many flights over it.
+///
+/// Threads: any number at once. Two threads that request the same absent chunk may both make it; the results are equal.
+class ChunkCache {
+public:
+    ChunkCache(std::shared_ptr<const HeightSource> source, std::size_t most_bytes);
+
+    /// As make_chunk(). Failures are not cached.
+    Result<std::shared_ptr<const Chunk>> get(const ChunkKey& key);
+
+private:
+    struct Entry {
+        std::shared_ptr<const Chunk> chunk;
+        std::list<ChunkKey>::iterator turn;
+    };
+
+    std::shared_ptr<const Chunk> find(const ChunkKey& key);
+    void keep(std::shared_ptr<const Chunk> chunk);
+
+    std::shared_ptr<const HeightSource> source_;
+    std::size_t most_bytes_;
+    std::mutex mutex_;
+    std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries_;
+    std::list<ChunkKey> turns_;  // by last use, the latest at the end
+    std::size_t bytes_ = 0;
+};
+
+/// A pipe whose bandwidth all active transfers share equally. The caller passes the time, seconds; it must not
+/// decrease. Threads: one at a time.
+class FairPipe {
+public:
+    /// @param bandwidth bytes/s, > 0
+    explicit FairPipe(double bandwidth) : bandwidth_(bandwidth) {}
+
+    /// Begins a transfer; returns its id.
+    double begin(double now, double bytes);
+    bool is_done(double now, double transfer);
+    /// When the next transfer ends, if no other begins before. Requires an active transfer.
+    double next_end() const;
+
+private:
+    void advance(double now);
+
+    double bandwidth_;
+    double time_ = 0.0;
+    double share_ = 0.0;  // bytes that a transfer active since the start would have received
+    std::multiset<double> ends_;  // values of share_ at which the active transfers end
+};
+
+/// Simulates slow storage in real time: sample() and stored_chunk() take a latency plus the transfer of a whole chunk
+/// through a pipe that all threads share equally. make_chunk() calls sample() once. Everything else is immediate.
+class SlowHeights final : public ForwardedHeights {
+public:
+    /// @param latency   seconds from a request to its first byte, >= 0
+    /// @param bandwidth bytes/s, > 0; infinite: no limit
+    SlowHeights(std::shared_ptr<const HeightSource> source, double latency, double bandwidth);
+
+    /// Starts the simulation; before this call storage is fast. Threads: any.
+    void begin() { is_slow_ = true; }
+
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
+                                                      const std::stop_token& stop) const override;
+
+private:
+    void wait_for_storage() const;
+
+    double latency_;
+    double bandwidth_;
+    std::atomic<bool> is_slow_{false};
+    mutable std::mutex mutex_;
+    mutable std::condition_variable changed_;
+    mutable FairPipe pipe_;
+};
+
+}  // namespace terrane::tools

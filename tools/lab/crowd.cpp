@@ -1,0 +1,549 @@
+// SPDX-License-Identifier: MIT
+#include "lab/crowd.h"
+
+#include "program/geometry.h"
+
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/shapes.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+using Cell = std::array<std::uint32_t, 3>;
+
+// Cubic cells along the axes, counted from the origin; coordinates beyond the room belong to its border cells.
+struct CellLattice {
+    double per_cell = 1.0;   ///< cells a metre
+    std::uint32_t last = 0;  ///< along each axis
+
+    std::uint32_t along(double p) const {
+        // Not a floor: a coordinate below 0 is in cell 0 anyway.
+        const double cells = p * per_cell;
+        return static_cast<std::uint32_t>(std::clamp(cells, 0.0, static_cast<double>(last)));
+    }
+    Cell of(const Eigen::Vector3d& p) const { return {along(p.x()), along(p.y()), along(p.z())}; }
+};
+
+template <class Visit>
+void visit_cells(const Cell& low, const Cell& high, Visit&& visit) {
+    for (std::uint32_t z = low[2]; z <= high[2]; ++z) {
+        for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+            for (std::uint32_t x = low[0]; x <= high[0]; ++x) visit(Cell{x, y, z});
+        }
+    }
+}
+
+// Pairs in ascending order, each found once.
+class FoundPairs {
+public:
+    void clear() {
+        pairs_.clear();
+        candidates_ = 0;
+    }
+    // Takes a pair of boxes that share a cell if that is the cell of the intersection's low corner.
+    void compare(std::span<const Aabb> bounds, const CellLattice& lattice, const Cell& cell,
+                 std::uint32_t i, std::uint32_t j) {
+        ++candidates_;
+        const Aabb &a = bounds[i], &b = bounds[j];
+        if (!overlap(a, b)) return;
+        if (lattice.of(a.low.cwiseMax(b.low)) != cell) return;
+        pairs_.push_back({std::min(i, j), std::max(i, j)});
+    }
+    std::span<const BodyPair> sorted() {
+        std::sort(pairs_.begin(), pairs_.end(), [](const BodyPair& p, const BodyPair& q) {
+            return p.a != q.a ? p.a < q.a : p.b < q.b;
+        });
+        return pairs_;
+    }
+    std::uint64_t candidates() const { return candidates_; }
+
+private:
+    std::vector<BodyPair> pairs_;
+    std::uint64_t candidates_ = 0;
+};
+
+class DenseGrid final : public Broadphase {
+public:
+    explicit DenseGrid(double width)
+        : lattice_{static_cast<double>(kDenseCells) / width, kDenseCells - 1},
+          lists_(kDenseCells * kDenseCells * kDenseCells) {}
+
+    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere>) override {
+        bounds_ = bounds;
+        operations_ = lists_.size();
+        for (std::vector<std::uint32_t>& list : lists_) list.clear();
+        for (std::uint32_t i = 0; i < bounds.size(); ++i) {
+            visit_cells(lattice_.of(bounds[i].low), lattice_.of(bounds[i].high), [&](Cell cell) {
+                lists_[index_of(cell)].push_back(i);
+                ++operations_;
+            });
+        }
+    }
+
+    std::span<const BodyPair> find_pairs() override {
+        found_.clear();
+        for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
+            const Cell low = lattice_.of(bounds_[i].low), high = lattice_.of(bounds_[i].high);
+            visit_cells(low, high, [&](Cell cell) {
+                for (const std::uint32_t j : lists_[index_of(cell)]) {
+                    if (j > i) found_.compare(bounds_, lattice_, cell, i, j);
+                }
+            });
+        }
+        return found_.sorted();
+    }
+
+    std::uint64_t candidate_count() const override { return found_.candidates(); }
+    std::uint64_t update_operations() const override { return operations_; }
+
+private:
+    static std::size_t index_of(const Cell& cell) {
+        return (std::size_t{cell[2]} * kDenseCells + cell[1]) * kDenseCells + cell[0];
+    }
+
+    CellLattice lattice_;
+    std::span<const Aabb> bounds_;
+    std::vector<std::vector<std::uint32_t>> lists_;
+    FoundPairs found_;
+    std::uint64_t operations_ = 0;
+};
+
+class HashedGrid final : public Broadphase {
+public:
+    HashedGrid(double width, std::size_t body_count)
+        : width_(width), cells_(std::cbrt(static_cast<double>(body_count))) {
+        choose_cells(cells_);
+    }
+
+    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere>) override {
+        constexpr std::uint64_t kMostCells = 64;  // of a box, on average
+        bounds_ = bounds;
+        if (lows_.size() != bounds.size()) {
+            lows_.resize(bounds.size());
+            highs_.resize(bounds.size());
+            const std::size_t buckets = std::bit_ceil(2 * bounds.size() + 1);
+            first_of_bucket_.resize(buckets + 1);
+            bucket_mask_ = static_cast<std::uint32_t>(buckets - 1);
+        }
+        while (!place_boxes(kMostCells * bounds.size())) choose_cells(cells_ / 2.0);
+        count_and_fill();
+    }
+
+    std::span<const BodyPair> find_pairs() override {
+        found_.clear();
+        for (std::size_t bucket = 0; bucket <= bucket_mask_; ++bucket) {
+            const std::uint32_t first = first_of_bucket_[bucket];
+            const std::uint32_t last = first_of_bucket_[bucket + 1];
+            for (std::uint32_t i = first; i < last; ++i) {
+                for (std::uint32_t j = i + 1; j < last; ++j) {
+                    const Entry &a = entries_[i], &b = entries_[j];
+                    if (a.cell == b.cell) found_.compare(bounds_, lattice_, a.cell, a.body, b.body);
+                }
+            }
+        }
+        return found_.sorted();
+    }
+
+    std::uint64_t candidate_count() const override { return found_.candidates(); }
+    std::uint64_t update_operations() const override {
+        return bounds_.size() + entries_.size() + first_of_bucket_.size();
+    }
+
+private:
+    struct Entry {
+        Cell cell;
+        std::uint32_t body;
+    };
+
+    void choose_cells(double along_axis) {
+        constexpr double kMost = 1 << 20;
+        cells_ = std::clamp(along_axis, 1.0, kMost);
+        lattice_.per_cell = cells_ / width_;
+        lattice_.last = static_cast<std::uint32_t>(cells_);
+    }
+
+    // False where the boxes lie in more cells than that and cells can be wider.
+    bool place_boxes(std::uint64_t most) {
+        std::uint64_t count = 0;
+        for (std::size_t i = 0; i < bounds_.size(); ++i) {
+            const Cell low = lattice_.of(bounds_[i].low), high = lattice_.of(bounds_[i].high);
+            lows_[i] = low;
+            highs_[i] = high;
+            std::uint64_t cells = 1;
+            for (std::size_t axis = 0; axis < 3; ++axis) cells *= high[axis] - low[axis] + 1;
+            count += cells;
+            if (count > most && cells_ > 1.0) return false;
+        }
+        entries_.resize(count);
+        return true;
+    }
+
+    std::uint32_t bucket_of(const Cell& cell) const {
+        // Primes of the paper.
+        return (cell[0] * 73856093u ^ cell[1] * 19349663u ^ cell[2] * 83492791u) & bucket_mask_;
+    }
+
+    // Sorts the entries by bucket, by counting.
+    void count_and_fill() {
+        std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
+        for (std::size_t i = 0; i < bounds_.size(); ++i) {
+            visit_cells(lows_[i], highs_[i],
+                        [&](const Cell& cell) { ++first_of_bucket_[bucket_of(cell)]; });
+        }
+        std::uint32_t end = 0;
+        for (std::uint32_t& first : first_of_bucket_) {
+            end += first;
+            first = end;
+        }
+        for (std::size_t i = bounds_.size(); i-- > 0;) {
+            visit_cells(lows_[i], highs_[i], [&](const Cell& cell) {
+                entries_[--first_of_bucket_[bucket_of(cell)]] = {cell,
+                                                                 static_cast<std::uint32_t>(i)};
+            });
+        }
+    }
+
+    double width_;
+    double cells_;  ///< along an axis
+    CellLattice lattice_;
+    std::span<const Aabb> bounds_;
+    std::vector<Cell> lows_, highs_;  ///< by body
+    std::vector<std::uint32_t> first_of_bucket_;
+    std::uint32_t bucket_mask_ = 0;
+    std::vector<Entry> entries_;  ///< bucket by bucket
+    FoundPairs found_;
+};
+
+}  // namespace
+
+std::unique_ptr<Broadphase> make_dense_grid(double width) {
+    return std::make_unique<DenseGrid>(width);
+}
+
+std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_count) {
+    return std::make_unique<HashedGrid>(width, body_count);
+}
+
+namespace {
+
+// Corners on one meridian, from pole to pole, without the poles.
+std::vector<Eigen::Vector3d> meridian(const BallMesh& mesh, int number, double scale) {
+    // Motion::at() gives the same bits on every machine; sin() and cos() do not.
+    Motion tilt, turn;
+    tilt.rotation_vector = Eigen::Vector3d(0.0, std::numbers::pi, 0.0);
+    turn.rotation_vector = Eigen::Vector3d(0.0, 0.0, 2.0 * std::numbers::pi);
+    const Pose around = turn.at(static_cast<double>(number) / (2 * mesh.rings));
+    std::vector<Eigen::Vector3d> corners;
+    for (int ring = 1; ring <= mesh.rings; ++ring) {
+        const Pose down = tilt.at(static_cast<double>(ring) / (mesh.rings + 1));
+        Eigen::Vector3d corner = mesh.radius * (around.rotation * down.rotation.col(2));
+        corner.x() *= scale / mesh.aspect;
+        corner.y() *= scale / mesh.aspect;
+        corners.push_back(corner);
+    }
+    return corners;
+}
+
+}  // namespace
+
+Shape make_ball(const BallMesh& mesh) {
+    constexpr double kDent = 0.7;
+    const int meridians = 2 * mesh.rings;
+    const Eigen::Vector3d pole(0.0, 0.0, mesh.radius);
+    std::vector<Eigen::Vector3d> points{pole, -pole};
+    if (!mesh.is_dented) {
+        for (int number = 0; number < meridians; ++number) {
+            const std::vector<Eigen::Vector3d> corners = meridian(mesh, number, 1.0);
+            points.insert(points.end(), corners.begin(), corners.end());
+        }
+        return ConvexHull::create(points).value();
+    }
+    std::vector<CompoundPart> parts;
+    for (int number = 0; number < meridians; ++number) {
+        points.resize(2);
+        const double scale = number % 2 == 0 ? 1.0 : kDent;
+        for (const int side : {number, number + 1}) {
+            const std::vector<Eigen::Vector3d> corners = meridian(mesh, side % meridians, scale);
+            points.insert(points.end(), corners.begin(), corners.end());
+        }
+        parts.push_back({ConvexHull::create(points).value(), Pose{}});
+    }
+    return Compound::create(parts).value();
+}
+
+namespace {
+
+constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
+constexpr int kMostRings = 200;
+constexpr int kSizes = 100;  // of a spread: few enough for bodies to share their meshes
+
+double now_ms() {
+    return std::chrono::duration<double, std::milli>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+Eigen::Vector3d direction(BodyRandom& random) {
+    const std::array<double, 3> v = random.direction<3>();
+    return {v[0], v[1], v[2]};
+}
+
+// Equal ratios from each size to the next; the layout's radius is their geometric mean.
+double radius_of(const CrowdLayout& layout, int size) {
+    if (layout.size_spread == 1.0) return layout.radius;
+    const double share = static_cast<double>(size) / (kSizes - 1);
+    return layout.radius * std::pow(layout.size_spread, share - 0.5);
+}
+
+// Draws numbers of sizes, small ones more often where the layout has a size power.
+class SizeDraw {
+public:
+    explicit SizeDraw(const CrowdLayout& layout) : is_spread_(layout.size_spread != 1.0) {
+        double sum = 0.0;
+        for (int size = 0; size < kSizes; ++size) {
+            sum += std::pow(radius_of(layout, size) / layout.radius, -layout.size_power);
+            sums_[static_cast<std::size_t>(size)] = sum;
+        }
+    }
+    // Without a spread all have size 0.
+    int draw(BodyRandom& random) const {
+        if (!is_spread_) return 0;
+        const auto found =
+            std::upper_bound(sums_.begin(), sums_.end(), random.unit() * sums_.back());
+        return std::min(static_cast<int>(found - sums_.begin()), kSizes - 1);
+    }
+
+private:
+    bool is_spread_;
+    std::array<double, kSizes> sums_{};  ///< of the shares of sizes, up to and with each
+};
+
+// Uniform with the layout's mean and deviation.
+int draw_rings(const CrowdLayout& layout, BodyRandom& random) {
+    const double half_width = std::sqrt(3.0) * layout.detail_deviation;
+    const double detail = layout.detail + half_width * random.within(-1.0, 1.0);
+    return static_cast<int>(
+        std::lround(std::clamp(detail, double{kFewestRings}, double{kMostRings})));
+}
+
+std::unique_ptr<Broadphase> make_scheme(const CrowdLayout& layout, double width) {
+    switch (layout.scheme) {
+        case CrowdScheme::grid:
+            return make_broadphase(BroadphaseKind::grid, 0.0);
+        case CrowdScheme::brute:
+            return make_broadphase(BroadphaseKind::brute, 0.0);
+        case CrowdScheme::hashed:
+            return make_hashed_grid(width, layout.count);
+        case CrowdScheme::dense:
+            return make_dense_grid(width);
+        case CrowdScheme::sap:
+        case CrowdScheme::two_scene:
+            break;
+    }
+    return make_broadphase(BroadphaseKind::sap, 0.0);
+}
+
+Aabb box_of(const Shape& shape, const Pose& pose) {
+    Aabb box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Vector3d along = pose.rotation.row(axis);
+        box.low[axis] = pose.translation[axis] - support_distance(shape, -along);
+        box.high[axis] = pose.translation[axis] + support_distance(shape, along);
+    }
+    return box;
+}
+
+}  // namespace
+
+std::string_view to_string(CrowdScheme scheme) {
+    switch (scheme) {
+        case CrowdScheme::sap:
+            return "sap";
+        case CrowdScheme::grid:
+            return "grid";
+        case CrowdScheme::two_scene:
+            return "two-scene";
+        case CrowdScheme::hashed:
+            return "hashed";
+        case CrowdScheme::dense:
+            return "dense";
+        case CrowdScheme::brute:
+            break;
+    }
+    return "brute";
+}
+
+Crowd::Crowd(const CrowdLayout& layout) : is_two_scene_(layout.scheme == CrowdScheme::two_scene) {
+    place_bodies(layout);
+    broadphase_ = make_scheme(layout, width_);
+    bounds_.resize(layout.count);
+    balls_.resize(layout.count);
+    if (is_two_scene_) {
+        exact_.resize(layout.count);
+        exact_in_query_.resize(layout.count);
+    }
+}
+
+void Crowd::place_bodies(const CrowdLayout& layout) {
+    const SizeDraw sizes(layout);
+    double cubes = 0.0, largest = 0.0;
+    for (std::size_t i = 0; i < layout.count; ++i) {
+        BodyRandom random(layout.seed, i);
+        const double radius = radius_of(layout, sizes.draw(random));
+        cubes += radius * radius * radius;
+        largest = std::max(largest, radius);
+    }
+    const double volume = 4.0 / 3.0 * std::numbers::pi * cubes;
+    width_ =
+        std::max(layout.room > 0.0 ? layout.room : std::cbrt(volume / layout.share), 2.0 * largest);
+    // Bodies of the same mesh share one shape.
+    std::map<std::pair<int, int>, Shape> shapes;
+    for (std::size_t i = 0; i < layout.count; ++i) {
+        BodyRandom random(layout.seed, i);
+        const int size = sizes.draw(random);
+        const double radius = radius_of(layout, size);
+        const BallMesh mesh{.rings = draw_rings(layout, random),
+                            .radius = radius,
+                            .aspect = layout.aspect,
+                            .is_dented = layout.is_dented};
+        const std::pair key(size, mesh.rings);
+        auto shape = shapes.find(key);
+        if (shape == shapes.end()) shape = shapes.emplace(key, make_ball(mesh)).first;
+        corner_count_ += tools::corner_count(mesh);
+        Pose pose;
+        pose.rotation = matrix_from_quaternion(random.direction<4>());
+        for (int axis = 0; axis < 3; ++axis) {
+            pose.translation[axis] = random.within(radius, width_ - radius);
+        }
+        const Eigen::Vector3d velocity = layout.speed * direction(random);
+        bodies_.push_back({shape->second, radius, pose, velocity, layout.spin * direction(random)});
+    }
+}
+
+void Crowd::move(double dt) {
+    for (Body& body : bodies_) {
+        Motion motion;
+        motion.start = body.pose;
+        motion.translation = dt * body.velocity;
+        motion.rotation_vector = dt * body.angular_velocity;
+        body.pose = motion.at(1.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            double& p = body.pose.translation[axis];
+            const bool is_low = p < body.radius;
+            if (!is_low && p <= width_ - body.radius) continue;
+            p = std::clamp(p, body.radius, width_ - body.radius);
+            body.velocity[axis] =
+                is_low ? std::abs(body.velocity[axis]) : -std::abs(body.velocity[axis]);
+        }
+    }
+}
+
+void Crowd::place_bounds() {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const Body& body = bodies_[i];
+        bounds_[i] = box_of(body.shape, body.pose);
+        balls_[i] = {body.pose.translation, body.radius};
+    }
+}
+
+void Crowd::place_cubes() {
+    // Wider than the sphere by more than the rounding of a box.
+    constexpr double kRoundingMargin = 1e-11;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const Body& body = bodies_[i];
+        const double half = body.radius + kRoundingMargin * (body.radius + 3.0 * width_);
+        const Eigen::Vector3d around = Eigen::Vector3d::Constant(half);
+        bounds_[i] = {body.pose.translation - around, body.pose.translation + around};
+        balls_[i] = {body.pose.translation, body.radius};
+    }
+}
+
+const Aabb& Crowd::exact_box(std::uint32_t body, CrowdQuery& query) {
+    if (exact_in_query_[body] != query_count_) {
+        exact_[body] = box_of(bodies_[body].shape, bodies_[body].pose);
+        exact_in_query_[body] = query_count_;
+        ++query.boxes;
+    }
+    return exact_[body];
+}
+
+bool Crowd::do_boxes_overlap(const BodyPair& pair, CrowdQuery& query) {
+    return overlap(exact_box(pair.a, query), exact_box(pair.b, query));
+}
+
+CrowdQuery Crowd::query() {
+    CrowdQuery query;
+    ++query_count_;
+    const double start = now_ms();
+    if (is_two_scene_) {
+        place_cubes();
+    } else {
+        place_bounds();
+        query.boxes = bodies_.size();
+    }
+    const double placed = now_ms();
+    broadphase_->update(bounds_, balls_);
+    const double updated = now_ms();
+    for (const BodyPair& pair : broadphase_->find_pairs()) {
+        if (is_two_scene_ && !do_boxes_overlap(pair, query)) continue;
+        ++query.pairs;
+        const Body& a = bodies_[pair.a];
+        const Body& b = bodies_[pair.b];
+        query.touching += test_contact(a.shape, a.pose, b.shape, b.pose).is_touching ? 1u : 0u;
+    }
+    query.query_ms = now_ms() - updated;
+    query.update_ms = updated - placed;
+    query.boxes_ms = placed - start;
+    query.candidates = broadphase_->candidate_count();
+    return query;
+}
+
+void CrowdTotals::add(const CrowdQuery& query) {
+    ++queries;
+    query_ms += query.query_ms;
+    boxes_ms += query.boxes_ms;
+    update_ms += query.update_ms;
+    boxes += query.boxes;
+    pairs += query.pairs;
+    touching += query.touching;
+    candidates += query.candidates;
+    if (query.touching == 0) return;
+    ++positive_queries;
+    positive_ms += query.query_ms;
+}
+
+void CrowdTotals::add(const CrowdTotals& other) {
+    queries += other.queries;
+    positive_queries += other.positive_queries;
+    query_ms += other.query_ms;
+    positive_ms += other.positive_ms;
+    boxes_ms += other.boxes_ms;
+    update_ms += other.update_ms;
+    boxes += other.boxes;
+    pairs += other.pairs;
+    touching += other.touching;
+    candidates += other.candidates;
+}
+
+CrowdTotals run_crowd(Crowd& crowd, double dt,
+                      const std::function<bool(const CrowdTotals&)>& goes_on) {
+    CrowdTotals totals;
+    do {
+        totals.add(crowd.query());
+        crowd.move(dt);
+    } while (goes_on(totals));
+    return totals;
+}
+
+}  // namespace terrane::tools

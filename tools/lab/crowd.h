@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/broadphase.h>
+#include <terrane/collision/shapes.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Whether two closed boxes have a point in common.
+inline bool overlap(const Aabb& a, const Aabb& b) {
+    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+}
+
+/// Cells of a dense grid along each axis of its room, as published.
+inline constexpr std::size_t kDenseCells = 40;
+
+/// The published dense grid over the cube from the origin to `width` along each axis: a list of bodies for each of
+/// 40^3 cells, all of them cleared in every update. Bodies beyond the cube lie in its border cells.
+std::unique_ptr<Broadphase> make_dense_grid(double width);
+
+/// The grid that the published study wanted: only the cells that boxes lie in, by a hash of their coordinates. Time and
+/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a
+/// body of usual size lies in little more than one; wider where boxes would fill more than 64 cells each on average.
+///
+/// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
+/// Deviations: buckets are sorted by counting instead of linked lists; a pair is taken in one cell only, that of the
+///             low corner of the intersection of both boxes, instead of being compared with the pairs found before.
+std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_count);
+
+/// A sphere-like closed mesh: two poles, and rings of corners between them at equal angles.
+struct BallMesh {
+    int rings = 3;        ///< 2 or more; a ring has 2 * rings corners
+    double radius = 1.0;  ///< of the sphere through the corners, metres
+    double aspect = 1.0;  ///< >= 1: the mesh is narrower by this across its poles' axis
+    bool is_dented =
+        false;  ///< every second segment between two meridians has 0.7 of the radius: not convex
+};
+
+/// Number of corners of a mesh.
+constexpr std::size_t corner_count(const BallMesh& mesh) {
+    return 2 * static_cast<std::size_t>(mesh.rings) * static_cast<std::size_t>(mesh.rings) + 2;
+}
+
+/// The mesh as a shape around its centre: a hull, or a compound of one hull for each segment where it is dented.
+Shape make_ball(const BallMesh& mesh);
+
+/// How a crowd finds the pairs of bodies that may touch: the library's broadphases, and those of the published study.
+enum class CrowdScheme {
+    sap,   ///< BroadphaseKind::sap
+    grid,  ///< BroadphaseKind::grid
+    two_scene,  ///< sweep-and-prune of cubes that hold a body at any rotation; boxes of the pairs found only
+    brute,   ///< BroadphaseKind::brute
+    hashed,  ///< a hashed grid: cells as wide as the mean distance of the bodies
+    dense,   ///< the published dense grid: 40^3 cells, all cleared in each update
+};
+
+/// `sap`, `grid`, `two-scene`, `brute`, `hashed` or `dense`.
+std::string_view to_string(CrowdScheme scheme);
+
+/// Moving bodies that pass through each other in a cubic room.
+struct CrowdLayout {
+    std::size_t count = 50;
+    double detail =
+        3.0;  ///< mean number of rings of corners between the poles; each body has 2 or more
+    double detail_deviation = 1.0;  ///< standard deviation of it: uniform over the bodies
+    double radius = 1.0;            ///< of the sphere through the corners, metres
+    /// Largest over smallest of 100 radii in equal ratios around `radius`.
+    double size_spread = 1.0;
+    /// Bodies of at least a radius are as many as radius^-size_power: 0 for equal numbers of each of the radii, 2.5 for
+    /// fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
+    double size_power = 0.0;
+    double aspect = 1.0;     ///< length over width of a body
+    bool is_dented = false;  ///< bodies are not convex
+    double room = 0.0;       ///< width of the room, metres; 0: by `share`
+    double share = 0.02;     ///< of the room's volume that the spheres take, 0 to 1
+    double speed = 1.0;      ///< metres a second
+    double spin = 1.0;       ///< radians a second
+    CrowdScheme scheme = CrowdScheme::sap;
+    std::uint64_t seed = 1;
+};
+
+/// Result and cost of one query of all bodies.
+struct CrowdQuery {
+    double boxes_ms = 0.0;         ///< axis-aligned boxes, or cubes, of all bodies
+    double update_ms = 0.0;        ///< Broadphase::update(), without the boxes
+    double query_ms = 0.0;         ///< pairs and their contact tests
+    std::size_t boxes = 0;         ///< exact boxes that were computed
+    std::size_t pairs = 0;         ///< with overlapping boxes
+    std::size_t touching = 0;      ///< pairs in contact
+    std::uint64_t candidates = 0;  ///< pairs that the broadphase compared
+};
+
+/// Sphere-like polyhedra with rings of 2 x detail corners that move at constant velocity and angular velocity and
+/// bounce off the walls of a cube.
+///
+/// The same layout gives the same poses and counts in every run.
+class Crowd {
+public:
+    explicit Crowd(const CrowdLayout& layout);
+
+    /// Advances all bodies by dt seconds.
+    void move(double dt);
+    /// Finds the touching pairs of bodies.
+    CrowdQuery query();
+
+    /// Total number of corners of all bodies.
+    std::size_t corner_count() const { return corner_count_; }
+    /// Width of the room, metres.
+    double width() const { return width_; }
+
+private:
+    struct Body {
+        Shape shape;
+        double radius;  ///< of the sphere through the corners, metres
+        Pose pose;
+        Eigen::Vector3d velocity;
+        Eigen::Vector3d angular_velocity;
+    };
+
+    void place_bodies(const CrowdLayout& layout);
+    void place_bounds();
+    void place_cubes();
+    const Aabb& exact_box(std::uint32_t body, CrowdQuery& query);
+    bool do_boxes_overlap(const BodyPair& pair, CrowdQuery& query);
+
+    double width_ = 0.0;  ///< of the room, metres
+    bool is_two_scene_;
+    std::vector<Body> bodies_;
+    std::size_t corner_count_ = 0;
+    std::vector<Aabb> bounds_;  ///< boxes of the bodies; cubes of their spheres for two scenes
+    std::vector<BoundingSphere> balls_;
+    std::vector<Aabb> exact_;                    ///< of two scenes
+    std::vector<std::uint64_t> exact_in_query_;  ///< the query that exact_ was computed in
+    std::uint64_t query_count_ = 0;
+    std::unique_ptr<Broadphase> broadphase_;
+};
+
+/// Sums over queries of a crowd.
+struct CrowdTotals {
+    std::size_t queries = 0;
+    std::size_t positive_queries = 0;  ///< with at least one touching pair
+    double query_ms = 0.0;
+    double positive_ms = 0.0;  ///< time of the positive queries
+    double boxes_ms = 0.0;     ///< boxes of all bodies; cubes for two scenes
+    double update_ms = 0.0;    ///< of the broadphase, without the boxes
+    std::size_t boxes = 0;     ///< exact boxes that were computed
+    std::size_t pairs = 0;
+    std::size_t touching = 0;
+    std::uint64_t candidates = 0;
+
+    void add(const CrowdQuery& query);
+    /// Adds the sums of another run.
+    void add(const CrowdTotals& other);
+    /// Means over the queries; 0 without queries.
+    double mean_query_ms() const { return mean(query_ms, queries); }
+    double mean_boxes_ms() const { return mean(boxes_ms, queries); }
+    /// Of boxes and broadphase.
+    double mean_update_ms() const { return mean(boxes_ms + update_ms, queries); }
+    /// An update and a query.
+    double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
+    /// Of the broadphase alone.
+    double mean_broadphase_ms() const { return mean(update_ms, queries); }
+    /// Pairs of overlapping boxes in a query.
+    double mean_pairs() const { return mean(static_cast<double>(pairs), queries); }
+    /// Exact boxes computed in an update and its query.
+    double mean_boxes() const { return mean(static_cast<double>(boxes), queries); }
+    /// Share of the queries with at least one touching pair, 0 to 1.
+    double positive_share() const { return mean(static_cast<double>(positive_queries), queries); }
+    /// 0 without positive queries.
+    double mean_positive_ms() const { return mean(positive_ms, positive_queries); }
+
+private:
+    static double mean(double sum, std::size_t count) {
+        return count > 0 ? sum / static_cast<double>(count) : 0.0;
+    }
+};
+
+/// Alternates queries of a crowd and moves by dt seconds.
+///
+/// @param goes_on called before each query but the first; false ends the run
+CrowdTotals run_crowd(Crowd& crowd, double dt,
+                      const std::function<bool(const CrowdTotals&)>& goes_on);
+
+}  // namespace terrane::tools

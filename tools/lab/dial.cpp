@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+#include "lab/dial.h"
+
+#include "program/options.h"
+#include "program/progress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <ctime>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+namespace terrane::tools {
+
+double thread_seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+namespace {
+
+constexpr std::size_t kTableSize = std::size_t{1} << 15;  // of 8 bytes: within the second cache
+constexpr int kSteps = 60'000;
+
+using ReferenceTable = std::array<std::uint64_t, kTableSize>;
+
+const ReferenceTable& reference_table() {
+    static const std::unique_ptr<const ReferenceTable> table = [] {
+        auto made = std::make_unique<ReferenceTable>();
+        std::uint64_t state = 1;
+        for (std::uint64_t& entry : *made) {
+            state = state * 6364136223846793005U + 1442695040888963407U;
+            entry = state;
+        }
+        return made;
+    }();
+    return *table;
+}
+
+}  // namespace
+
+double time_reference_loop() {
+    const ReferenceTable& table = reference_table();
+    const double start = thread_seconds();
+    std::uint64_t hash = 1;
+    double sum = 1.0;
+    for (int i = 0; i < kSteps; ++i) {
+        hash = (hash ^ table[hash >> 49U]) * 0x9E3779B97F4A7C15U;
+        sum = sum * 0.999 + static_cast<double>(hash >> 12U) * 0x1p-52;
+    }
+    const double taken = thread_seconds() - start;
+    // Uses the results, so that the loop is not removed; neither is ever negative.
+    return sum < 0.0 ? 0.0 : taken;
+}
+
+namespace {
+
+double median_value(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+nlohmann::ordered_json figure_json(const TradeFigure& figure, TradeUnit unit) {
+    nlohmann::ordered_json json;
+    json["median"] = figure.median;
+    json["low"] = figure.low;
+    json["high"] = figure.high;
+    json["repetitions"] = figure.repetitions;
+    if (seconds_of(unit) > 0.0) json["ratio"] = figure.ratio;
+    return json;
+}
+
+}  // namespace
+
+const char* symbol_of(TradeUnit unit) {
+    switch (unit) {
+        case TradeUnit::none:
+            return "";
+        case TradeUnit::px:
+            return "px";
+        case TradeUnit::m:
+            return "m";
+        case TradeUnit::ns:
+            return "ns";
+        case TradeUnit::ms:
+            return "ms";
+        case TradeUnit::bytes:
+            return "bytes";
+        case TradeUnit::share:
+            return "share";
+        case TradeUnit::px_s:
+            return "px s";
+    }
+    return "";
+}
+
+double seconds_of(TradeUnit unit) {
+    if (unit == TradeUnit::ns) return 1e-9;
+    return unit == TradeUnit::ms ? 1e-3 : 0.0;
+}
+
+TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios) {
+    TradeFigure figure;
+    if (values.empty()) return figure;
+    figure.median = median_value(values);
+    figure.low = *std::min_element(values.begin(), values.end());
+    figure.high = *std::max_element(values.begin(), values.end());
+    figure.ratio = median_value(ratios);
+    figure.repetitions = values.size();
+    return figure;
+}
+
+std::size_t column_index(const TradeTable& table, const std::string& key) {
+    const auto found =
+        std::find_if(table.columns.begin(), table.columns.end(),
+                     [&key](const TradeColumn& column) { return column.key == key; });
+    return static_cast<std::size_t>(found - table.columns.begin());
+}
+
+void mark_front(TradeTable& table) {
+    const std::size_t cost = column_index(table, table.cost);
+    const std::size_t loss = column_index(table, table.loss);
+    for (TradeRow& row : table.rows) row.on_front = false;
+    if (cost == table.columns.size() || loss == table.columns.size()) return;
+    const auto is_measured = [&](const TradeRow& row) {
+        return row.figures[cost].repetitions > 0 && row.figures[loss].repetitions > 0;
+    };
+    const auto beats = [&](const TradeRow& a, const TradeRow& b) {
+        const double a_cost = a.figures[cost].median, b_cost = b.figures[cost].median;
+        const double a_loss = a.figures[loss].median, b_loss = b.figures[loss].median;
+        return a_cost <= b_cost && a_loss <= b_loss && (a_cost < b_cost || a_loss < b_loss);
+    };
+    for (TradeRow& row : table.rows) {
+        row.on_front =
+            is_measured(row) &&
+            std::none_of(table.rows.begin(), table.rows.end(), [&](const TradeRow& each) {
+                return is_measured(each) && beats(each, row);
+            });
+    }
+}
+
+nlohmann::ordered_json to_json(const TradeTable& table) {
+    nlohmann::ordered_json json;
+    json["key"] = table.key;
+    json["title"] = table.title;
+    json["axis"] = table.axis;
+    json["text"] = table.text;
+    json["terrain"] = table.terrain;
+    json["cost"] = table.cost;
+    json["loss"] = table.loss;
+    json["columns"] = nlohmann::ordered_json::array();
+    for (const TradeColumn& column : table.columns) {
+        json["columns"].push_back(
+            {{"key", column.key}, {"title", column.title}, {"unit", symbol_of(column.unit)}});
+    }
+    json["rows"] = nlohmann::ordered_json::array();
+    for (const TradeRow& row : table.rows) {
+        nlohmann::ordered_json line;
+        line["label"] = row.label;
+        line["value"] = row.value;
+        line["on_front"] = row.on_front;
+        line["presets"] = row.presets;
+        line["command"] = row.command;
+        line["figures"] = nlohmann::ordered_json::object();
+        for (std::size_t i = 0; i < table.columns.size(); ++i) {
+            if (row.figures[i].repetitions == 0) continue;
+            line["figures"][table.columns[i].key] =
+                figure_json(row.figures[i], table.columns[i].unit);
+        }
+        json["rows"].push_back(std::move(line));
+    }
+    json["findings"] = table.findings;
+    return json;
+}
+
+namespace {
+
+/// Repetitions of one trial.
+struct TurnLog {
+    std::vector<std::vector<double>> values;  ///< [columns][repetitions]
+    std::vector<std::vector<double>> ratios;  ///< the same, of times
+};
+
+void add_turn(TurnLog& log, const TradeSample& sample, const std::vector<TradeColumn>& columns,
+              double reference_s) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        if (!std::isfinite(sample[i])) continue;
+        log.values[i].push_back(sample[i]);
+        const double unit_s = seconds_of(columns[i].unit);
+        if (unit_s > 0.0) log.ratios[i].push_back(sample[i] * unit_s / reference_s);
+    }
+}
+
+TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& trial,
+                const TurnLog& log) {
+    TradeRow row;
+    row.label = trial.label;
+    row.value = trial.value;
+    row.command = trial.command;
+    if (row.command.empty()) {
+        row.command = "terrane trade --dial " + dial.key;
+        if (dial.needs_terrain) row.command += " " + place.flags;
+        if (place.is_quick) row.command += " --quick";
+    }
+    row.presets = presets_with(dial.preset_flag, trial.value);
+    for (std::size_t i = 0; i < dial.columns.size(); ++i) {
+        row.figures.push_back(summarize_figure(log.values[i], log.ratios[i]));
+    }
+    return row;
+}
+
+// Says so where a dial has no effect on what it is meant to change: a front of such a table means nothing.
+void note_constant_loss(TradeTable& table) {
+    const std::size_t loss = column_index(table, table.loss);
+    if (loss == table.columns.size() || table.rows.size() < 2) return;
+    const TradeFigure& first = table.rows.front().figures[loss];
+    const bool is_constant =
+        std::all_of(table.rows.begin(), table.rows.end(), [&](const TradeRow& row) {
+            return row.figures[loss].repetitions > 0 && row.figures[loss].median == first.median;
+        });
+    if (!is_constant) return;
+    const std::string unit = symbol_of(table.columns[loss].unit);
+    table.findings.push_back(fmt::format("No value of this dial changes the {} here: {:.3g}{}{}.",
+                                         table.columns[loss].title, first.median,
+                                         unit.empty() ? "" : " ", unit));
+}
+
+}  // namespace
+
+CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
+                                       const TradePatience& patience) {
+    using Clock = std::chrono::steady_clock;
+    const CommandResult<std::vector<TradeTrial>> trials = dial.prepare(place);
+    if (!trials) return pass_on(trials.error());
+    const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
+                        .ratios = std::vector<std::vector<double>>(dial.columns.size())};
+    std::vector<TurnLog> logs(trials->size(), empty);
+    const auto take_turn = [&]() -> CommandResult<void> {
+        for (std::size_t i = 0; i < trials->size(); ++i) {
+            if (is_interrupted()) return failure("interrupted before the tables were whole");
+            const double reference_s = time_reference_loop();
+            const CommandResult<TradeSample> sample = (*trials)[i].measure();
+            if (!sample) return pass_on(sample.error());
+            add_turn(logs[i], *sample, dial.columns, reference_s);
+        }
+        return {};
+    };
+    CommandResult<void> turn = take_turn();
+    if (turn && patience.seconds > 0.0) {
+        logs.assign(trials->size(), empty);
+        const Clock::time_point end =
+            Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                               std::chrono::duration<double>(patience.seconds));
+        std::size_t repetitions = 0;
+        do {
+            turn = take_turn();
+        } while (turn && ++repetitions < patience.most_repetitions && Clock::now() < end);
+    }
+    if (!turn) return pass_on(turn.error());
+    TradeTable table{.key = dial.key,
+                     .title = dial.title,
+                     .axis = dial.axis,
+                     .text = dial.text,
+                     .terrain = dial.needs_terrain ? place.terrain->name : "",
+                     .columns = dial.columns,
+                     .cost = dial.cost,
+                     .loss = dial.loss,
+                     .rows = {},
+                     .findings = {}};
+    for (std::size_t i = 0; i < trials->size(); ++i) {
+        table.rows.push_back(row_of(dial, place, (*trials)[i], logs[i]));
+    }
+    mark_front(table);
+    if (dial.find) table.findings = dial.find(table);
+    note_constant_loss(table);
+    return table;
+}
+
+std::vector<Dial> all_dials() {
+    std::vector<Dial> all;
+    for (const auto& make : {pixel_dials, contact_dials, step_dials, paging_dials, measure_dials,
+                             number_dials, hull_dials, object_dials, crowd_dials}) {
+        std::vector<Dial> dials = make();
+        all.insert(all.end(), std::make_move_iterator(dials.begin()),
+                   std::make_move_iterator(dials.end()));
+    }
+    return all;
+}
+
+std::vector<std::string> dial_names() {
+    std::vector<std::string> names;
+    for (const Dial& dial : all_dials()) names.push_back(dial.key);
+    return names;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "frames/flight_log.h"
+#include "frames/frame_maker.h"
+#include "frames/paging_storage.h"
+
+#include <terrane/playback/camera_path.h>
+#include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/pager.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Spheres of radius 1 m on the true ground under a camera: the first below the eye, the others around it, within 150 m
+/// to each side. Their horizontal offsets from the eye are constant, so that they jump with it. A pure function of the
+/// terrain and the camera.
+class GroundBodies {
+public:
+    static constexpr double kRadius = 1.0;  // metres
+
+    /// @param source must outlive it
+    GroundBodies(const HeightSource& source, std::size_t count) : source_(&source), count_(count) {}
+
+    std::size_t count() const { return count_; }
+    WorldPos place(std::size_t body, const CameraPose& camera) const;
+    /// The needs of all bodies: horizontal velocity of the camera, vertical velocity from the ground below.
+    std::vector<BodyNeed> needs(const CameraPose& camera) const;
+    /// BodyNeed::trajectory of a body over a whole path.
+    ///
+    /// @param clock the pager's time at the start of the path, seconds
+    std::vector<BodyMoment> trajectory(std::size_t body, std::span<const PathMoment> path,
+                                       double clock) const;
+
+private:
+    const HeightSource* source_;
+    std::size_t count_;
+};
+
+/// Whether all chunks of a level under a sphere are resident; the part beyond the world does not count.
+bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_world,
+                double radius);
+
+/// Known future of a path for a pager: fills CameraNeed::trajectory and BodyNeed::trajectory.
+class Foresight {
+public:
+    struct Settings {
+        bool is_complete = false;  ///< oracle: the whole remaining path is known
+        double announce = 0.0;     ///< without is_complete: seconds ahead that jumps are known
+        double horizon = 0.0;      ///< length of the trajectories, seconds
+        double clock = 0.0;        ///< the pager's time at the start of the path, seconds
+    };
+
+    /// @param path   must outlive it
+    /// @param bodies must outlive it
+    Foresight(const CameraPath& path, const GroundBodies& bodies, const Settings& settings);
+
+    /// Sets the trajectories that are known, and leaves the others empty. Valid until the next call.
+    ///
+    /// @param time seconds from the start of the path
+    void set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
+
+private:
+    void announce_jump(double time, double jump, CameraNeed& camera, std::span<BodyNeed> bodies);
+
+    const CameraPath* path_;
+    const GroundBodies* bodies_;
+    Settings settings_;
+    std::vector<CameraMoment> camera_trajectory_;
+    std::vector<std::vector<BodyMoment>> body_trajectories_;
+};
+
+struct PagingRunSettings {
+    PagingChoice policy = PagingChoice::deadline;
+    FrameMakerSettings maker;  ///< the pager's policy is overwritten
+    VirtualStorage storage;
+    View view;  ///< size and field of view; the path sets the pose
+    double fps = 30.0;
+    std::size_t frame_count = 1;
+    std::size_t body_count = 0;
+    double announce = 0.0;  ///< seconds ahead that jumps are known
+    std::atomic<std::size_t>* frames_done =
+        nullptr;  ///< counts the frames of all flights; may be null
+};
+
+/// Totals of a flight over simulated storage, without what was loaded before it.
+struct PagingTotals {
+    std::size_t frames = 0;
+    std::size_t late_frames = 0;     ///< FrameRecord::is_late()
+    double excess_error_px_s = 0.0;  ///< of the late frames
+    double error_px_max = 0.0;
+    std::uint64_t bytes_loaded = 0;  ///< read from storage
+    std::uint64_t bytes_wasted = 0;  ///< of these, never used until the end of the flight
+    std::size_t peak_bytes = 0;      ///< resident and in flight together, since creation
+    std::size_t contact_late = 0;    ///< sum over frames of bodies without resident ground
+    std::size_t body_frames = 0;
+    std::uint64_t loaded = 0;  ///< this and the next ones as in PagerStats
+    std::uint64_t reloads = 0;
+    std::uint64_t evicted = 0;
+    std::uint64_t hard_evictions = 0;
+    std::uint64_t cancelled = 0;
+    std::uint64_t failed = 0;
+    std::uint64_t timed_out = 0;
+    std::uint64_t over_ceiling = 0;
+
+    double late_share() const;
+    double wasted_share() const;
+};
+
+/// Result of a run: the same on every machine, except FrameRecord::update_ms.
+struct PagingRun {
+    PagingTotals totals;
+    std::vector<FrameRecord> frames;
+    std::vector<std::size_t> contact_late;  ///< [frames] bodies without resident ground
+};
+
+/// Plays a path against storage on a virtual clock: frame i is at time i / fps. What the first frame needs is loaded
+/// before the clock starts.
+///
+/// @param source the source of `chunks`
+///
+/// Fails: as Pager, Triangulator and VirtualLoader for their settings; io where the root squares never load; cancelled
+///        where is_interrupted()
+Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
+                             const CameraPath& path, const PagingRunSettings& settings);
+
+/// One of many flights over the same terrain.
+struct PagingJob {
+    const CameraPath* path = nullptr;
+    PagingRunSettings settings;
+};
+
+/// Plays flights on several threads, and delivers their results in order on the caller's thread, each as soon as all
+/// earlier ones are complete.
+///
+/// @param thread_count >= 1
+/// @param take         called with the index of a job and its run; an error stops everything
+/// @param show         called periodically on the caller's thread while it waits
+///
+/// Fails: with the first error, in order of the jobs, of a flight or of `take`; out_of_memory. Waits for flights that
+///        have started
+Result<void> play_all(
+    std::shared_ptr<const HeightSource> source, ChunkCache& chunks, std::span<const PagingJob> jobs,
+    std::size_t thread_count, const std::function<Result<void>(std::size_t, PagingRun)>& take,
+    const std::function<void()>& show = [] {});
+
+}  // namespace terrane::tools

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+#include "lab/study.h"
+
+#include "lab/study_plans.h"
+#include "program/progress.h"
+#include "program/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace terrane::tools {
+namespace {
+
+// Sums of the normal equations of y = fixed + factor * u with weights 1 / y^2.
+struct RelativeFit {
+    double fixed = 0.0, factor = 0.0, error = std::numeric_limits<double>::infinity();
+};
+
+RelativeFit fit_line(std::span<const double> x, std::span<const double> y, double power) {
+    double w1 = 0.0, wu = 0.0, wuu = 0.0, wy = 0.0, wuy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double u = std::pow(x[i], power), weight = 1.0 / (y[i] * y[i]);
+        w1 += weight;
+        wu += weight * u;
+        wuu += weight * u * u;
+        wy += weight * y[i];
+        wuy += weight * u * y[i];
+    }
+    RelativeFit fit;
+    const double determinant = w1 * wuu - wu * wu;
+    if (determinant > 1e-12 * w1 * wuu) {
+        fit.fixed = (wuu * wy - wu * wuy) / determinant;
+        fit.factor = (w1 * wuy - wu * wy) / determinant;
+    }
+    if (!(determinant > 1e-12 * w1 * wuu) || fit.fixed < 0.0) {
+        fit.fixed = 0.0;
+        fit.factor = wuy / wuu;
+    }
+    fit.error = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double relative = (fit.fixed + fit.factor * std::pow(x[i], power)) / y[i] - 1.0;
+        fit.error += relative * relative;
+    }
+    return fit;
+}
+
+}  // namespace
+
+std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y) {
+    const auto count = static_cast<double>(x.size());
+    double sum_x = 0.0, sum_y = 0.0, sum_xx = 0.0, sum_xy = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double u = std::log(x[i]), v = std::log(y[i]);
+        sum_x += u;
+        sum_y += v;
+        sum_xx += u * u;
+        sum_xy += u * v;
+    }
+    const double spread = count * sum_xx - sum_x * sum_x;
+    if (!(spread > 1e-12 * count * sum_xx)) return std::nullopt;
+    return (count * sum_xy - sum_x * sum_y) / spread;
+}
+
+std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const double> y) {
+    constexpr int kPowers = 600;
+    constexpr double kMostPower = 3.0;
+    if (x.size() < 4 || std::any_of(y.begin(), y.end(), [](double v) { return !(v > 0.0); })) {
+        return std::nullopt;
+    }
+    PowerLaw law;
+    double least = std::numeric_limits<double>::infinity();
+    for (int step = 1; step <= kPowers; ++step) {
+        const double power = kMostPower * step / kPowers;
+        const RelativeFit fit = fit_line(x, y, power);
+        if (fit.error >= least) continue;
+        least = fit.error;
+        law = {fit.fixed, fit.factor, power, fit.fixed / y.back()};
+    }
+    return law;
+}
+
+namespace {
+
+constexpr std::size_t kFewBodies = 1000;  ///< up to which points are measured in rounds
+
+// Moves few bodies on between measurements, so that a short run sees many independent placements.
+void stir(Crowd& crowd) {
+    for (int half_second = 0; half_second < 40; ++half_second) crowd.move(0.5);
+}
+
+// Queries one crowd for that many seconds of query and update time.
+CrowdTotals measure(Crowd& crowd, double seconds, bool is_stirred) {
+    constexpr double kStep = 1.0 / 60.0;
+    constexpr std::size_t kCoherent = 60;  // queries in a row: one second of motion
+    return run_crowd(crowd, kStep, [&](const CrowdTotals& totals) {
+        if (is_interrupted()) return false;
+        if (is_stirred && totals.queries % kCoherent == 0) stir(crowd);
+        return totals.queries < kFewestQueries ||
+               totals.query_ms + totals.boxes_ms + totals.update_ms < 1e3 * seconds;
+    });
+}
+
+double median_of(std::span<const CrowdTotals> rounds, double (CrowdTotals::*time)() const) {
+    std::vector<double> times;
+    for (const CrowdTotals& round : rounds) times.push_back((round.*time)());
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
+    return *middle;
+}
+
+// Counts of all rounds, with the medians of their mean times. Positive queries may be rare: their time is that of all
+// rounds.
+CrowdTotals joined(std::span<const CrowdTotals> rounds) {
+    CrowdTotals all;
+    for (const CrowdTotals& round : rounds) all.add(round);
+    const auto queries = static_cast<double>(all.queries);
+    all.query_ms = queries * median_of(rounds, &CrowdTotals::mean_query_ms);
+    all.boxes_ms = queries * median_of(rounds, &CrowdTotals::mean_boxes_ms);
+    all.update_ms = queries * median_of(rounds, &CrowdTotals::mean_broadphase_ms);
+    return all;
+}
+
+CrowdLayout layout_of(const StudyPlan& plan, std::size_t point, std::size_t series) {
+    CrowdLayout layout = plan.layouts[point];
+    const StudySeries& with = plan.series[series];
+    layout.scheme = with.scheme;
+    layout.is_dented = with.is_dented;
+    if (with.own_room_share > 0.0) {
+        layout.room = 0.0;
+        layout.share = with.own_room_share;
+    }
+    return layout;
+}
+
+// Everything that the time of a step depends on, but the number of bodies.
+std::string kind_of(const CrowdLayout& layout) {
+    return fmt::format("{} {} {} {} {} {} {} {} {}", to_string(layout.scheme), layout.is_dented,
+                       layout.room, layout.share, layout.radius, layout.detail, layout.size_spread,
+                       layout.size_power, layout.aspect);
+}
+
+// The kind of similar bodies, which has more counts.
+std::string similar_kind_of(CrowdLayout layout) {
+    layout.size_spread = layout.aspect = 1.0;
+    layout.size_power = 0.0;
+    return kind_of(layout);
+}
+
+class PointMeasurement {
+public:
+    explicit PointMeasurement(const StudySettings& settings) : settings_(settings) {}
+
+    // Measures every point with each of the plan's series.
+    void measure_plan(StudyPlan& plan, const std::function<void()>& show_point) {
+        plan.table.most_seconds = settings_.most_seconds_a_point;
+        for (StudyPoint& point : plan.table.points) point.measured.resize(plan.series.size());
+        measure_few(plan);
+        for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
+            show_point();
+            if (plan.layouts[i].count > kFewBodies) measure_many(plan, i);
+        }
+    }
+
+private:
+    // Points of few bodies, in rounds over all of them, so that a temporary slowdown of the machine does not distort
+    // the table.
+    void measure_few(StudyPlan& plan) {
+        constexpr int kRounds = 5;
+        struct TimedCrowd {
+            Crowd crowd;
+            std::string kind;
+            std::size_t bodies;
+            CrowdTotals* result;
+            std::vector<CrowdTotals> rounds;
+        };
+        std::vector<TimedCrowd> timed_crowds;
+        for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
+            if (plan.layouts[i].count > kFewBodies) continue;
+            for (std::size_t series = 0; series < plan.series.size(); ++series) {
+                const CrowdLayout layout = layout_of(plan, i, series);
+                timed_crowds.push_back({Crowd(layout),
+                                        kind_of(layout),
+                                        layout.count,
+                                        &plan.table.points[i].measured[series],
+                                        {}});
+            }
+        }
+        for (int round = 0; round < kRounds && !is_interrupted(); ++round) {
+            for (TimedCrowd& timed : timed_crowds) {
+                stir(timed.crowd);
+                timed.rounds.push_back(
+                    measure(timed.crowd, settings_.seconds_a_point / kRounds, true));
+            }
+        }
+        for (TimedCrowd& timed : timed_crowds) {
+            if (timed.rounds.empty()) continue;
+            *timed.result = joined(timed.rounds);
+            times_.add(timed.kind, timed.bodies, 1e-3 * timed.result->mean_step_ms());
+        }
+    }
+
+    // One point of many bodies, without the series that would take too long.
+    void measure_many(StudyPlan& plan, std::size_t i) {
+        StudyPoint& point = plan.table.points[i];
+        for (std::size_t series = 0; series < plan.series.size() && !is_interrupted(); ++series) {
+            const CrowdLayout layout = layout_of(plan, i, series);
+            const std::string kind = kind_of(layout);
+            const std::optional<double> step =
+                times_.seconds_at(kind, similar_kind_of(layout), layout.count);
+            const double seconds = static_cast<double>(kFewestQueries) * step.value_or(0.0);
+            if (seconds > settings_.most_seconds_a_point) {
+                plan.table.left_out.push_back({point.x, plan.table.series[series], seconds});
+                continue;
+            }
+            Crowd crowd(layout);
+            point.measured[series] = measure(crowd, settings_.seconds_a_point, false);
+            times_.add(kind, layout.count, 1e-3 * point.measured[series].mean_step_ms());
+        }
+    }
+
+    StudySettings settings_;
+    StepTimes times_;
+};
+
+}  // namespace
+
+const StudyPoint* StudyTable::point_at(double x) const {
+    for (const StudyPoint& point : points) {
+        if (point.x == x) return &point;
+    }
+    return nullptr;
+}
+
+const CrowdTotals* StudyTable::totals_at(double x, std::string_view series_name) const {
+    const StudyPoint* const point = point_at(x);
+    const auto found = std::find(series.begin(), series.end(), series_name);
+    const auto number = static_cast<std::size_t>(found - series.begin());
+    if (point == nullptr || number >= point->measured.size()) return nullptr;
+    return point->measured[number].queries > 0 ? &point->measured[number] : nullptr;
+}
+
+std::vector<StudyTable> run_study(const StudySettings& settings,
+                                  const std::function<void(double)>& show) {
+    return run_plans(make_study_plans(settings), settings, show);
+}
+
+std::vector<StudyTable> run_plans(std::vector<StudyPlan> plans, const StudySettings& settings,
+                                  const std::function<void(double)>& show) {
+    double all = 0.0;
+    for (const StudyPlan& plan : plans) all += static_cast<double>(plan.layouts.size());
+    double done = 0.0;
+    PointMeasurement measurement(settings);
+    std::vector<StudyTable> tables;
+    for (StudyPlan& plan : plans) {
+        if (is_interrupted()) break;
+        measurement.measure_plan(plan, [&] {
+            show(done / all);
+            done += 1.0;
+        });
+        tables.push_back(std::move(plan.table));
+    }
+    return tables;
+}
+
+std::string short_text(double value) {
+    constexpr int kDigits = 3;
+    return rounded_text(value, kDigits, Rounding::nearest);
+}
+
+std::optional<double> least_speedup(const StudyTable& table) {
+    std::optional<double> least;
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms) continue;
+        double best = 0.0;
+        for (const CrowdTotals& totals : point.measured) {
+            if (totals.queries == 0) continue;
+            best = std::max(best, *point.published_query_ms / totals.mean_query_ms());
+        }
+        least = std::min(least.value_or(best), best);
+    }
+    return least;
+}
+
+std::optional<double> query_slope(const StudyTable& table, std::size_t series,
+                                  bool is_published_only) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (point.measured[series].candidates == 0) continue;
+        if (is_published_only && !point.published_query_ms) continue;
+        x.push_back(point.x);
+        y.push_back(point.measured[series].mean_query_ms());
+    }
+    return log_log_slope(x, y);
+}
+
+std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
+                                 double (CrowdTotals::*time)() const) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (point.measured[series].queries == 0) continue;
+        x.push_back(point.x);
+        y.push_back((point.measured[series].*time)());
+    }
+    return fit_power_law(x, y);
+}
+
+std::optional<PowerLaw> published_law(const StudyTable& table) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms) continue;
+        x.push_back(point.x);
+        y.push_back(*point.published_query_ms);
+    }
+    return fit_power_law(x, y);
+}
+
+}  // namespace terrane::tools

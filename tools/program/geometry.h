@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace terrane::tools {
+
+/// w, x, y, z: the form of rotations in input and output.
+using Quaternion = std::array<double, 4>;
+
+/// The rotation of a quaternion of any length above 0.
+Eigen::Matrix3d matrix_from_quaternion(const Quaternion& q);
+
+/// The unit quaternion with w >= 0 of a rotation matrix.
+Quaternion quaternion_from_matrix(const Eigen::Matrix3d& rotation);
+
+/// Hash of three numbers, uniform over 64 bits: stateless random numbers, the same on every machine.
+std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream);
+
+/// The sequence of uniform random numbers of one body.
+class BodyRandom {
+public:
+    BodyRandom(std::uint64_t seed, std::uint64_t body) : seed_(seed), body_(body) {}
+    /// In [0, 1).
+    double unit() {
+        return static_cast<double>(hash_numbers(seed_, body_, next_++) >> 11) * 0x1p-53;
+    }
+    double within(double low, double high) { return low + (high - low) * unit(); }
+
+    /// Uniform unit vector, by rejection sampling of the unit ball from the cube.
+    template <std::size_t dimensions>
+    std::array<double, dimensions> direction() {
+        for (;;) {
+            std::array<double, dimensions> v{};
+            double square = 0.0;
+            for (double& component : v) {
+                component = within(-1.0, 1.0);
+                square += component * component;
+            }
+            if (square > 1.0 || square < 0x1p-20) continue;
+            const double length = std::sqrt(square);
+            for (double& component : v) component /= length;
+            return v;
+        }
+    }
+
+private:
+    std::uint64_t seed_, body_, next_ = 0;
+};
+
+/// A line of points in the plane by its arc length, metres.
+class Polyline {
+public:
+    /// Requires two points or more, no two successive ones equal.
+    explicit Polyline(std::vector<Eigen::Vector2d> points_world);
+
+    double length() const { return lengths_.back(); }
+    /// The point at a distance from the first one, which is clamped to 0 to length().
+    Eigen::Vector2d at(double along) const;
+    /// The unit direction there.
+    Eigen::Vector2d direction(double along) const;
+    const std::vector<Eigen::Vector2d>& points() const { return points_; }
+
+private:
+    std::size_t segment(double along) const;  // index of its end
+
+    std::vector<Eigen::Vector2d> points_;
+    std::vector<double> lengths_;  // of the line up to each point
+};
+
+}  // namespace terrane::tools

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/math.h>
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace terrane::tools {
+
+/// Size of a picture, written 1280x720.
+struct ImageSize {
+    int width_px = 1280;
+    int height_px = 720;
+};
+
+/// Parses the whole text as one finite number or the quotient of two (1/60); absent for anything else.
+std::optional<double> parse_number(std::string_view text);
+/// "X,Y,Z", three finite numbers; absent for anything else.
+std::optional<WorldPos> parse_point(std::string_view text);
+/// "X,Y", two finite numbers; absent for anything else.
+std::optional<WorldVec2> parse_place(std::string_view text);
+/// "WxH", both 1 to 16384; absent for anything else.
+std::optional<ImageSize> parse_size(std::string_view text);
+/// "A,B,C", at least one item, none empty; absent for anything else.
+std::optional<std::vector<std::string>> parse_list(std::string_view text);
+
+/// The value of an optional option; absent for NaN, which means not given.
+std::optional<double> given(double value);
+
+/// Options with checked values: parsing throws a CLI::ParseError that names the flag, the range and the value, and
+/// main() exits with code 2. All refuse NaN and infinity.
+CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
+                          const std::string& help);
+CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
+                              const std::string& help);
+CLI::Option* add_finite(CLI::App& app, const std::string& flag, double& value,
+                        const std::string& help);
+CLI::Option* add_in_range(CLI::App& app, const std::string& flag, double& value, double low,
+                          double high, const std::string& help);
+/// The same for several values, separated by commas.
+CLI::Option* add_positive_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               const std::string& help);
+CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vector<double>& values,
+                               double low, double high, const std::string& help);
+/// A whole number from `low` to `high`.
+CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
+                       const std::string& help, std::size_t high = std::size_t{1} << 53);
+/// One of several names; the error for another one suggests the nearest.
+///
+/// @param choose called with the index of the name
+CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
+                        std::size_t usual, std::function<void(std::size_t)> choose,
+                        const std::string& help);
+/// The index of a name. Throws as the options do.
+std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
+                        const std::string& text);
+CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
+                       const std::string& help);
+CLI::Option* add_place(CLI::App& app, const std::string& flag, std::optional<WorldVec2>& value,
+                       const std::string& help);
+CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
+                      const std::string& help);
+
+}  // namespace terrane::tools
+
+namespace CLI {
+class App;
+}
+
+namespace terrane::tools {
+
+/// The value that a preset gives to a flag.
+struct PresetFlag {
+    std::string_view flag;   ///< "--budget"
+    std::string_view value;  ///< as on the command line
+};
+
+/// Values of several flags under one name.
+struct Preset {
+    std::string_view name;
+    std::array<PresetFlag, 5> flags;
+};
+
+/// fast, balanced and accurate: points of the fronts that `terrane trade` measures, see docs/measurements.md.
+const std::array<Preset, 3>& presets();
+
+/// The value of a preset's flag as a number; absent for a flag that presets do not set.
+std::optional<double> preset_value(const Preset& preset, std::string_view flag);
+
+/// Names of the presets that give a value to a flag.
+std::vector<std::string> presets_with(std::string_view flag, double value);
+
+/// Adds --preset. It sets those flags of a preset that the command has and that are not on the command line, whatever
+/// the order of the words; is_given() stays false for them. To be called after all other flags of the command.
+void add_preset_option(CLI::App& command);
+
+}  // namespace terrane::tools

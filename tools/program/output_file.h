@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "program/progress.h"
+
+#include <terrane/base/result.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace terrane::tools {
+
+/// A new file beside another one, for incomplete content. It never takes the name of an existing file: PATH.partial,
+/// PATH.partial1 and so on. The destructor removes it unless it was renamed.
+class TemporaryFile {
+public:
+    /// Fails with io, naming `path`, where no file can be created beside it.
+    static Result<TemporaryFile> beside(const std::string& path);
+
+    TemporaryFile(TemporaryFile&& other) noexcept;
+    TemporaryFile& operator=(TemporaryFile&&) = delete;
+    ~TemporaryFile();
+
+    const std::string& path() const { return path_; }
+    /// The file, open for writing from its beginning.
+    std::FILE* stream() const { return stream_; }
+    /// Closes the stream.
+    /// @return 0, or the errno of a failed flush, as of a full disk
+    int close();
+
+    /// Closes the stream and renames the file. Call once.
+    ///
+    /// @param replaces whether an existing file is replaced; otherwise the call returns EEXIST for it
+    /// @return 0, or an errno: then the destructor removes the file
+    int rename_to(const std::string& path, bool replaces);
+
+private:
+    TemporaryFile(std::string path, std::FILE* stream);
+
+    std::string path_;  // "" after the rename
+    std::FILE* stream_ = nullptr;
+    std::unique_ptr<RemovedIfKilled> if_killed_;
+};
+
+/// Name of the list of files that runs wrote into a folder.
+inline constexpr const char* kFileListName = "terrane-files.txt";
+
+/// Name of a picture in a folder: frame_000042.png.
+std::string frame_name(std::size_t frame);
+bool is_frame_name(const std::string& name);
+
+/// "cannot write '<path>': <why>" with the text of an errno.
+tl::unexpected<Error> cannot_write(const std::string& path, int cause);
+
+/// A folder for the output files of a run. The list kFileListName in it holds the name, size and content hash of every
+/// file written by a run. A listed file with unchanged content belongs to an earlier run and is replaced; every other
+/// file, also a listed one that the user changed, belongs to the user and is neither removed nor overwritten.
+///
+/// For the lifetime of the object no other run can use the folder (a lock on the list, where the file system has
+/// locks).
+class OutputFolder {
+public:
+    /// Creates the folder if necessary, and checks for name clashes. Removes nothing yet.
+    ///
+    /// @param names      files that the run may write
+    /// @param has_frames whether it may write frame_000000.png and so on
+    ///
+    /// Fails with io where the folder cannot be created, the list is not a list or cannot be written, a file of the
+    /// user has a name that the run may write (the message names it), or another run uses the folder.
+    static Result<std::shared_ptr<OutputFolder>> open(const std::string& path,
+                                                      std::vector<std::string> names,
+                                                      bool has_frames);
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+    /// Removes the list where no file was recorded.
+    ~OutputFolder();
+
+    const std::string& path() const { return path_; }
+    std::string path_of(const std::string& name) const { return path_ + "/" + name; }
+
+    /// Removes the files of earlier runs. Fails with io.
+    Result<void> clear();
+
+    /// Adds a file to the list, with size and hash of `written_path`, which is the file or will be renamed to it. Fails
+    /// with io.
+    Result<void> record(const std::string& written_path, const std::string& name);
+
+private:
+    struct Entry {
+        std::uint64_t size = 0;
+        std::uint64_t hash = 0;
+        friend bool operator==(const Entry&, const Entry&) = default;
+    };
+    static Result<Entry> measure(const std::string& path);
+
+    explicit OutputFolder(std::string path) : path_(std::move(path)) {}
+    Result<void> open_list();
+    Result<void> read_list();
+    Result<void> append(const std::string& text);
+    bool is_unchanged(const std::string& name, const Entry& entry) const;
+
+    std::string path_;
+    int list_ = -1;  // descriptor of the list
+    std::map<std::string, Entry> entries_;
+};
+
+/// Destination of a file: a path named by the user, or a name in an output folder.
+struct OutputPlace {
+    std::string path;
+    std::shared_ptr<OutputFolder> folder;  ///< null: path named by the user
+    std::string name;                      ///< in the folder
+
+    OutputPlace(std::string user_path) : path(std::move(user_path)) {}
+    OutputPlace(const char* user_path) : path(user_path) {}
+    OutputPlace(std::shared_ptr<OutputFolder> in, std::string file)
+        : path(in->path_of(file)), folder(std::move(in)), name(std::move(file)) {}
+};
+
+/// A file that appears under its name only when it is complete: written to a temporary file beside it, then renamed. A
+/// pipe or a device (/dev/stdout) is written directly. Without commit() the temporary file is removed.
+class OutputFile {
+public:
+    /// @param place a path named by the user, whose file is replaced; or a name in an output folder, to whose list
+    ///              commit() adds it
+    ///
+    /// Fails with io where the file cannot be created.
+    static Result<OutputFile> create(const OutputPlace& place);
+
+    OutputFile(OutputFile&& other) noexcept;
+    OutputFile& operator=(OutputFile&&) = delete;
+    ~OutputFile();
+
+    /// Appends. An error, as of a full disk, is stored and reported by check() and commit().
+    void write(std::string_view bytes);
+    /// Whether a write has failed; lets long commands stop early.
+    bool has_failed() const { return failed_errno_ != 0; }
+    /// Fails with io, naming the path and the cause, where a write has failed.
+    Result<void> check() const;
+
+    /// Completes the file and gives it its name. Fails with io, naming the path and the cause. Call once.
+    Result<void> commit();
+
+private:
+    OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary, std::FILE* direct);
+    std::FILE* stream() const { return direct_ != nullptr ? direct_ : temporary_->stream(); }
+
+    OutputPlace place_;
+    std::optional<TemporaryFile> temporary_;
+    std::FILE* direct_ = nullptr;  ///< stream of a pipe or a device
+    int failed_errno_ = 0;
+};
+
+}  // namespace terrane::tools

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "query/object_picker.h"
+#include "query/query_ground.h"
+#include "query/questions.h"
+#include "scene/scene_bodies.h"
+#include "scene/scene_objects.h"
+
+#include <terrane/collision/ground_queries.h>
+#include <terrane/terrain/ground.h>
+
+#include <nlohmann/json.hpp>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+// Values in an answer of `terrane query`.
+namespace terrane::tools {
+
+nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
+
+/// `{"vertex":i}`, `{"edge":[i,j]}` or `{"face":i}`, numbered as ShapeFeature says.
+nlohmann::ordered_json as_object(const ShapeFeature& feature);
+
+/// As `status` has it.
+const char* name_of(GroundStatus status);
+
+/// Writes the status of an unusable answer; false where the answer is usable.
+bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);
+
+// Answers to questions with a shape as `other`: they do not use the ground.
+
+void answer_pair(const ShapeQuestion& question, const OtherShape& other,
+                 nlohmann::ordered_json& answer);
+void answer_pair_cast(const CastQuestion& question, const OtherShape& other,
+                      nlohmann::ordered_json& answer);
+void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
+                      nlohmann::ordered_json& answer);
+
+/// The motion from a pose to another one, rotating by the smaller angle.
+Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
+
+/// What a pick may meet besides the ground.
+struct PickScene {
+    std::vector<PlacedBody> bodies = {};                   ///< of a scene, as they start
+    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
+    std::shared_ptr<const HeightSource> heightfield = {};  ///< that scattered objects stand on
+    std::optional<ObjectPicker> picker = {};  ///< of the objects; the first pick makes it
+};
+
+/// The nearest of ground, bodies and objects on the ray through a point of a picture. Where several are equally near:
+/// ground before bodies before objects, and the least index among bodies, as ObjectPicker::ray() among objects.
+void answer_pick(const PickQuestion& question, QueryGround& ground, PickScene& scene,
+                 nlohmann::ordered_json& answer);
+
+/// Answers one line with the id, `status` and the result.
+///
+/// The answer depends only on the terrain and the contact spacing, not on earlier questions; it is `not_resident` only
+/// where the question needs more than the memory ceiling, or the source cannot be read.
+///
+/// @param scene bodies and objects that picks may meet
+nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, PickScene& scene);
+/// The same, with nothing but the ground to pick.
+nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground);
+
+/// `{"status":"invalid","message":..}`, as answer_query() gives for a bad line.
+nlohmann::ordered_json invalid_answer(const std::string& message);
+
+}  // namespace terrane::tools

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "scene/scene_objects.h"
+
+#include <terrane/base/math.h>
+#include <terrane/scene/object_model.h>
+#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/scatter.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace terrane::tools {
+
+/// A part of a segment, as fractions of its way.
+struct SegmentPart {
+    double begin = 0.0;
+    double end = 1.0;
+};
+
+/// The part of a segment outside of which no point is within a margin of the surface over the extent, by the source's
+/// intervals: what a ray need not load. None where there is no such point at all.
+///
+/// @param margin metres, >= 0, along each axis
+///
+/// Cost: at most 1022 intervals; a few where the segment leaves the heights of the terrain soon
+std::optional<SegmentPart> near_ground(const WorldPos& from_world, const WorldPos& to_world,
+                                       const HeightSource& source, double margin);
+
+/// Where a segment first meets an object of a scene.
+struct PickedObject {
+    std::size_t entry = 0;                              ///< index in the scene's list of objects
+    std::size_t mesh = 0;                               ///< index of SceneObjects::meshes
+    std::optional<ScatterSquare> square;                ///< of a scattered object
+    std::size_t index = 0;                              ///< of a scattered object, in its square
+    WorldPos position_world = WorldPos::Zero();         ///< of the object's origin
+    double scale = 1.0;                                 ///< of the object
+    double fraction = 0.0;                              ///< of the segment, 0 to 1
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the object
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
+    std::uint32_t triangle = 0;                         ///< of the mesh
+};
+
+/// The objects of a scene for rays, placed and scattered, by the triangles of their meshes.
+class ObjectPicker {
+public:
+    /// @param source  heights that scattered objects stand on
+    /// @param objects of the scene
+    ///
+    /// Fails: as MeshRays::create() and Scatter::create(), with the file of the mesh
+    static Result<ObjectPicker> create(std::shared_ptr<const HeightSource> source,
+                                       const SceneObjects& objects);
+
+    /// The first object that a segment meets. Of several at once the one with the least entry, square (by y, then x)
+    /// and index: the answer does not depend on earlier calls.
+    ///
+    /// @param from_world, to_world finite
+    /// @param limit only objects up to this fraction of the segment
+    ///
+    /// Fails: as Scatter::objects_in()
+    /// Cost:  O(placed objects + objects of the squares along the segment, up to the first hit)
+    Result<std::optional<PickedObject>> ray(const WorldPos& from_world, const WorldPos& to_world,
+                                            double limit);
+
+private:
+    struct Placed {
+        std::size_t entry = 0, mesh = 0;
+        Pose world_from_object;
+        double scale = 1.0;
+    };
+    struct Scattered {
+        std::size_t entry = 0, mesh = 0;
+        Scatter scatter;
+        double reach = 0.0;  // of the largest object from its origin, metres
+        std::map<ScatterSquare, std::vector<ScatterPoint>> squares = {};  // computed so far
+    };
+    class Search;
+
+    explicit ObjectPicker(std::shared_ptr<const HeightSource> source)
+        : source_(std::move(source)) {}
+    Result<void> search_scatter(Scattered& scattered, Search& search);
+    Result<const std::vector<ScatterPoint>*> points_of(Scattered& scattered,
+                                                       const ScatterSquare& square);
+
+    std::shared_ptr<const HeightSource> source_;
+    std::vector<MeshRays> meshes_;
+    std::vector<Placed> placed_;
+    std::vector<Scattered> scattered_;
+    std::size_t kept_points_ = 0;  // of all squares
+};
+
+}  // namespace terrane::tools

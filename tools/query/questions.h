@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "program/json_values.h"
+
+#include <terrane/collision/shapes.h>
+#include <terrane/terrain/view.h>
+
+#include <nlohmann/json.hpp>
+#include <tl/expected.hpp>
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace terrane::tools {
+
+/// Reads lines from a file descriptor for interactive use: calls back before each blocking read, so that the caller can
+/// flush its answers.
+class LineReader {
+public:
+    /// Fits the largest hull or compound with all digits.
+    static constexpr std::size_t kMaxLine_bytes = std::size_t{1} << 24;
+
+    enum class Status {
+        line,      ///< a line; the last one may lack a line end
+        too_long,  ///< skipped a line above kMaxLine_bytes
+        end,       ///< end of input
+        failed,    ///< read error: see errno
+    };
+
+    /// @param before_wait called before each read that may block
+    LineReader(int file_descriptor, std::function<void()> before_wait);
+
+    /// The next line without its line end (LF or CR LF); valid until the next call.
+    Status next(std::string_view& line_out);
+
+private:
+    int file_descriptor_;
+    std::function<void()> before_wait_;
+    std::string buffer_;
+    std::size_t begin_ = 0;  ///< start of the unread part
+    bool at_end_ = false;
+};
+
+/// The highest surface; with `below` the highest one at or below that height, where volumes fold the ground.
+struct HeightQuestion {
+    double x = 0.0, y = 0.0;
+    std::optional<double> below = {};
+};
+
+/// The shape of `other`, which replaces the ground. At rest its end pose is its start.
+struct OtherShape {
+    Shape shape;
+    Pose start;
+    WorldPos to_world = WorldPos::Zero();
+    Eigen::Matrix3d to_rotation = Eigen::Matrix3d::Identity();
+};
+
+struct RayQuestion {
+    WorldPos from_world = WorldPos::Zero();
+    WorldPos to_world = WorldPos::Zero();
+    std::optional<OtherShape> other;
+};
+
+enum class ShapeOp { test, find, distance, pseudodistance };
+
+struct ShapeQuestion {
+    ShapeOp op = ShapeOp::test;
+    Shape shape;
+    Pose world_from_shape;
+    std::optional<OtherShape> other;
+};
+
+struct CastQuestion {
+    Shape shape;
+    Pose start;
+    WorldPos to_world = WorldPos::Zero();
+    Eigen::Matrix3d to_rotation = Eigen::Matrix3d::Identity();
+    bool skip_separating = false;
+    std::optional<OtherShape> other;
+};
+
+/// What a camera shows at a point of its picture.
+struct PickQuestion {
+    View view;
+    double x_px = 0.0, y_px = 0.0;  ///< from the left and the top edge; pixel i spans i to i + 1
+    double far_distance = 0.0;      ///< metres from the eye; nothing is met beyond
+};
+
+using Question =
+    std::variant<HeightQuestion, RayQuestion, ShapeQuestion, CastQuestion, PickQuestion>;
+
+/// One line of input.
+struct QueryLine {
+    nlohmann::ordered_json id;  ///< echoed in the answer; discarded where the line has none
+    bool has_id = false;
+    /// The question, or an error message.
+    tl::expected<Question, std::string> question;
+};
+
+/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 2e9 m of the origin; a rotation is
+/// [w, x, y, z] of length 1 within 1e-6, the identity where it is absent.
+QueryLine parse_query(std::string_view line);
+
+/// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, named as the
+/// flags of `terrane mesh`. In place of `look` there may be `forward`, a direction of any length. `up` is a direction
+/// that is up in the picture, without it z, and north where the camera looks straight up or down. The pixel must be
+/// within the picture, its edges included. fov_deg is 0.1 to 179, 60 where absent; far_m is above 0, at most 1e9.
+Parsed<PickQuestion> read_pick(const nlohmann::ordered_json& object);
+
+}  // namespace terrane::tools

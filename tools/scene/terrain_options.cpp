@@ -1,0 +1,649 @@
+// SPDX-License-Identifier: MIT
+#include "scene/terrain_options.h"
+
+#include "program/command.h"
+#include "program/options.h"
+#include "program/progress.h"
+#include "scene/scene_bodies.h"
+
+#include <terrane/store/chunk_store.h>
+#include <terrane/terrain/chunk.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr int kChunkLog2 = 7;     // of the cells along a chunk
+constexpr int kMostLevels = 24;   // below the root squares, as Lattice allows
+constexpr int kBoundedLog2 = 17;  // of a world that is read whole, and the most of --world-m
+// Root squares of a windowed world, and how many are resident along a side: from a camera in the middle two the edge is
+// at least one of them away.
+constexpr int kWindowRootLog2 = 16;
+constexpr int kWindow = 4;
+
+// Log2 of the next power of two.
+int log2_above(double value) {
+    int exponent = 0;
+    const double mantissa = std::frexp(value, &exponent);
+    return mantissa == 0.5 ? exponent - 1 : exponent;
+}
+
+// How far from 0 a world may reach, metres: lattices lie within 2^40 spacings.
+double reach_of(int spacing_log2) {
+    return std::ldexp(1.0, std::min(kMostWorldLog2 - 1, spacing_log2 + 40));
+}
+
+// The multiple of `side` nearest to a place that keeps two squares of that side within a reach.
+double middle_near(double place, double side, double reach) {
+    const double farthest = reach - side;
+    return std::clamp(std::floor(place / side + 0.5) * side, -farthest, farthest);
+}
+
+struct RootRange {
+    std::int32_t first = 0, count = 0;
+};
+
+// Root squares within a reach of 0 whose chunks have keys.
+RootRange roots_within(double origin, double side, double reach, int finest_level) {
+    const double most = std::ldexp(1.0, 31 - finest_level) - 1.0;
+    const double first = std::max(std::ceil((-reach - origin) / side), -most);
+    const double end = std::min(std::floor((reach - origin) / side), most);
+    return {static_cast<std::int32_t>(first), static_cast<std::int32_t>(end - first)};
+}
+
+CommandResult<void> check_start(const std::optional<WorldVec2>& start, double most) {
+    if (!start || (std::abs(start->x()) <= most && std::abs(start->y()) <= most)) return {};
+    return usage_error(fmt::format(
+        "--start-m must be within {:.10g} m of 0,0 along each axis, got {:.10g},{:.10g}", most,
+        start->x(), start->y()));
+}
+
+// Four root squares around a middle.
+void set_four_roots(double middle_x, double middle_y, int root_log2,
+                    FractalSettings& settings_out) {
+    settings_out.origin_x = middle_x;
+    settings_out.origin_y = middle_y;
+    settings_out.root_size_log2 = root_log2;
+    settings_out.first_root_x = settings_out.first_root_y = -1;
+    settings_out.root_count_x = settings_out.root_count_y = 2;
+}
+
+}  // namespace
+
+CommandResult<void> lay_out_world(std::optional<double> side_m,
+                                  const std::optional<WorldVec2>& start, WorldKind kind,
+                                  FractalSettings& settings_out) {
+    const int spacing_log2 = settings_out.finest_spacing_log2;
+    const int least_log2 = spacing_log2 + kChunkLog2 + 1;
+    const int whole_log2 = std::min(spacing_log2 + kChunkLog2 + kMostLevels + 1, kMostWorldLog2);
+    const int most_log2 = kind == WorldKind::whole
+                              ? whole_log2
+                              : std::max(least_log2, std::min(whole_log2, kBoundedLog2));
+    const double least = std::ldexp(1.0, least_log2), most = std::ldexp(1.0, most_log2);
+    if (side_m) {
+        if (!(*side_m >= least && *side_m <= most)) {
+            return usage_error(fmt::format(
+                "--world-m must be {:.10g} to {:.10g} over a spacing of {:.6g} m, got {:.10g}",
+                least, most, std::ldexp(1.0, spacing_log2), *side_m));
+        }
+        set_four_roots(0.0, 0.0, log2_above(*side_m) - 1, settings_out);
+        return check_start(start, std::ldexp(1.0, settings_out.root_size_log2));
+    }
+    const double reach = reach_of(spacing_log2);
+    if (auto ok = check_start(start, reach); !ok) return ok;
+    const WorldVec2 middle = start.value_or(WorldVec2(0.0, 0.0));
+    const auto middle_of_world = [&](double place, int root_log2) {
+        return middle_near(place, std::ldexp(1.0, root_log2), reach);
+    };
+    if (kind != WorldKind::windowed) {
+        const int root_log2 = most_log2 - 1;
+        set_four_roots(middle_of_world(middle.x(), root_log2),
+                       middle_of_world(middle.y(), root_log2), root_log2, settings_out);
+        return {};
+    }
+    const int root_log2 = std::clamp(kWindowRootLog2, spacing_log2 + kChunkLog2,
+                                     spacing_log2 + kChunkLog2 + kMostLevels);
+    const double side = std::ldexp(1.0, root_log2);
+    settings_out.root_size_log2 = root_log2;
+    settings_out.origin_x = middle_of_world(middle.x(), root_log2);
+    settings_out.origin_y = middle_of_world(middle.y(), root_log2);
+    const int finest_level = root_log2 - spacing_log2 - kChunkLog2;
+    const RootRange x = roots_within(settings_out.origin_x, side, reach, finest_level);
+    const RootRange y = roots_within(settings_out.origin_y, side, reach, finest_level);
+    settings_out.first_root_x = x.first;
+    settings_out.root_count_x = x.count;
+    settings_out.first_root_y = y.first;
+    settings_out.root_count_y = y.count;
+    settings_out.root_window = kWindow;
+    return {};
+}
+
+WorldRect square_around(const WorldVec2& place, double side, const WorldRect& extent) {
+    const double half = 0.5 * side;
+    return {std::max(extent.west, place.x() - half), std::max(extent.south, place.y() - half),
+            std::min(extent.east, place.x() + half), std::min(extent.north, place.y() + half)};
+}
+
+WorldVec2 middle_of(const WorldRect& rect) {
+    return {0.5 * (rect.west + rect.east), 0.5 * (rect.south + rect.north)};
+}
+
+namespace {
+
+/// Range of the spacing: a finer lattice is not representable, a coarser one leaves no chunk in a root square.
+constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+constexpr double kMostMemory_mb = 1e9;
+constexpr const char* kGdalCache_mb = "256";
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kMaxNesting = 64;  // brackets in a scene file
+const std::array<std::string, 10> kSceneKeys{"dem",     "seed",    "fractal", "detail_m",
+                                             "bodies",  "surface", "volumes", "objects",
+                                             "water_m", "imagery"};
+
+std::string quoted(const std::string& text) { return "'" + text + "'"; }
+
+/// In the order of FractalKind.
+constexpr std::string_view kFractalKinds[] = {"fbm", "ridged", "hybrid", "warped"};
+
+std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
+    const auto* const found = std::ranges::find(kFractalKinds, text);
+    if (found == std::end(kFractalKinds)) return std::nullopt;
+    return static_cast<FractalKind>(found - std::begin(kFractalKinds));
+}
+
+/// The finest voxel of volumes and digs where it, and not --detail-m or detail_m, decides the finest spacing.
+std::optional<double> deciding_voxel(const TerrainOptions& options) {
+    if (options.detail_m) return std::nullopt;
+    if (options.volumes == nullptr) return options.dig_spacing;
+    const double voxel = finest_voxel(*options.volumes);
+    return std::min(voxel, options.dig_spacing.value_or(voxel));
+}
+
+CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
+    const std::optional<double> voxel = deciding_voxel(options);
+    const double detail_m = options.detail_m.value_or(std::min(voxel.value_or(1.0), 1.0));
+    int exponent = 0;
+    std::frexp(detail_m, &exponent);  // detail = mantissa * 2^exponent, mantissa 0.5 to 1
+    const int spacing_log2 = exponent - 1;
+    if (spacing_log2 < kFinestLog2 || spacing_log2 > kCoarsestLog2) {
+        const std::string range =
+            fmt::format("of a fractal must be {:.6g} to {:.6g}, got {:.6g}",
+                        std::ldexp(1.0, kFinestLog2), std::ldexp(1.0, kCoarsestLog2), detail_m);
+        if (voxel) return failure("the finest voxel_m of the volumes " + range);
+        return usage_error("--detail-m " + range);
+    }
+    FractalSettings settings;
+    settings.seed = *options.seed;
+    settings.kind = options.fractal.value_or(settings.kind);
+    settings.finest_spacing_log2 = spacing_log2;
+    // the first octaves are the same at any spacing; a lattice finer than a metre gets more of them, so that it has
+    // detail at its own scale
+    settings.octave_count =
+        std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
+    if (const auto laid_out =
+            lay_out_world(options.world_m, options.start, options.world, settings);
+        !laid_out)
+        return pass_on(laid_out.error());
+    Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
+    if (!source) return pass_on(source.error());
+    std::string name = fmt::format("seed {}", settings.seed);
+    if (settings.kind != FractalKind::fbm) {
+        name += fmt::format(" ({})", kFractalKinds[static_cast<std::size_t>(settings.kind)]);
+    }
+    return Terrain{.source = *source,
+                   .dem = std::nullopt,
+                   .name = std::move(name),
+                   .is_endless = !options.world_m,
+                   .start = options.start};
+}
+
+/// Sets where commands begin on a raster.
+CommandResult<Terrain> begin_at(const std::optional<WorldVec2>& start, Terrain terrain) {
+    const WorldRect& extent = terrain.source->extent();
+    if (start && !extent.contains(start->x(), start->y())) {
+        return failure(fmt::format(
+            "--start-m must be over the raster, {:.10g} to {:.10g} and {:.10g} to {:.10g}, got "
+            "{:.10g},{:.10g}",
+            extent.west, extent.east, extent.south, extent.north, start->x(), start->y()));
+    }
+    terrain.start = start;
+    return terrain;
+}
+
+CommandResult<Terrain> open_dem(const TerrainOptions& options) {
+    if (ChunkStore::is_store(options.dem)) {
+        if (options.seed) return usage_error("--seed does not go with a baked terrain");
+        if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
+        CommandResult<Terrain> baked = open_baked(options.dem);
+        if (!baked) return baked;
+        return begin_at(options.start, *std::move(baked));
+    }
+    DemSettings settings;
+    settings.detail_seed = options.seed;
+    settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
+    const std::optional<double> voxel = deciding_voxel(options);
+    // the default of detail stays where it is fine enough
+    if (voxel && !(options.seed && std::numbers::sqrt2 * *voxel >= settings.finest_spacing)) {
+        settings.finest_spacing = *voxel;
+        settings.spacing_tolerance = std::numbers::sqrt2;
+    }
+    if (options.dem_memory_mb) {
+        settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
+    }
+    // GDAL's default cache is 5 % of the machine's memory, on top of that limit; keeps a value set by the user
+    setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
+    Progress progress("opening " + options.dem);
+    settings.progress = [&progress](double share) {
+        progress.show(share);
+        return true;
+    };
+    settings.cache = choose_cache(options.cache);
+    DemInfo info;
+    Result<std::shared_ptr<const HeightSource>> source =
+        DemHeights::open(options.dem, settings, &info);
+    if (!source) {
+        if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
+        // the only argument of the library that comes from the command line
+        std::string message = source.error().message;
+        constexpr std::string_view kArgument = "finest_spacing";
+        if (message.starts_with(kArgument)) {
+            message.replace(0, kArgument.size(), voxel ? "the finest voxel_m" : "--detail-m");
+        }
+        return voxel ? failure(std::move(message)) : usage_error(std::move(message));
+    }
+    if (!info.cache_note.empty()) {
+        std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
+    }
+    std::string name = options.dem;
+    if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
+    return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});
+}
+
+/// Adds what a scene has besides its terrain.
+CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
+    terrain.bodies = std::move(scene.bodies);
+    terrain.objects = std::move(scene.objects);
+    terrain.water_m = scene.water_m;
+    if (scene.imagery) {
+        auto imagery = open_imagery(*scene.imagery, terrain.dem ? &*terrain.dem : nullptr);
+        if (!imagery) return pass_on(imagery.error());
+        terrain.imagery = *std::move(imagery);
+    }
+    if (scene.volumes != nullptr) {
+        auto placed = place_volumes(*scene.volumes, *terrain.source);
+        if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
+        terrain.volumes = *std::move(placed);
+        terrain.heightfield = terrain.source;
+        auto source = with_volumes(terrain, terrain.heightfield);
+        if (!source) return pass_on(source.error());
+        terrain.source = *std::move(source);
+    }
+    if (!scene.surface) return terrain;
+    auto surface = open_surface(*scene.surface, terrain.dem ? &*terrain.dem : nullptr);
+    if (!surface) return pass_on(surface.error());
+    terrain.surface = *std::move(surface);
+    return terrain;
+}
+
+CommandResult<std::string> read_text(const std::string& path) {
+    // a folder opens as a stream without content: check first
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (!std::filesystem::is_regular_file(status)) {
+        return failure("cannot open scene " + quoted(path) + ": " +
+                       (error ? error.message() : "it is not a file"));
+    }
+    std::ifstream file(path, std::ios::binary);
+    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    if (!file.good() && !file.eof()) return failure("cannot read scene " + quoted(path));
+    return text;
+}
+
+}  // namespace
+
+void add_terrain_options(CLI::App& app, TerrainOptions& options) {
+    app.add_option("--dem", options.dem,
+                   "Raster of heights, in any format that GDAL reads, or a terrain that 'terrane "
+                   "bake' wrote")
+        ->type_name("FILE")
+        ->group("Terrain");
+    std::optional<std::uint64_t>* const seed = &options.seed;
+    CLI::Option* seed_option = app.add_option_function<std::string>(
+        "--seed",
+        [seed](const std::string& text) {
+            std::uint64_t value = 0;
+            const char* end = text.data() + text.size();
+            const auto [rest, error] = std::from_chars(text.data(), end, value);
+            if (error != std::errc() || rest != end) {
+                throw CLI::ValidationError(
+                    "--seed", fmt::format("must be 0 to 18446744073709551615, got '{:.60}'", text));
+            }
+            *seed = value;
+        },
+        "Fractal terrain of this seed; with --dem, fractal detail below the raster's resolution");
+    seed_option->type_name("N")->group("Terrain");
+    std::optional<FractalKind>* const fractal = &options.fractal;
+    CLI::Option* fractal_option = add_choice(
+        app, "--fractal", {std::begin(kFractalKinds), std::end(kFractalKinds)}, 0,
+        [fractal](std::size_t number) { *fractal = static_cast<FractalKind>(number); },
+        "Kind of the fractal, with --seed and no --dem: the same roughness everywhere, sharp "
+        "ridges, "
+        "smooth valleys below rough heights, or folds; fbm unless said");
+    fractal_option->default_str("")->type_name("KIND")->group("Terrain");
+    CLI::Option* scene_option = app.add_option(
+        "--scene", options.scene,
+        "The same choices in a JSON file, with the keys dem, seed, fractal and "
+        "detail_m; and bodies, "
+        "which drop, drive and walk play, surface, the friction by place, "
+        "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
+        "show, and for pictures water_m, the level of water, and imagery, a raster of "
+        "colours");
+    scene_option->type_name("FILE.json")->group("Terrain");
+    scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
+    app.add_option(
+           "--cache", options.cache,
+           "Where the bounds of a raster are kept, so that it opens faster the next time: a "
+           "folder, 'beside' the raster, or 'off'; without it the user's cache folder")
+        ->type_name("DIR")
+        ->group("Terrain");
+    std::optional<double>* const detail = &options.detail_m;
+    app.add_option_function<std::string>(
+           "--detail-m",
+           [detail](const std::string& text) {
+               *detail = parse_number(text);
+               if (!*detail || !(**detail > 0.0)) {
+                   throw CLI::ValidationError(
+                       "--detail-m", fmt::format("must be a number above 0, got '{:.60}'", text));
+               }
+           },
+           "Finest spacing of the ground, metres: without it a raster's own cell, and 1 where "
+           "there "
+           "is a seed")
+        ->type_name("X")
+        ->group("Terrain");
+    std::optional<double>* const world = &options.world_m;
+    app.add_option_function<std::string>(
+           "--world-m",
+           [world](const std::string& text) {
+               *world = parse_number(text);
+               if (!*world || !(**world > 0.0)) {
+                   throw CLI::ValidationError(
+                       "--world-m", fmt::format("must be a number above 0, got '{:.60}'", text));
+               }
+           },
+           "With --seed and no --dem: side of the world, a square around 0,0, metres, raised to a "
+           "power of two. Without it the world reaches to 2^31 m, and bake takes 131072 m of it "
+           "around "
+           "--start-m")
+        ->type_name("SIDE")
+        ->group("Terrain");
+    add_place(app, "--start-m", options.start,
+              "Where flights, drives, walks, drops and views begin, metres; 0,0 with --seed alone "
+              "and else the middle "
+              "of the terrain, unless said")
+        ->group("Terrain");
+    std::optional<double>* const memory = &options.dem_memory_mb;
+    app.add_option_function<std::string>(
+           "--dem-memory-mb",
+           [memory](const std::string& text) {
+               *memory = parse_number(text);
+               if (!*memory || !(**memory > 0.0 && **memory <= kMostMemory_mb)) {
+                   throw CLI::ValidationError(
+                       "--dem-memory-mb",
+                       fmt::format("must be above 0 to {:g}, got '{}'", kMostMemory_mb, text));
+               }
+           },
+           "Most memory for opening and holding a raster, MiB, besides up to 256 for GDAL's cache; "
+           "what needs more is refused. 2048 unless said")
+        ->type_name("N")
+        ->group("Terrain");
+}
+
+std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain) {
+    return terrain.heightfield ? terrain.heightfield : terrain.source;
+}
+
+WorldRect work_region(const Terrain& terrain) {
+    const WorldRect& extent = terrain.source->extent();
+    if (!terrain.start && !terrain.is_endless) return extent;
+    return square_around(terrain.start.value_or(WorldVec2(0.0, 0.0)), kWorkSide, extent);
+}
+
+WorldVec2 start_of(const Terrain& terrain) {
+    return terrain.start.value_or(middle_of(work_region(terrain)));
+}
+
+CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
+    const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield) {
+    if (terrain.volumes == nullptr) return heightfield;
+    auto source = add_volumes(std::move(heightfield), *terrain.volumes);
+    if (!source) return pass_on(source.error());
+    return *std::move(source);
+}
+
+CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
+    bool is_too_deep = false;
+    const Json scene = Json::parse(
+        text,
+        [&](int depth, Json::parse_event_t, Json&) {
+            is_too_deep = is_too_deep || depth > kMaxNesting;
+            return depth <= kMaxNesting;
+        },
+        false);
+    if (is_too_deep) {
+        return failure(
+            fmt::format("scene '{}' has brackets that go deeper than {}", path, kMaxNesting));
+    }
+    if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    TerrainOptions options;
+    for (const auto& item : scene.items()) {
+        const std::string& key = item.key();
+        const Json& value = item.value();
+        const auto wrong = [&](const char* wanted) {
+            return failure(
+                fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted, shown(value)));
+        };
+        if (key == "dem") {
+            if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
+            const std::string dem = value.get<std::string>();
+            // GDAL's virtual file systems (/vsizip/...) are absolute paths too.
+            options.dem = (folder / dem).string();
+        } else if (key == "seed") {
+            if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
+            options.seed = value.get<std::uint64_t>();
+        } else if (key == "fractal") {
+            if (value.is_string()) options.fractal = parse_fractal_kind(value.get<std::string>());
+            if (!options.fractal) return wrong("fbm, ridged, hybrid or warped");
+        } else if (key == "detail_m") {
+            if (!value.is_number() || !(value.get<double>() > 0.0)) return wrong("above 0");
+            options.detail_m = value.get<double>();
+        } else if (key == "imagery") {
+            Parsed<SceneImagery> imagery = read_imagery(value, folder.string());
+            if (!imagery) return failure(fmt::format("scene '{}': {}", path, imagery.error()));
+            options.imagery = *std::move(imagery);
+        } else if (key == "water_m") {
+            if (!value.is_number() || !std::isfinite(value.get<double>())) return wrong("a number");
+            options.water_m = value.get<double>();
+        } else if (key == "bodies") {
+            Parsed<std::vector<PlacedBody>> bodies = read_bodies(value, folder.string());
+            if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));
+            options.bodies = *std::move(bodies);
+        } else if (key == "surface") {
+            Parsed<SceneSurface> surface = read_surface(value, folder.string());
+            if (!surface) return failure(fmt::format("scene '{}': {}", path, surface.error()));
+            options.surface = *std::move(surface);
+        } else if (key == "volumes") {
+            auto volumes = read_volumes(value, folder.string());
+            if (!volumes) return failure(fmt::format("scene '{}': {}", path, volumes.error()));
+            options.volumes = *std::move(volumes);
+        } else if (key == "objects") {
+            Parsed<SceneObjects> objects = read_objects(value, folder.string());
+            if (!objects) return failure(fmt::format("scene '{}': {}", path, objects.error()));
+            if (!objects->meshes.empty())
+                options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
+        } else {
+            return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
+                                       did_you_mean(key, kSceneKeys)));
+        }
+    }
+    if (options.dem.empty() && !options.seed) {
+        return failure("scene " + quoted(path) + " names no terrain: it needs dem, seed or both");
+    }
+    return options;
+}
+
+CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
+    if (options.detail_m && !(std::isfinite(*options.detail_m) && *options.detail_m > 0.0)) {
+        return usage_error(
+            fmt::format("--detail-m must be a number above 0, got {:.6g}", *options.detail_m));
+    }
+    if (!options.scene.empty()) {
+        const CommandResult<std::string> text = read_text(options.scene);
+        if (!text) return pass_on(text.error());
+        CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
+        if (!scene) return pass_on(scene.error());
+        if (options.detail_m) scene->detail_m = options.detail_m;
+        scene->world_m = options.world_m;
+        scene->world = options.world;
+        scene->start = options.start;
+        scene->dig_spacing = options.dig_spacing;
+        scene->dem_memory_mb = options.dem_memory_mb;
+        scene->cache = options.cache;
+        CommandResult<Terrain> terrain = open_terrain(*scene);
+        if (!terrain) return terrain;
+        return play_scene(options.scene, *std::move(scene), *std::move(terrain));
+    }
+    if (options.fractal && !(options.seed && options.dem.empty())) {
+        return usage_error("--fractal goes with --seed and without --dem");
+    }
+    if (options.world_m && !(options.seed && options.dem.empty())) {
+        return usage_error("--world-m goes with a seed and without a raster");
+    }
+    if (!options.dem.empty()) return open_dem(options);
+    if (options.dem_memory_mb) return usage_error("--dem-memory-mb goes with --dem");
+    if (options.seed) return open_fractal(options);
+    return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
+}
+
+namespace {
+
+std::string user_cache_folder() {
+    // relative paths must be ignored: XDG Base Directory Specification 0.8
+    const char* const xdg = std::getenv("XDG_CACHE_HOME");
+    if (xdg != nullptr && xdg[0] == '/') return std::string(xdg) + "/terrane";
+    const char* const home = std::getenv("HOME");
+    if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/terrane";
+    return {};
+}
+
+}  // namespace
+
+std::string note_of(const Terrain& terrain) {
+    if (!terrain.dem) return {};
+    const DemInfo& dem = *terrain.dem;
+    nlohmann::ordered_json note;
+    note["samples"] = {dem.columns, dem.rows};
+    note["cell_m"] = {dem.cell_x, dem.cell_y};
+    note["range_m"] = {dem.min_m, dem.max_m};
+    note["nodata_share"] = dem.nodata_share;
+    note["filled_share"] = dem.filled_share;
+    note["crs"] = dem.crs;
+    note["geographic"] = dem.geographic;
+    note["centre"] = {dem.centre_x, dem.centre_y};
+    note["metres_per_unit"] = {dem.metres_per_unit_x, dem.metres_per_unit_y};
+    note["scale_error"] = dem.scale_error;
+    return note.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+CommandResult<Terrain> open_baked(const std::string& path) {
+    StoreInfo info;
+    Result<std::shared_ptr<const HeightSource>> source = ChunkStore::open(path, &info);
+    if (!source) return pass_on(source.error());
+    Terrain terrain{.source = *source, .dem = std::nullopt, .name = path, .store = info};
+    if (info.note.empty()) return terrain;
+    try {
+        const nlohmann::json note = nlohmann::json::parse(info.note);
+        DemInfo dem;
+        dem.columns = note.at("samples").at(0).get<int>();
+        dem.rows = note.at("samples").at(1).get<int>();
+        dem.cell_x = note.at("cell_m").at(0).get<double>();
+        dem.cell_y = note.at("cell_m").at(1).get<double>();
+        dem.min_m = note.at("range_m").at(0).get<double>();
+        dem.max_m = note.at("range_m").at(1).get<double>();
+        dem.nodata_share = note.at("nodata_share").get<double>();
+        dem.filled_share = note.at("filled_share").get<double>();
+        dem.crs = note.at("crs").get<std::string>();
+        dem.geographic = note.at("geographic").get<bool>();
+        dem.centre_x = note.at("centre").at(0).get<double>();
+        dem.centre_y = note.at("centre").at(1).get<double>();
+        dem.metres_per_unit_x = note.at("metres_per_unit").at(0).get<double>();
+        dem.metres_per_unit_y = note.at("metres_per_unit").at(1).get<double>();
+        dem.scale_error = note.at("scale_error").get<double>();
+        terrain.dem = dem;
+    } catch (const nlohmann::json::exception&) {
+        // note of another program: the terrain is complete without it
+    }
+    return terrain;
+}
+
+DemCache choose_cache(const std::string& option) {
+    if (option == "off") return {};
+    if (option == "beside") return {DemCache::Place::beside, user_cache_folder()};
+    return {DemCache::Place::folder, option.empty() ? user_cache_folder() : option};
+}
+
+namespace {
+
+std::size_t count_roots(const Terrain& terrain) {
+    return static_cast<std::size_t>(terrain.source->lattice().resident_root_count());
+}
+
+std::string root_squares(std::size_t count) {
+    return count == 1 ? "its root square" : fmt::format("its {} root squares", count);
+}
+
+}  // namespace
+
+CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget) {
+    const std::size_t roots = count_roots(terrain);
+    if (budget >= 2 * roots) return {};
+    return failure(fmt::format(
+        "--budget must be at least {} for this terrain, 2 triangles for {}, got {}", 2 * roots,
+        roots == 1 ? "its root square" : "each of its root squares", budget));
+}
+
+CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
+    // those of two windows while one moves
+    const std::size_t windows = terrain.source->lattice().root_window > 0 ? 2 : 1;
+    const std::size_t roots = windows * count_roots(terrain);
+    const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;
+    if (memory_mb >= least) return {};
+    // rounded up, so that the value in the message is enough
+    return failure(
+        fmt::format("--memory-mb must be at least {:.6g} for this terrain, room for {}, got {:.6g}",
+                    std::ceil(least * 1e3) / 1e3, root_squares(roots), memory_mb));
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "scene/wheel_ruts.h"
+
+#include <terrane/volume/volume_editor.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kDepth = 0.15;       // metres, below the undisturbed ground
+constexpr double kRadius = 0.5;       // metres, of the tube: wide enough for a tyre
+constexpr double kStep = 0.5;         // metres of a wheel's path between digs
+constexpr double kLeastSpeed = 0.3;   // m/s
+constexpr double kLongestStep = 2.0;  // metres; after more the wheel was airborne or teleported
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
+
+}  // namespace
+
+struct WheelRuts::State {
+    std::shared_ptr<const HeightSource> undisturbed;
+    VolumeEditor editor;
+    /// Of each wheel: where it last dug, or began to roll on the ground; none where it does not.
+    std::vector<std::optional<Eigen::Vector2d>> places = {};
+    std::uint64_t digs = 0;
+    struct Waiting {
+        std::uint32_t change;
+        Aabb box;
+    };
+    std::deque<Waiting> waiting = {};  // for their change to be in force, ascending
+
+    WorldPos groove(const Eigen::Vector2d& p) const {
+        return {p.x(), p.y(), undisturbed->height(p.x(), p.y()) - kDepth + kRadius};
+    }
+    bool is_rutted(const Eigen::Vector2d& p, const Ground& ground) const {
+        const HeightAnswer now = ground.height(p.x(), p.y());
+        return now.status == GroundStatus::ok &&
+               now.height < undisturbed->height(p.x(), p.y()) - 0.5 * kDepth;
+    }
+};
+
+WheelRuts::WheelRuts(std::unique_ptr<State> state) : state_(std::move(state)) {}
+WheelRuts::~WheelRuts() = default;
+
+CommandResult<std::unique_ptr<WheelRuts>> WheelRuts::create(Terrain& terrain, int worker_count) {
+    const Lattice& lattice = terrain.source->lattice();
+    const double spacing = lattice.level_spacing(lattice.finest_level);
+    if (spacing > kMostRutSpacing) {
+        return usage_error(fmt::format(
+            "--ruts need a finest spacing of at most {} m, got {:.6g}: give --detail-m, or --seed "
+            "for detail below a raster's cells",
+            kMostRutSpacing, spacing));
+    }
+    const std::shared_ptr<const HeightSource> undisturbed = heightfield_of(terrain);
+    const auto diggable = make_diggable(undisturbed, terrain.volumes.get());
+    if (!diggable) return pass_on(diggable.error());
+    Result<VolumeEditor> editor = VolumeEditor::create(*diggable, {.worker_count = worker_count});
+    if (!editor) return pass_on(editor.error());
+    terrain.source = *diggable;
+    return std::unique_ptr<WheelRuts>(
+        new WheelRuts(std::make_unique<State>(State{undisturbed, *std::move(editor)})));
+}
+
+void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Ground& ground) {
+    State& state = *state_;
+    state.places.resize(vehicle.wheels.size());
+    const Eigen::Vector2d velocity = vehicle.chassis.velocity.head<2>();
+    const double speed = velocity.norm();
+    const Eigen::Vector3d up = vehicle.chassis.pose.rotation.col(2);
+    for (std::size_t i = 0; i < vehicle.wheels.size(); ++i) {
+        const WheelState& wheel = vehicle.wheels[i];
+        std::optional<Eigen::Vector2d>& place = state.places[i];
+        if (!wheel.in_contact || wheel.body.is_valid()) {
+            place.reset();
+            continue;
+        }
+        // Below the wheel's centre: its contact point is not continuous in time.
+        const Eigen::Vector2d now = (wheel.centre_world - wheel_radius * up).head<2>();
+        if (!place) place = now;
+        const double travelled = (now - *place).norm();
+        if (travelled < kStep || !(speed > kLeastSpeed)) continue;
+        const Eigen::Vector2d from = *std::exchange(place, now);
+        // Ahead, so that the wheel rolls in its rut and not over the rut's end.
+        const Eigen::Vector2d next = now + (wheel_radius + kStep) / speed * velocity;
+        const double below =
+            state.undisturbed->height(wheel.point_world.x(), wheel.point_world.y()) -
+            wheel.point_world.z();
+        const bool is_on_heightfield = std::abs(below) < 2.0 * kDepth;
+        if (travelled > kLongestStep || !is_on_heightfield || state.is_rutted(next, ground))
+            continue;
+        Pose pose;
+        pose.translation = state.groove(from);
+        const VolumeTube groove{{WorldPos::Zero(), state.groove(next) - pose.translation}, kRadius};
+        // Refused at the world's border only, where there is nothing to dig.
+        const Result<std::uint32_t> change = state.editor.dig(groove, pose);
+        if (!change) continue;
+        ++state.digs;
+        Aabb box = kEmptyBox;
+        for (const WorldPos& centre : {pose.translation, state.groove(next)}) {
+            box.low = box.low.cwiseMin((centre.array() - kRadius).matrix());
+            box.high = box.high.cwiseMax((centre.array() + kRadius).matrix());
+        }
+        state.waiting.push_back({*change, box});
+    }
+}
+
+Aabb WheelRuts::update(Pager& pager) {
+    const std::uint32_t in_force = state_->editor.update(pager);
+    Aabb changed = kEmptyBox;
+    std::deque<State::Waiting>& waiting = state_->waiting;
+    for (; !waiting.empty() && waiting.front().change <= in_force; waiting.pop_front()) {
+        changed.low = changed.low.cwiseMin(waiting.front().box.low);
+        changed.high = changed.high.cwiseMax(waiting.front().box.high);
+    }
+    return changed;
+}
+
+std::uint64_t WheelRuts::digs() const { return state_->digs; }
+
+}  // namespace terrane::tools
