@@ -43,7 +43,7 @@ struct ReplacedTriangles {
 /// the priority of showing them.
 ///
 /// The key of a vertex is lowered to that of every pin that the square around it touches: three spacings to each side
-/// of a centre, two of a midpoint. These squares nest from parent to child (see terrain/source/fractal/detail_heights.cpp), so that pins
+/// of a centre, two of a midpoint. These squares nest from parent to child (see terrain/source/fractal), so that pins
 /// keep keys monotone, and all ancestors of a pinned vertex are pinned.
 class SolidPins {
 public:

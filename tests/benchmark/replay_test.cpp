@@ -2,10 +2,8 @@
 // The checks of the benchmark find what they look for.
 #include "replay.h"
 
-#include "benchmark/mesh/mesh_copy.h"
-#include "benchmark/mesh/mesh_locator.h"
-#include "benchmark/mesh/mesh_measure.h"
-#include "flight.h"
+#include "benchmark/mesh_measure.h"
+#include "benchmark/replay.h"
 #include "support/random.h"
 
 #include <terrane/terrain/composed_heights.h>

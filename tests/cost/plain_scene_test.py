@@ -44,8 +44,9 @@ PARTS = {
 MOST_DIFFERENCE = 0.01
 RECORDED = pathlib.Path(__file__).with_name("instructions.json")
 FOREIGN = re.compile(r"lib(gdal|zstd|expat|openvdb|tbb|png|epoxy|EGL|GL|GLX|GLdispatch|OpenGL|Half|Imath)[^a-z]")
-# Translation units of the release build that neither the flight nor the drop over a plane needs: volumes, objects, batches,
-# windows of engines, meshes, vehicles, characters and queries. The CMakeLists.txt of both components say what is in "features".
+# Translation units of the release build that neither the flight nor the drop over a plane needs: volumes, objects,
+# batches, windows of engines, meshes, vehicles, characters and queries. The CMakeLists.txt of both components list the
+# sources of "features".
 FEATURES = {
     "terrain": ["features", "mesh"],
     "collision": ["features", "world/vehicle"],

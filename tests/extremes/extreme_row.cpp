@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "extremes/extreme_row.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -66,6 +70,160 @@ const std::vector<ExtremeRow>& all_rows() {
         return made;
     }();
     return rows;
+}
+
+namespace {
+
+constexpr const char* kHead = R"(# Extremes
+
+Each quantity is swept from one end of its range to the other: what is promised, what was measured, where the range
+ends and what is said far beyond. This page is the output of the command
+
+```sh
+build/release/tests/extremes/extremes_table --long > out/extremes.md
+```
+
+The rows are in [tests/extremes](../tests/extremes/rows); the tests `ExtremeRows.*` hold every row to its promise and
+every end to its message. A range ends at the last value that is accepted; the first one beyond it, the next double or
+whole number, is refused. Figures are ratios to what is promised unless a unit is named: 1 is all of it.
+[numerics.md](numerics.md) says why the limits are where they are.
+
+| quantity | measured from | to | worst figure | promised | accepted from | to |
+|---|---|---|---|---|---|---|
+)";
+
+std::string text(const char* format, double value) {
+    std::array<char, 40> out{};
+    std::snprintf(out.data(), out.size(), format, value);
+    return out.data();
+}
+
+/// All digits where neighbouring values are told apart.
+std::string end_text(double value) {
+    const std::string brief = text("%.6g", value);
+    return std::strtod(brief.c_str(), nullptr) == value ? brief : text("%.17g", value);
+}
+
+std::string limit_text(const ExtremeRow& row) { return figure_text(row.limit); }
+
+/// The end of a row on one side: its last accepted value, or a dash.
+std::string side_text(const MeasuredRow& measured, bool is_upper) {
+    for (std::size_t i = 0; i < measured.ends.size(); ++i) {
+        const bool ends_above = measured.row->ends[i].refused > measured.row->ends[i].accepted;
+        if (ends_above == is_upper) return end_text(measured.ends[i].last_accepted);
+    }
+    return "-";
+}
+
+/// The largest figure; one that is no number is worse than all others.
+double worst_figure(const MeasuredRow& measured) {
+    double worst = -std::numeric_limits<double>::infinity();
+    for (const double figure : measured.figures) {
+        if (!(figure <= worst)) worst = figure;
+        if (std::isnan(worst)) break;
+    }
+    return worst;
+}
+
+std::string summary_of(const MeasuredRow& measured) {
+    const auto [low, high] = std::minmax_element(measured.values.begin(), measured.values.end());
+    return "| " + measured.row->swept + " | " + figure_text(*low) + " | " + figure_text(*high) +
+           " | " + figure_text(worst_figure(measured)) + " | " + limit_text(*measured.row) + " | " +
+           side_text(measured, false) + " | " + side_text(measured, true) + " |\n";
+}
+
+std::string section_of(const MeasuredRow& measured) {
+    const ExtremeRow& row = *measured.row;
+    std::string out = "\n### " + row.swept + "\n\n" + row.promise + " Measured: " + row.figure +
+                      "; at most " + limit_text(row) + ".\n\n|";
+    for (const double value : measured.values)
+        out.append(" ").append(figure_text(value)).append(" |");
+    out += "\n|";
+    for (std::size_t i = 0; i < measured.values.size(); ++i) out += "---|";
+    out += "\n|";
+    for (const double figure : measured.figures)
+        out.append(" ").append(figure_text(figure)).append(" |");
+    out += "\n";
+    if (!measured.ends.empty() || !row.note.empty()) out += "\n";
+    for (const FoundEnd& end : measured.ends) {
+        out += "- " + end_text(end.last_accepted) + " is accepted, " + end_text(end.first_refused) +
+               " refused. Far beyond: \"" + end.far_message + "\".\n";
+    }
+    if (!row.note.empty()) out += "- " + row.note + "\n";
+    return out;
+}
+
+std::string quoted(const std::string& value) {
+    std::string out = "\"";
+    for (const char c : value) {
+        if (c == '"' || c == '\\') out += '\\';
+        out += c;
+    }
+    return out + '"';
+}
+
+std::string json_number(double value) {
+    return std::isfinite(value) ? text("%.17g", value) : "null";
+}
+
+std::string json_list(std::span<const double> values) {
+    std::string out;
+    for (const double value : values) out.append(out.empty() ? "" : ",").append(json_number(value));
+    return "[" + out + "]";
+}
+
+std::string json_of(const MeasuredRow& measured) {
+    const ExtremeRow& row = *measured.row;
+    std::string ends;
+    for (const FoundEnd& end : measured.ends) {
+        ends += (ends.empty() ? "{\"last_accepted\":" : ",{\"last_accepted\":") +
+                json_number(end.last_accepted) +
+                ",\"first_refused\":" + json_number(end.first_refused) +
+                ",\"message\":" + quoted(end.far_message) + "}";
+    }
+    return "{\"name\":" + quoted(row.name) + ",\"topic\":" + quoted(row.topic) +
+           ",\"swept\":" + quoted(row.swept) + ",\"promise\":" + quoted(row.promise) +
+           ",\"figure\":" + quoted(row.figure) + ",\"limit\":" + json_number(row.limit) +
+           ",\"values\":" + json_list(measured.values) +
+           ",\"figures\":" + json_list(measured.figures) + ",\"ends\":[" + ends +
+           "],\"note\":" + quoted(row.note) + "}";
+}
+
+}  // namespace
+
+MeasuredRow measure(const ExtremeRow& row, bool is_long,
+                    const std::function<void(double)>& begins) {
+    MeasuredRow measured{&row, row.values, {}, {}};
+    if (is_long) {
+        measured.values.insert(measured.values.end(), row.long_values.begin(),
+                               row.long_values.end());
+    }
+    for (const double value : measured.values) {
+        if (begins) begins(value);
+        measured.figures.push_back(row.measure(value));
+    }
+    for (const RangeEnd& end : row.ends) measured.ends.push_back(find_end(row, end));
+    return measured;
+}
+
+std::string figure_text(double value) { return text("%.3g", value); }
+
+std::string to_markdown(std::span<const MeasuredRow> rows) {
+    std::string out = kHead;
+    for (const MeasuredRow& row : rows) out += summary_of(row);
+    std::string topic;
+    for (const MeasuredRow& row : rows) {
+        if (row.row->topic != topic) out += "\n## " + row.row->topic + "\n";
+        topic = row.row->topic;
+        out += section_of(row);
+    }
+    return out;
+}
+
+std::string to_json(std::span<const MeasuredRow> rows) {
+    std::string out;
+    for (const MeasuredRow& row : rows) out.append(out.empty() ? "" : ",").append(json_of(row));
+    return "{\"rows\":[" + out + "]}\n";
 }
 
 }  // namespace terrane::extremes

@@ -3,7 +3,7 @@
 // JSON, and its progress to the standard error. With --long it takes a quarter of an hour.
 //
 //     extremes_table [--long] [--json] [ROW...]
-#include "extremes/table.h"
+#include "extremes/extreme_row.h"
 
 #include <algorithm>
 #include <chrono>

@@ -7,8 +7,7 @@
 #include "gl_uploader.h"
 #include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
-#include "render/gl_test.h"
-#include "scene.h"
+#include "render/render_scene.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/fractal_heights.h>

@@ -2,7 +2,7 @@
 // Tests of the checks: each must detect a mesh with its flaw.
 #include "mesh_checks.h"
 
-#include "support/heights/wave_heights.h"
+#include "support/grounds.h"
 
 #include <gtest/gtest.h>
 

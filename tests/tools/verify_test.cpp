@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "frames/verification.h"
-#include "support/heights/wave_heights.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -2,10 +2,10 @@
 //
 // Error bounds of contours are compared with an analytic oracle: from points of the contour to the true surface, and
 // back. TERRANE_SCENES=1000 selects the long run; a failure prints its seed.
-#include "support/heights/wave_heights.h"
+#include "support/grounds.h"
 #include "support/random.h"
-#include "volume/analytic_solid.h"
-#include "volume/frame_mesh.h"
+#include "volume/joined_mesh.h"
+#include "volume/volume_scenes.h"
 
 #include <terrane/volume/volume_heights.h>
 

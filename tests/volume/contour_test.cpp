@@ -1,15 +1,130 @@
 // SPDX-License-Identifier: MIT
+#include "level_set/tile_level_set.h"
 #include "support/random.h"
-#include "volume/analytic_solid.h"
-#include "volume/flat_world.h"
 #include "volume/joined_mesh.h"
+#include "volume/volume_scenes.h"
+
+#include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/LevelSetSphere.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 namespace terrane {
+namespace level_set_test {
+
+using namespace test;
+
+TEST(TileLevelSet, HasTheDistancesOfTheOracleAtNodes) {
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        const RandomScene scene(seed);
+        const AnalyticSolid solid(scene.operations, {});
+        const Volumes volumes = Volumes::create(scene.world.lattice, scene.operations).value();
+        const VolumeTileKey key = volumes.tiles()[volumes.tiles().size() / 2];
+        const auto tile = VolumeTile::create(volumes, key, scene.world.tile_heights(key)).value();
+        const double s = volumes.spacing(), band = 3.0 * s;
+        Random random(seed);
+        for (int i = 0; i < 3000; ++i) {
+            const auto& near = scene.operations[static_cast<std::size_t>(
+                random.below(static_cast<int>(scene.operations.size())))];
+            const int column = random.below(33), row = random.below(33);
+            const int k =
+                static_cast<int>(near.world_from_shape.translation.z() / s) + random.below(41) - 20;
+            const WorldPos p = tile.position(column, row, k);
+            const auto distances = tile.distances(column, row, k);
+            ASSERT_NEAR(double{distances.to_void}, std::clamp(solid.to_void(p), -band, band),
+                        1e-4 * s);
+            ASSERT_NEAR(double{distances.to_solid}, std::clamp(solid.to_solid(p), -band, band),
+                        1e-4 * s);
+        }
+    }
+}
+
+TEST(TileLevelSet, HasTheValuesOfOpenVdbsOwnComposition) {
+    // Heights of 0: nodes are the points of a regular grid, as OpenVDB's are.
+    Random random(1);
+    for (int scene = 0; scene < 30; ++scene) {
+        const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
+        auto to_void = openvdb::createLevelSet<openvdb::FloatGrid>(1.0, 3.0);
+        auto to_solid = openvdb::createLevelSet<openvdb::FloatGrid>(1.0, 3.0);
+        std::vector<VolumeOperation> operations;
+        for (int i = 0; i < 5; ++i) {
+            VolumeOperation& operation = operations.emplace_back();
+            operation.op = random.below(2) == 0 ? VolumeOp::remove : VolumeOp::add;
+            const double radius = random.between(3.0, 12.0);
+            operation.shape.emplace<VolumeSphere>(VolumeSphere{radius});
+            operation.voxel = 1.0;
+            const Eigen::Vector3d at(random.between(5.0, 27.0), random.between(5.0, 27.0),
+                                     random.between(-9.0, 9.0));
+            operation.world_from_shape.translation = at.cast<float>().cast<double>();
+            const auto sphere = [&] {
+                return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+                    static_cast<float>(radius),
+                    openvdb::Vec3f(static_cast<float>(at.x()), static_cast<float>(at.y()),
+                                   static_cast<float>(at.z())),
+                    1.0f, 3.0f);
+            };
+            const bool removes = operation.op == VolumeOp::remove;
+            openvdb::tools::csgUnion(removes ? *to_void : *to_solid, *sphere());
+            openvdb::tools::csgDifference(removes ? *to_solid : *to_void, *sphere());
+        }
+        const Volumes volumes = Volumes::create(world.lattice, operations).value();
+        const auto tile = VolumeTile::create(volumes, {0, 0}, world.tile_heights({0, 0})).value();
+        for (int i = 0; i < 20000; ++i) {
+            const int column = random.below(33), row = random.below(33), k = random.below(49) - 24;
+            const auto ours = tile.distances(column, row, k);
+            const openvdb::Coord at(column, row, k);
+            ASSERT_NEAR(ours.to_void, to_void->tree().getValue(at), 2e-4f) << "scene " << scene;
+            ASSERT_NEAR(ours.to_solid, to_solid->tree().getValue(at), 2e-4f) << "scene " << scene;
+        }
+    }
+}
+
+TEST(TileLevelSet, IsEmptyWhereOperationsCancel) {
+    const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
+    const VolumeOperation cave{.op = VolumeOp::remove, .shape = VolumeSphere{8.0}, .voxel = 1.0};
+    std::vector<VolumeOperation> operations = {cave, cave};
+    for (VolumeOperation& operation : operations)
+        operation.world_from_shape.translation = {16.0, 16.0, 0.0};
+    operations[1].op = VolumeOp::add;
+    operations[1].shape.emplace<VolumeSphere>(VolumeSphere{14.0});
+    const auto tile_of = [&](std::size_t count) {
+        const Volumes volumes = Volumes::create(world.lattice, {operations.data(), count}).value();
+        return VolumeTile::create(volumes, {0, 0}, world.tile_heights({0, 0})).value();
+    };
+    // What was filled over holds no cave; what is left is the band of the filling.
+    EXPECT_GT(tile_of(2).distances(16, 16, 0).to_void, 2.9f);
+    EXPECT_LT(tile_of(2).distances(16, 16, 0).to_solid, -2.9f);
+    EXPECT_GT(tile_of(1).band_node_count(), 1000u);
+}
+
+TEST(TileLevelSet, IsNoLargerAfterManyDigsInOnePlace) {
+    const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
+    VolumeOperation dig{.op = VolumeOp::remove, .shape = VolumeSphere{3.0}, .voxel = 1.0};
+    dig.world_from_shape.translation = {16.0, 16.0, 0.0};
+    const Volumes volumes = Volumes::create(world.lattice, {&dig, 1}).value();
+    auto tile = VolumeTile::create(volumes, {0, 0}, world.tile_heights({0, 0})).value();
+    Random random(2);
+    std::size_t most = 0, bytes_at_half = 0;
+    for (int i = 0; i < 10000; ++i) {
+        dig.world_from_shape.translation =
+            Eigen::Vector3d(16, 16, 0) + random.direction() * random.between(0.0, 9.0);
+        tile.apply(PlacedVolume::create(world.lattice, 0, dig).value());
+        most = std::max(most, tile.bytes());
+        if (i == 5000) bytes_at_half = tile.bytes();
+    }
+    EXPECT_LE(tile.bytes(), bytes_at_half * 11 / 10);
+    EXPECT_LT(most, 2u * tile.bytes());
+    EXPECT_LT(tile.contour().triangles.size(), 20000u);
+}
+
+}  // namespace level_set_test
+
 namespace contour_test {
 
 using namespace test;
@@ -168,4 +283,103 @@ TEST(JoinedMeshChecks, FindWhatIsBroken) {
 }
 
 }  // namespace contour_test
+
+namespace volume_tile_test {
+
+using namespace test;
+
+TEST(VolumeTile, RefusesWhatIsNotItsTile) {
+    const VolumeWorld world = flat_world();
+    const Volumes volumes =
+        Volumes::create(world.lattice,
+                        std::vector{place(VolumeOp::remove, VolumeSphere{5.0}, {64, 64, 40})})
+            .value();
+    const auto heights = world.tile_heights({0, 0});
+    EXPECT_EQ(VolumeTile::create(volumes, {4, 0}, heights).error().message,
+              "tile (4, 0) is not of the world");
+    EXPECT_EQ(VolumeTile::create(volumes, {0, -1}, heights).error().message,
+              "tile (0, -1) is not of the world");
+    EXPECT_EQ(VolumeTile::create(volumes, {0, 0}, {heights.data(), 5}).error().message,
+              "tile (0, 0) has 33 * 33 heights, got 5");
+}
+
+TEST(VolumeTile, HasTheValuesOfItsNeighboursAtSharedNodes) {
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        const RandomScene scene(seed);
+        const Volumes volumes = Volumes::create(scene.world.lattice, scene.operations).value();
+        const auto west =
+            VolumeTile::create(volumes, {3, 1}, scene.world.tile_heights({3, 1})).value();
+        const auto east =
+            VolumeTile::create(volumes, {4, 1}, scene.world.tile_heights({4, 1})).value();
+        const int middle = static_cast<int>(scene.operations[0].world_from_shape.translation.z() /
+                                            volumes.spacing());
+        for (int row = 0; row < kVolumeTileSamples; ++row) {
+            for (int k = middle - 40; k < middle + 40; ++k) {
+                const auto a = west.distances(32, row, k), b = east.distances(0, row, k);
+                ASSERT_EQ(a.to_void, b.to_void) << "seed " << seed;
+                ASSERT_EQ(a.to_solid, b.to_solid) << "seed " << seed;
+                ASSERT_EQ(west.position(32, row, k), east.position(0, row, k));
+            }
+        }
+    }
+}
+
+TEST(VolumeTile, AppliesADigAsIfItHadBeenInTheList) {
+    const VolumeWorld world = flat_world();
+    const std::vector<VolumeOperation> both = {
+        place(VolumeOp::remove, VolumeSphere{9.0}, {60, 60, 40}),
+        place(VolumeOp::add, VolumeBox{{4, 4, 9}}, {63, 62, 37})};
+    const Volumes all = Volumes::create(world.lattice, both).value();
+    const Volumes first = Volumes::create(world.lattice, {both.data(), 1}).value();
+    const auto whole = VolumeTile::create(all, {1, 1}, world.tile_heights({1, 1})).value();
+    auto dug = VolumeTile::create(first, {1, 1}, world.tile_heights({1, 1})).value();
+    dug.apply(PlacedVolume::create(world.lattice, 0, both[1]).value());
+    EXPECT_EQ(whole.contour().positions_world, dug.contour().positions_world);
+    EXPECT_EQ(whole.contour().triangles, dug.contour().triangles);
+}
+
+std::uint64_t hash_of(const VolumeContour& contour) {
+    Hash hash;
+    for (const WorldPos& p : contour.positions_world) {
+        for (int axis = 0; axis < 3; ++axis) hash.add(p[axis]);
+    }
+    for (const VolumeVertexKey& key : contour.keys) {
+        for (const VolumeNode& node : {key.first, key.second})
+            hash.add(node.column), hash.add(node.row), hash.add(node.k);
+    }
+    for (const auto& t : contour.triangles) hash.add(t);
+    for (const std::uint16_t name : contour.replaced) hash.add(name);
+    return hash.value();
+}
+
+TEST(VolumeThreads, GiveTheSameBits) {
+    // The hash changes only where contours are meant to.
+    std::vector<RandomScene> scenes;
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) scenes.emplace_back(seed);
+    for (const int thread_count : {1, 2, 8}) {
+        std::vector<std::uint64_t> hashes(scenes.size());
+        std::atomic<std::size_t> next = 0;
+        {
+            std::vector<std::jthread> threads;
+            for (int i = 0; i < thread_count; ++i) {
+                threads.emplace_back([&] {
+                    for (std::size_t s = next++; s < scenes.size(); s = next++) {
+                        const Volumes volumes =
+                            Volumes::create(scenes[s].world.lattice, scenes[s].operations).value();
+                        Hash hash;
+                        for (const VolumeContour& contour : contour_all(scenes[s].world, volumes)) {
+                            hash.add(hash_of(contour));
+                        }
+                        hashes[s] = hash.value();
+                    }
+                });
+            }
+        }
+        Hash all;
+        for (const std::uint64_t hash : hashes) all.add(hash);
+        EXPECT_EQ(all.value(), 3402551277005506589u) << thread_count << " threads";
+    }
+}
+
+}  // namespace volume_tile_test
 }  // namespace terrane

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT
 //
-// P1, P2 and P3 of frames with volumes: random operations, resident sets, fades, views, budgets and targets.
-// TERRANE_SCENES=1000 for the long run; the seed of a failure is printed.
-#include "support/heights/wave_heights.h"
+// Random scenes: the joined mesh is closed, on the right side, and near the surface.
+#include "support/grounds.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
-#include "volume/frame_mesh.h"
+#include "volume/joined_mesh.h"
+#include "volume/volume_scenes.h"
 
+#include <terrane/terrain/mesh_buffers.h>
+#include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 #include <terrane/volume/volume_heights.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -21,6 +25,101 @@
 #include <vector>
 
 namespace terrane {
+namespace scenes_test {
+
+using namespace test;
+
+#ifndef TERRANE_SCENE_FACTOR
+#define TERRANE_SCENE_FACTOR 1
+#endif
+// A tenth where contracts are checked: such builds are slow.
+constexpr std::uint64_t kScenes = (TERRANE_ASSERTS ? 100 : 1000) * TERRANE_SCENE_FACTOR;
+constexpr int kPoints = 300;
+
+struct Scene {
+    RandomScene random;
+    Volumes volumes;
+    JoinedMesh mesh;
+    AnalyticSolid solid;
+
+    explicit Scene(std::uint64_t seed)
+        : random(seed),
+          volumes(Volumes::create(random.world.lattice, random.operations).value()),
+          mesh(join(random.world, volumes, contour_all(random.world, volumes))),
+          solid(random.operations,
+                [this](double x, double y) { return random.world.height(x, y); }) {}
+};
+
+TEST(JoinedScenes, AreWatertight) {
+    for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+        const Scene scene(seed);
+        ASSERT_EQ(find_leak(scene.random.world, scene.mesh), "") << "seed " << seed;
+    }
+}
+
+TEST(JoinedScenes, HaveTheSolidOfTheirOperations) {
+    long compared = 0;
+    for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+        const Scene scene(seed);
+        const VolumeWorld& world = scene.random.world;
+        const VerticalCrossings crossings(world, scene.mesh);
+        const double s = scene.volumes.spacing();
+        Random random(seed);
+        for (int i = 0; i < kPoints; ++i) {
+            const auto& near = scene.random.operations[static_cast<std::size_t>(
+                random.below(static_cast<int>(scene.random.operations.size())))];
+            const Eigen::Vector3d p = near.world_from_shape.translation +
+                                      s * random.between(0.0, 25.0) * random.direction();
+            if (std::min(p.x(), p.y()) <= 0.0 || p.x() >= s * (world.columns - 1) ||
+                p.y() >= s * (world.rows - 1)) {
+                continue;
+            }
+            // Beside a steep triangle, features smaller than its edges are lost.
+            const auto [low, high] = world.cell_range(p.x(), p.y());
+            const double slope = std::sqrt(2.0) * (high - low) / s;
+            if (high - low > 2.0 * s && p.z() > low - 2.0 * s && p.z() < high + 2.0 * s) continue;
+            if (scene.solid.distance_to_shapes(p) < 1.2 * s) continue;
+            if (std::abs(p.z() - world.height(p.x(), p.y())) <
+                0.01 * s * std::sqrt(1.0 + slope * slope))
+                continue;
+            ++compared;
+            ASSERT_EQ(crossings.above(p), scene.solid.is_solid(p) ? 1 : 0)
+                << "seed " << seed << " at " << p.transpose() << ", spacing " << s;
+        }
+    }
+    EXPECT_GT(compared, static_cast<long>(kScenes) * kPoints / 3);
+}
+
+TEST(JoinedScenes, HaveVerticesNearTheSurface) {
+    double worst = 0.0, worst_shared = 0.0;
+    for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+        const Scene scene(seed);
+        const double s = scene.volumes.spacing();
+        for (std::size_t i = 0; i < scene.mesh.keys.size(); ++i) {
+            const VolumeVertexKey& key = scene.mesh.keys[i];
+            if (key.is_node()) continue;
+            const double to_void = std::abs(scene.solid.to_void(scene.mesh.positions[i])) / s;
+            const double to_solid = std::abs(scene.solid.to_solid(scene.mesh.positions[i])) / s;
+            const double off = std::min(to_void, to_solid);
+            const double edge = std::abs(key.first.k - key.second.k);
+            if (edge <= 1.0) {
+                worst = std::max(worst, off);
+                ASSERT_LE(off, 0.9) << "seed " << seed;
+            } else {
+                worst_shared = std::max(worst_shared, off);
+                ASSERT_LE(off, 1.0 + 0.5 * edge) << "seed " << seed;
+            }
+        }
+    }
+    std::printf("largest distance of a vertex: %.3f spacings; beside steep ground %.3f\n", worst,
+                worst_shared);
+}
+
+}  // namespace scenes_test
+
+// P1, P2 and P3 of frames with volumes: random operations, resident sets, fades, views, budgets and targets.
+// TERRANE_SCENES=1000 for the long run; the seed of a failure is printed.
+
 namespace frames_test {
 
 using test::FrameMesh;
@@ -275,4 +374,84 @@ TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
 }
 
 }  // namespace frames_test
+
+namespace volume_buffers_test {
+
+using Place = std::array<float, 3>;
+using Corners = std::array<Place, 3>;
+
+Place place_of(const WorldPos& p_world, const WorldPos& origin_world) {
+    const LocalVec p = to_local(p_world, origin_world);
+    return {p.x(), p.y(), p.z()};
+}
+
+std::vector<Corners> sorted(std::vector<Corners> triangles) {
+    for (Corners& corners : triangles) {
+        std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()),
+                    corners.end());
+    }
+    std::sort(triangles.begin(), triangles.end());
+    return triangles;
+}
+
+TEST(MeshBuffers, HoldTheTrianglesOfVolumesWithNormalsOutOfTheSolid) {
+    Lattice lattice;
+    lattice.finest_level = 3;
+    const auto ground = std::make_shared<const test::WaveHeights>(lattice, 8.0, 300.0);
+    std::vector<VolumeOperation> operations(2);
+    operations[0].shape = VolumeSphere{9.0};
+    operations[0].world_from_shape.translation = {512.0, 512.0, ground->height(512.0, 512.0) - 4.0};
+    operations[1].op = VolumeOp::add;
+    operations[1].shape = VolumeBox{{4.0, 4.0, 6.0}};
+    operations[1].world_from_shape.translation = {540.0, 512.0, ground->height(540.0, 512.0) + 3.0};
+    for (VolumeOperation& operation : operations) operation.voxel = 1.0;
+    const auto volumes = Volumes::create(lattice, operations, {.level = 3});
+    ASSERT_TRUE(volumes) << volumes.error().message;
+    const auto source = VolumeHeights::create(ground, *volumes).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const WorldPos eye(512.0, 480.0, 30.0);
+    CameraNeed camera{.view = look_at(eye, {515.0, 512.0, 0.0}, 1.0, 640, 480).value()};
+    pager.update({&camera, 1}, {}, 0.0);
+    Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 200'000}).value();
+    const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view);
+    ASSERT_FALSE(mesh.solids.empty());
+
+    MeshBuffers buffers = MeshBuffers::create().value();
+    buffers.update(mesh, eye);
+    const test::FrameMesh shown(mesh);
+    std::vector<Corners> expected, found;
+    for (const auto& [a, b, c] : shown.triangles) {
+        expected.push_back({place_of(shown.positions[a], eye), place_of(shown.positions[b], eye),
+                            place_of(shown.positions[c], eye)});
+    }
+    double against = 0.0, with = 0.0;
+    for (const MeshPart& part : buffers.parts()) {
+        for (std::size_t i = 0; i < part.indices.size(); i += 3) {
+            Corners corners;
+            std::array<Eigen::Vector3d, 3> p, n;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const MeshVertex& vertex = part.vertices[part.indices[i + k]];
+                corners[k] = vertex.position;
+                p[k] = {vertex.position[0], vertex.position[1], vertex.position[2]};
+                n[k] = {vertex.normal[0], vertex.normal[1], vertex.normal[2]};
+                EXPECT_NEAR(n[k].norm(), 1.0, 1e-6);
+            }
+            found.push_back(corners);
+            const Eigen::Vector3d twice_area = (p[1] - p[0]).cross(p[2] - p[0]);
+            for (const Eigen::Vector3d& normal : n) {
+                (normal.dot(twice_area) > 0.0 ? with : against) += twice_area.norm();
+            }
+        }
+    }
+    EXPECT_EQ(sorted(found), sorted(expected));
+    EXPECT_LT(against, 0.001 * with);
+
+    const TriangleMesh expanded = expand_mesh(mesh);
+    EXPECT_EQ(expanded.triangles.size(), mesh.triangle_count);
+    EXPECT_EQ(expanded.positions.size(), shown.positions.size());
+    buffers.update(mesh, eye);
+    for (const MeshPart& part : buffers.parts()) EXPECT_EQ(part.change, PartChange::same);
+}
+
+}  // namespace volume_buffers_test
 }  // namespace terrane

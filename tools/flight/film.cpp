@@ -295,8 +295,6 @@ std::size_t Film::frame_count() const { return state_->frame_count; }
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include <utility>
-
 namespace terrane::tools {
 namespace {
 

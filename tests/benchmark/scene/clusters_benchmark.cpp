@@ -3,7 +3,7 @@
 // triangles that is submitted, and the processor time of a frame, all threads together: medians, in turns.
 //
 //   clusters_benchmark [--quick]
-#include "support/meshes/objects.h"
+#include "support/meshes.h"
 #include "support/random.h"
 
 #include <terrane/render/terrain_renderer.h>

@@ -5,7 +5,7 @@
 //   culling_inequality [--quick] [REPORT.html]
 #include "assets.h"
 #include "flight/report.h"
-#include "scene/culling/random_views.h"
+#include "scene/scene_cases.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/culling.h>

@@ -5,7 +5,7 @@
 //
 //   dense_object_benchmark [--quick] [--pictures FOLDER]
 #include "frames/object_field.h"
-#include "support/meshes/objects.h"
+#include "support/meshes.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/scene.h>

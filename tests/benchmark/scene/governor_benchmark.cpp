@@ -4,7 +4,7 @@
 // many frames the crowd exceeds it; beside it frames of the last budget without a governor, for how much times vary.
 //
 //   governor_benchmark [--quick]
-#include "support/meshes/objects.h"
+#include "support/meshes.h"
 #include "support/random.h"
 
 #include <terrane/render/terrain_renderer.h>

@@ -1,11 +1,119 @@
 // SPDX-License-Identifier: MIT
-#include "cast_checks.h"
+#include "collision/ground/ground_cases.h"
+#include "ground/heightfield/heightfield_queries.h"
+#include "ground_cases.h"
 #include "ground_checks.h"
-#include "hull_cases.h"
 
 #include <terrane/collision/ground_queries.h>
+#include <terrane/collision/shapes.h>
 
 #include <gtest/gtest.h>
+
+#include <limits>
+
+// Expectations about casts that hold for every kind of shape.
+namespace terrane::test {
+
+/// Samples the motion up to a fraction and expects no overlap.
+inline void expect_no_overlap(const Shape& shape, const Motion& motion, const Ground& ground,
+                              double fraction) {
+    constexpr int kSteps = 300;
+    for (int k = 0; k <= kSteps; ++k) {
+        const double t = fraction * k / kSteps;
+        const double lift = compute_lift(shape, motion.at(t), ground).lift;
+        ASSERT_LE(lift, 1e-9) << "at " << t << " of " << fraction;
+    }
+}
+
+/// For a shape that starts separated: it stops outside the ground, within the tolerance of it.
+inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
+                                       const Ground& ground) {
+    const CastAnswer answer = cast(shape, motion, ground);
+    ASSERT_EQ(answer.status, QueryStatus::complete);
+    EXPECT_FALSE(answer.started_in_contact);
+    expect_no_overlap(shape, motion, ground, answer.fraction);
+    if (!answer.hit) {
+        EXPECT_EQ(answer.fraction, 1.0);
+        return;
+    }
+    const double distance =
+        signed_distance(shape, motion.at(answer.fraction), ground, 1.0).distance;
+    EXPECT_GE(distance, -1e-9);
+    EXPECT_LE(distance, 1e-4);
+    EXPECT_GT(answer.contact.normal.z(), 0.0);
+    EXPECT_NEAR(answer.contact.depth, 0.0, 1e-4 + 1e-9);
+}
+
+/// The wall is at x = 64; the shape's origin stops within 5 m before it, or just behind where the shape is off its
+/// origin.
+inline void expect_hits_a_thin_wall_at_any_speed(const Shape& shape) {
+    const Ground ground =
+        make_test_ground([](double x, double) { return x == 64.0 ? 50.0 : 0.0; }, 1.0, 1);
+    for (const double distance : {100.0, 300.0, 1e6}) {
+        for (const double spin : {0.0, 2.0, 40.0}) {
+            Motion motion = straight({10.0, 60.3, 20.0}, {distance, 0.0, 0.0});
+            motion.rotation_vector = {0.3 * spin, spin, 0.1 * spin};
+            const CastAnswer answer = cast(shape, motion, ground);
+            ASSERT_TRUE(answer.hit);
+            const Pose met = motion.at(answer.fraction);
+            EXPECT_GT(met.translation.x(), 59.0);
+            EXPECT_LT(met.translation.x(), 64.5);
+            EXPECT_LE(compute_lift(shape, met, ground).lift, 1e-9);
+        }
+    }
+}
+
+/// Motions just above a plane, over seams of cells and root squares, hit nothing.
+inline void expect_slides_over_flat_seams(Random& random, const Shape& shape, int count) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
+    for (int i = 0; i < count; ++i) {
+        Motion motion;
+        motion.start.rotation =
+            i == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : random.rotation();
+        motion.start.translation = {120.0, 120.0 + random.between(0.0, 16.0), 0.0};
+        const double lift = compute_lift(shape, motion.start, ground).lift;
+        motion.start.translation.z() = lift + 1.01e-4;
+        motion.translation = {16.0, random.between(-8.0, 8.0), 0.0};
+        const CastAnswer answer = cast(shape, motion, ground);
+        EXPECT_FALSE(answer.hit) << answer.fraction;
+    }
+}
+
+inline void expect_reports_touch_and_overlap_at_the_start(const Shape& shape) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    const double touching_z = compute_lift(shape, pose_at(64.3, 64.4, 0.0), ground).lift;
+    for (const double depth : {0.0, 0.01, 2.0, 1000.0}) {
+        const CastAnswer answer =
+            cast(shape, straight({64.3, 64.4, touching_z - depth}, {1.0, 0.0, 1.0}), ground);
+        EXPECT_TRUE(answer.hit);
+        EXPECT_TRUE(answer.started_in_contact);
+        EXPECT_EQ(answer.fraction, 0.0);
+        EXPECT_NEAR(answer.contact.depth, depth, 1e-9);
+    }
+}
+
+/// For a shape whose half extents are 0.5 m in z and at most 1 m in x and y.
+inline void expect_skips_separating_contacts(const Shape& shape) {
+    const Ground ground =
+        make_test_ground([](double x, double) { return x > 70.0 ? x - 70.0 : 0.0; }, 1.0, 1);
+    CastSettings settings;
+    settings.skip_separating = true;
+    for (const double depth : {0.0, 0.01}) {
+        const Eigen::Vector3d from(60.3, 64.4, 0.5 - depth);
+        EXPECT_FALSE(cast(shape, straight(from, {0.0, 0.0, 1.0}), ground, settings).hit);
+        EXPECT_FALSE(cast(shape, straight(from, {3.0, 2.0, 0.0}), ground, settings).hit);
+        const CastAnswer closing = cast(shape, straight(from, {0.0, 0.0, -1.0}), ground, settings);
+        EXPECT_TRUE(closing.hit);
+        EXPECT_TRUE(closing.started_in_contact);
+        EXPECT_EQ(closing.fraction, 0.0);
+        const CastAnswer slope = cast(shape, straight(from, {30.0, 0.0, 0.0}), ground, settings);
+        EXPECT_TRUE(slope.hit);
+        EXPECT_GT(slope.fraction, 0.25);
+        EXPECT_LT(slope.fraction, 0.35);
+    }
+}
+
+}  // namespace terrane::test
 
 namespace terrane {
 namespace ground_cast_test {
@@ -202,4 +310,141 @@ TEST(Cast, OfAHullOfTenThousandPointsIsThatOfItsSphere) {
 }
 
 }  // namespace ground_cast_test
+
+namespace sweep_clear_test {
+
+using namespace test;
+using internal::is_sweep_clear;
+
+constexpr std::uint64_t kSeed = 20261123;
+constexpr double kMargin = 1e-3;
+constexpr int kSamples = 48;  // of a motion
+
+/// Hulls and compounds are off their origins, so that turning moves them.
+std::vector<Shape> make_shapes() {
+    std::vector<Shape> shapes{Sphere{0.5},          Capsule{0.4, 0.8},     Capsule{0.1, 0.0},
+                              Box{{1.0, 2.0, 0.5}}, Box{{0.3, 0.2, 0.01}}, Box{{2.0, 0.0, 0.0}}};
+    const std::vector<Eigen::Vector3d> wedge{{0.2, -0.6, -0.3}, {1.2, -0.7, -0.4}, {0.8, 0.9, -0.3},
+                                             {0.1, 0.8, -0.4},  {0.3, 0.1, 0.9},   {0.6, 0.4, 0.7}};
+    shapes.push_back(ConvexHull::create(wedge).value());
+    Random random(kSeed + 1);
+    std::vector<Eigen::Vector3d> stone;
+    for (int i = 0; i < 80; ++i) stone.push_back(0.7 * random.direction());
+    shapes.push_back(ConvexHull::create(stone).value());
+    std::vector<CompoundPart> parts{{Box{{0.3, 0.8, 0.3}}, {}},
+                                    {Capsule{0.25, 0.7}, {}},
+                                    {Sphere{0.4}, {}},
+                                    {std::get<ConvexHull>(shapes[6]), {}}};
+    for (CompoundPart& part : parts) {
+        part.body_from_part = {random.rotation(), 1.2 * random.direction()};
+    }
+    shapes.push_back(Compound::create(parts).value());
+    return shapes;
+}
+
+/// A short motion that starts just above the ground, like those of bodies in a substep.
+Motion random_short_motion(Random& random, const Shape& shape, const Ground& ground) {
+    Motion motion;
+    motion.start = random_pose(random, ground, 0.0, 1.0);
+    const double above = random.below(2) == 0 ? 2.5e-3 : random.between(0.0, 0.3);
+    motion.start.translation.z() += compute_lift(shape, motion.start, ground).lift + above;
+    const double distance = std::exp(random.between(std::log(1e-4), std::log(0.3)));
+    const double turn = std::exp(random.between(std::log(1e-4), std::log(0.5)));
+    motion.translation = distance * random.direction();
+    motion.rotation_vector = turn * random.direction();
+    return motion;
+}
+
+/// Least distance to the ground at some poses of a motion, at most `most`.
+double least_distance(const Shape& shape, const Motion& motion, const Ground& ground, double most) {
+    double least = most;
+    for (int i = 0; i <= kSamples; ++i) {
+        const Pose pose = motion.at(static_cast<double>(i) / kSamples);
+        least = std::min(least, signed_distance(shape, pose, ground, most).distance);
+    }
+    return least;
+}
+
+TEST(SweepClear, ProvedMotionsKeepTheMargin) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    int clear = 0, proved = 0, met = 0;
+    for (const Scene& scene : make_scenes()) {
+        SCOPED_TRACE(scene.name);
+        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        for (const Shape& shape : make_shapes()) {
+            for (int i = 0; i < 150; ++i) {
+                const Motion motion = random_short_motion(random, shape, ground);
+                const double least = least_distance(shape, motion, ground, 2.0 * kMargin);
+                if (is_sweep_clear(shape, motion, ground, kMargin)) {
+                    EXPECT_GE(least, kMargin - 1e-9) << "motion " << i;
+                    ++proved;
+                }
+                ++(least < kMargin ? met : clear);
+            }
+        }
+    }
+    // Enough cases of each kind.
+    EXPECT_GT(met, 500);
+    EXPECT_GT(clear, 500);
+    EXPECT_GT(proved, clear / 2) << "of " << clear;
+}
+
+TEST(SweepClear, NeverProvesAMotionThatACastHits) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    int hits = 0;
+    const Ground ground = make_test_ground(hash_height, 1.0, 1);
+    for (const Shape& shape : make_shapes()) {
+        for (int i = 0; i < 1000; ++i) {
+            const Motion motion = random_short_motion(random, shape, ground);
+            if (!cast(shape, motion, ground, {.tolerance = kMargin}).hit) continue;
+            ++hits;
+            EXPECT_FALSE(is_sweep_clear(shape, motion, ground, kMargin)) << "motion " << i;
+        }
+    }
+    EXPECT_GT(hits, 500);
+}
+
+TEST(SweepClear, ProvesAFallThatEndsAboveOrBesideTheGround) {
+    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    const Box box{{1.0, 2.0, 0.5}};
+    EXPECT_TRUE(
+        is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_FALSE(
+        is_sweep_clear(box, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
+    const Compound pair =
+        Compound::create(std::vector<CompoundPart>{{Sphere{0.5}, {}}, {Box{{1.0, 2.0, 0.5}}, {}}})
+            .value();
+    EXPECT_TRUE(
+        is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+    EXPECT_FALSE(
+        is_sweep_clear(pair, straight({64.0, 64.0, 2.0}, {0.3, 0.0, -1.5}), ground, kMargin));
+    EXPECT_TRUE(
+        is_sweep_clear(box, straight({-50.0, 64.0, -2.0}, {0.3, 0.0, -1.4}), ground, kMargin));
+}
+
+TEST(SweepClear, ProvesNothingForLargeTurnsInvalidInputOrMissingGround) {
+    const Ground flat = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
+    Motion high = straight({64.0, 64.0, 1000.0}, {0.1, 0.0, 0.0});
+    ASSERT_TRUE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    high.rotation_vector.z() = 0.6;
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    high.rotation_vector.z() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+    high.rotation_vector.z() = 0.0;
+    high.translation.x() = std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
+
+    TableGroundSettings settings;
+    settings.roots = 2;
+    settings.is_resident = [](int column, int) { return column == 0; };
+    settings.bound = 100.0f;
+    const Ground half = make_test_ground([](double, double) { return 0.0; }, settings);
+    const Eigen::Vector3d up(0.0, 0.0, 0.1);
+    EXPECT_TRUE(is_sweep_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, up), half, kMargin));
+    EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, up), half, kMargin));
+}
+
+}  // namespace sweep_clear_test
 }  // namespace terrane

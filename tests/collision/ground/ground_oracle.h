@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/heights/table_ground.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>

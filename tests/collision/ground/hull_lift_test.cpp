@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "hull_cases.h"
+#include "collision/ground/ground_cases.h"
 
 #include <gtest/gtest.h>
 

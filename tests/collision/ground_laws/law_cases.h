@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/ground_laws/oracles/brute_lift.h"
-#include "support/heights/table_ground.h"
+#include "collision/ground_laws/brute_force.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/ground.h>

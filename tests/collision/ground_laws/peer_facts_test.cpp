@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Facts that other libraries (Jolt, coal, parry) test about themselves.
-#include "collision/ground_laws/oracles/brute_gap.h"
+#include "collision/ground_laws/brute_force.h"
 #include "law_cases.h"
 
 #include <terrane/collision/ground_queries.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "case_count.h"
+#include "collision/pairs/pair_cases.h"
 #include "pair_cases.h"
 #include "pair_oracle.h"
 #include "shapes/query_shapes.h"

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "compound_cases.h"
 #include "pairs/convex_core.h"
+#include "support/allocation_counter.h"
 
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 namespace terrane {
 namespace compound_pairs_test {
@@ -222,4 +225,368 @@ TEST_P(CompoundPairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
 }
 
 }  // namespace compound_pairs_test
+
+namespace compound_facts_test {
+
+using test::Random;
+
+constexpr std::uint64_t kSeed = 20261212;
+
+Pose at(const Eigen::Vector3d& translation) {
+    Pose pose;
+    pose.translation = translation;
+    return pose;
+}
+
+CompoundPart box_part(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    CompoundPart part;
+    part.shape = Box{0.5 * (high - low)};
+    part.body_from_part.translation = 0.5 * (low + high);
+    return part;
+}
+
+Compound make_compound(const std::vector<CompoundPart>& parts) {
+    return Compound::create(parts).value();
+}
+
+// Two arms of 3 m by 1 m along +x and +z.
+Compound angle() {
+    return make_compound({box_part({0, 0, 0}, {3, 1, 1}), box_part({0, 0, 0}, {1, 1, 3})});
+}
+
+TEST(CompoundFacts, AnglesInEachOtherAreFreedIntoTheCorner) {
+    const Compound both = angle();
+    for (const double x : {0.9, 0.95, 0.7}) {
+        for (const double z : {0.9, 0.6, 0.99}) {
+            const PairDistanceAnswer answer = signed_distance(both, at({x, 0, z}), both, Pose{});
+            // Single pairs have min translations of 1 - x and 1 - z; the union needs both.
+            const double expected = std::sqrt((1 - x) * (1 - x) + (1 - z) * (1 - z));
+            EXPECT_NEAR(-answer.distance, expected, 1e-12) << x << " " << z;
+            EXPECT_NEAR(answer.normal.x(), (1 - x) / expected, 1e-9);
+            EXPECT_NEAR(answer.normal.y(), 0.0, 1e-9);
+        }
+    }
+    // They touch in the corner.
+    EXPECT_EQ(signed_distance(both, at({1, 0, 1}), both, Pose{}).distance, 0.0);
+    EXPECT_TRUE(test_contact(both, at({1, 0, 1}), both, Pose{}).is_touching);
+    EXPECT_FALSE(test_contact(both, at({1.001, 0, 1.001}), both, Pose{}).is_touching);
+    EXPECT_NEAR(signed_distance(both, at({1.5, 0, 1.25}), both, Pose{}).distance, 0.25, 1e-15);
+    // At the bottom: the shortest translation is sideways.
+    EXPECT_NEAR(signed_distance(both, at({0, 0.25, 0}), both, Pose{}).distance, -0.75, 1e-12);
+}
+
+TEST(CompoundFacts, APegInASlotLeavesItAlong) {
+    // Walls 4 m high, 1 m apart, on a floor; a peg as wide as the slot whose foot is 0.3 m in the floor.
+    const Compound slot =
+        make_compound({box_part({-3, -2, -1}, {3, 2, 0}), box_part({-3, -2, 0}, {-0.5, 2, 4}),
+                       box_part({0.5, -2, 0}, {3, 2, 4})});
+    const Box peg{{0.5, 0.5, 2.0}};
+    for (const double depth : {0.01, 0.3, 0.9}) {
+        const PairDistanceAnswer answer =
+            signed_distance(peg, at({0, 0, 2.0 - depth}), slot, Pose{});
+        EXPECT_NEAR(answer.distance, -depth, 1e-12);
+        EXPECT_NEAR(answer.normal.z(), 1.0, 1e-12);
+    }
+    // Wider than the slot by 0.2 m on each side, and shorter out at the open ends (2.5 m) or the top (4 m).
+    const Box wide{{0.7, 0.5, 2.0}};
+    EXPECT_NEAR(signed_distance(wide, at({0, 0, 2.0}), slot, Pose{}).distance, -2.5, 1e-9);
+    EXPECT_NEAR(signed_distance(wide, at({0, 0, 5.0}), slot, Pose{}).distance, -1.0, 1e-9);
+}
+
+TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const Compound floor = test::tiled_box({5, 5, 0.5}, {20, 20, 1});
+    std::array<PairContact, 96> contacts;
+    for (int i = 0; i < 500; ++i) {
+        Pose pose = at({random.between(-3, 3), random.between(-3, 3), 0.0});
+        const double depth = random.between(0.0, 0.05);
+        pose.translation.z() = 0.5 + 0.4 - depth;
+        if (i % 2 == 1) {
+            Motion turn;
+            turn.rotation_vector = {0, 0, random.between(0.0, 3.0)};
+            pose.rotation = turn.at(1.0).rotation;
+        }
+        const PairContactAnswer found =
+            find_contacts(Box{{0.8, 0.6, 0.4}}, pose, floor, Pose{}, 0.0, contacts);
+        ASSERT_EQ(found.count, 4u) << "case " << i;
+        for (std::size_t k = 0; k < found.count; ++k) {
+            EXPECT_NEAR(contacts[k].normal.z(), 1.0, 1e-12) << "case " << i;
+            EXPECT_NEAR(contacts[k].depth, depth, 1e-12) << "case " << i;
+        }
+    }
+}
+
+TEST(CompoundFacts, OnePartIsThePart) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    for (int i = 0; i < 2000; ++i) {
+        const ConvexShape part = test::random_convex(random, i % 4);
+        const Shape alone = test::as_shape(part);
+        const Shape other = test::as_shape(test::random_convex(random, (i / 4) % 4));
+        Pose pose, place;
+        pose.rotation = random.rotation();
+        place.rotation = random.rotation();
+        place.translation = random.between(0.0, 1.5) * random.direction();
+        CompoundPart same;
+        same.shape = part;
+        const Shape whole = make_compound({same});
+        const PairDistanceAnswer expected = signed_distance(alone, pose, other, place);
+        const PairDistanceAnswer answer = signed_distance(whole, pose, other, place);
+        EXPECT_EQ(std::memcmp(&answer.distance, &expected.distance, sizeof(double)), 0);
+        EXPECT_EQ(answer.point_a_world, expected.point_a_world);
+        EXPECT_EQ(pseudodistance(whole, pose, other, place).pseudodistance,
+                  pseudodistance(alone, pose, other, place).pseudodistance);
+        EXPECT_EQ(test_contact(whole, pose, other, place).is_touching,
+                  test_contact(alone, pose, other, place).is_touching);
+        std::array<PairContact, 4> contacts, of_part;
+        const std::size_t count = find_contacts(whole, pose, other, place, 0.1, contacts).count;
+        ASSERT_EQ(count, find_contacts(alone, pose, other, place, 0.1, of_part).count);
+        for (std::size_t k = 0; k < count; ++k) {
+            EXPECT_EQ(contacts[k].point_world, of_part[k].point_world);
+        }
+        Motion thrown, still;
+        thrown.start = pose;
+        thrown.translation = 2.0 * random.direction();
+        thrown.rotation_vector = random.direction();
+        still.start = place;
+        EXPECT_NEAR(cast(whole, thrown, other, still).fraction,
+                    cast(alone, thrown, other, still).fraction, 1e-12);
+        const Eigen::Vector3d from = 3.0 * random.direction();
+        EXPECT_EQ(cast_ray(whole, pose, from, -from).fraction,
+                  cast_ray(alone, pose, from, -from).fraction);
+    }
+}
+
+TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
+    Random random(kSeed + 2);
+    const Eigen::Vector3d half(0.9, 0.6, 0.4);
+    const Box box{half};
+    const Compound tiles = test::tiled_box(half, {3, 2, 2});
+    CastSettings settings;
+    settings.tolerance = 1e-9;
+    int overlapping = 0, same_depth = 0;
+    for (int i = 0; i < 4000 && !HasFailure(); ++i) {
+        SCOPED_TRACE(testing::Message() << "case " << i);
+        const Shape other = test::others_of(i % 4)[static_cast<std::size_t>(i / 4 % 200)];
+        Pose pose, place;
+        pose.rotation = random.rotation();
+        if (i % 3 > 0) place.rotation = random.rotation();
+        place.translation = random.between(0.3, 2.0) * random.direction();
+        const PairDistanceAnswer expected = signed_distance(box, pose, other, place);
+        const PairDistanceAnswer answer = signed_distance(tiles, pose, other, place);
+        if (std::abs(expected.distance) > 1e-9) {
+            EXPECT_EQ(test_contact(tiles, pose, other, place).is_touching,
+                      test_contact(box, pose, other, place).is_touching);
+            EXPECT_EQ(pseudodistance(tiles, pose, other, place).pseudodistance > 0.0,
+                      expected.distance > 0.0);
+        }
+        if (expected.distance > 0.0) {
+            EXPECT_NEAR(answer.distance, expected.distance, 1e-9);
+        } else if (smallest_half_extent(other) > 0.0) {
+            // A shape without thickness may end in a seam, of which it touches neither side.
+            ++overlapping;
+            EXPECT_LE(answer.distance, expected.distance + 1e-9);
+            EXPECT_GE(answer.distance, 1.25 * expected.distance - 1e-9);
+            same_depth += std::abs(answer.distance - expected.distance) < 1e-9;
+        }
+        Motion thrown, still;
+        thrown.start = pose;
+        thrown.start.translation = place.translation + 4.0 * random.direction();
+        thrown.translation = 1.5 * (place.translation - thrown.start.translation);
+        if (i % 2 == 0) thrown.rotation_vector = 2.0 * random.direction();
+        still.start = place;
+        const PairCastAnswer met = cast(box, thrown, other, still, settings);
+        const PairCastAnswer met_tiles = cast(tiles, thrown, other, still, settings);
+        // For a grazing ray both results are valid.
+        if (met.hit == met_tiles.hit) {
+            EXPECT_NEAR(met.fraction * 6.0, met_tiles.fraction * 6.0, 1e-6);
+        } else {
+            const Motion& m = thrown;
+            const double t = met.hit ? met.fraction : met_tiles.fraction;
+            EXPECT_NEAR(signed_distance(box, m.at(t), other, place).distance, 0.0, 1e-9);
+        }
+        const Eigen::Vector3d from = 3.0 * random.direction();
+        const Eigen::Vector3d to = random.direction();
+        const ShapeRayAnswer ray = cast_ray(box, pose, from, to);
+        const ShapeRayAnswer ray_tiles = cast_ray(tiles, pose, from, to);
+        EXPECT_EQ(ray.hit, ray_tiles.hit);
+        EXPECT_NEAR(ray.fraction, ray_tiles.fraction, 1e-9);
+    }
+    EXPECT_GT(overlapping, 1000);
+    EXPECT_GT(same_depth, overlapping * 95 / 100);
+}
+
+TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
+    CompoundPart point;
+    point.shape = ConvexHull::create(std::vector<Eigen::Vector3d>{{0, 0, 0}}).value();
+    CompoundPart plate = box_part({-1, -1, 0}, {1, 1, 0});
+    CompoundPart spot;
+    spot.shape = Sphere{0.0};
+    spot.body_from_part.translation = {0, 0, 3};
+    const Compound odd = make_compound({point, plate, spot});
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    std::array<PairContact, 4> contacts;
+    EXPECT_EQ(signed_distance(odd, Pose{}, Sphere{0.5}, at({0, 0, 2})).distance, 0.5);
+    EXPECT_EQ(signed_distance(Sphere{0.5}, at({0, 0, 3.75}), odd, Pose{}).distance, 0.25);
+    EXPECT_TRUE(test_contact(odd, Pose{}, odd, Pose{}).is_touching);
+    EXPECT_LE(signed_distance(odd, Pose{}, odd, Pose{}).distance, 0.0);
+    EXPECT_GT(find_contacts(odd, Pose{}, odd, Pose{}, 0.0, contacts).count, 0u);
+    EXPECT_EQ(find_contacts(odd, Pose{}, Box{}, Pose{}, 0.0, {}).status, QueryStatus::truncated);
+    Motion falling;
+    falling.start = at({0, 0, 10});
+    falling.translation = {0, 0, -20};
+    const PairCastAnswer met = cast(Sphere{0.5}, falling, odd, Motion{});
+    EXPECT_TRUE(met.hit);
+    EXPECT_NEAR(met.fraction, 6.5 / 20.0, 1e-5);
+    EXPECT_EQ(met.contacts[0].part_b, 2u);
+    EXPECT_TRUE(cast_ray(odd, Pose{}, {0.5, 0.5, 1}, {0.5, 0.5, -1}).hit);
+
+    for (const Pose& bad : {at({nan, 0, 0}), at({0, HUGE_VAL, 0})}) {
+        EXPECT_EQ(test_contact(odd, bad, Box{}, Pose{}).status, QueryStatus::invalid);
+        EXPECT_EQ(find_contacts(Box{}, Pose{}, odd, bad, 0.0, contacts).status,
+                  QueryStatus::invalid);
+        EXPECT_EQ(signed_distance(odd, bad, odd, Pose{}).status, QueryStatus::invalid);
+        EXPECT_EQ(pseudodistance(odd, Pose{}, odd, bad).status, QueryStatus::invalid);
+        Motion motion;
+        motion.start = bad;
+        EXPECT_EQ(cast(odd, motion, Box{}, Motion{}).status, QueryStatus::invalid);
+        EXPECT_EQ(cast_ray(odd, bad, {0, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
+    }
+}
+
+TEST(CompoundFacts, HaveTheSameBitsTenThousandKilometresOut) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
+    Random random(kSeed + 3);
+    const Eigen::Vector3d shift(1e7, -1e7, 4096.0);
+    for (int i = 0; i < 300; ++i) {
+        test::CompoundCase c = test::random_compound_case(random, i % 6, i);
+        for (Pose* pose : {&c.pose_a, &c.pose_b}) {
+            for (int k = 0; k < 3; ++k) {
+                pose->translation[k] = std::floor(pose->translation[k] * 0x1p20) * 0x1p-20;
+            }
+        }
+        std::array<std::array<double, 5>, 2> bits;
+        for (std::size_t side = 0; side < 2; ++side) {
+            Motion a, b;
+            a.start = c.pose_a;
+            b.start = c.pose_b;
+            if (side == 1) {
+                a.start.translation += shift;
+                b.start.translation += shift;
+            }
+            a.rotation_vector = {0.5, -0.25, 0.125};
+            a.translation = {1.0, 2.0, -1.0};
+            std::array<PairContact, 8> contacts;
+            const PairContactAnswer found =
+                find_contacts(c.a, a.start, c.b, b.start, 0.5, contacts);
+            bits[side] = {signed_distance(c.a, a.start, c.b, b.start).distance,
+                          pseudodistance(c.a, a.start, c.b, b.start).pseudodistance,
+                          cast(c.a, a, c.b, b).fraction, static_cast<double>(found.count),
+                          found.count > 0 ? contacts[0].depth : 0.0};
+        }
+        EXPECT_EQ(std::memcmp(&bits[0], &bits[1], sizeof bits[0]), 0) << "case " << i;
+    }
+}
+
+// A bumpy sphere of some triangles.
+Compound ball_of_triangles(std::uint32_t rings, std::uint32_t columns) {
+    std::vector<Eigen::Vector3d> vertices;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    for (std::uint32_t i = 0; i <= rings; ++i) {
+        for (std::uint32_t j = 0; j < columns; ++j) {
+            const double polar = 3.14159265358979 * i / rings;
+            const double round = 2.0 * 3.14159265358979 * j / columns;
+            const double r = 1.0 + 0.05 * std::cos(9.0 * polar) * std::cos(11.0 * round);
+            vertices.emplace_back(r * std::sin(polar) * std::cos(round),
+                                  r * std::sin(polar) * std::sin(round), r * std::cos(polar));
+        }
+    }
+    for (std::uint32_t i = 0; i < rings; ++i) {
+        for (std::uint32_t j = 0; j < columns; ++j) {
+            const std::uint32_t a = i * columns + j, b = i * columns + (j + 1) % columns;
+            triangles.push_back({a, b, b + columns});
+            triangles.push_back({a, b + columns, a + columns});
+        }
+    }
+    return Compound::from_triangles(vertices, triangles).value();
+}
+
+TEST(CompoundFacts, AHundredThousandTrianglesAnswerLikeASoup) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
+    Random random(kSeed + 4);
+    const Compound mesh = ball_of_triangles(200, 250);
+    ASSERT_EQ(mesh.parts().size(), 100'000u);
+    const Shape shape = mesh;
+    std::array<PairContact, 96> contacts;
+    for (int i = 0; i < 6; ++i) {
+        Pose pose;
+        pose.rotation = random.rotation();
+        pose.translation = random.between(1.0, 1.4) * random.direction();
+        const Shape other = i % 2 == 0 ? Shape(Sphere{0.2}) : Shape(Box{{0.2, 0.1, 0.15}});
+        const double least = test::least_distance(other, pose, shape, Pose{});
+        const test::AllocationCounter counter;
+        const PairDistanceAnswer answer = signed_distance(other, pose, shape, Pose{});
+        const bool is_touching = test_contact(other, pose, shape, Pose{}).is_touching;
+        const PairContactAnswer found = find_contacts(other, pose, shape, Pose{}, 0.0, contacts);
+        const double pseudo = pseudodistance(other, pose, shape, Pose{}).pseudodistance;
+        Motion moving;
+        moving.start = pose;
+        moving.start.translation *= 3.0;
+        moving.translation = -2.0 * moving.start.translation;
+        moving.rotation_vector = {1.0, 0.0, 0.0};
+        const PairCastAnswer met = cast(other, moving, shape, Motion{});
+        const ShapeRayAnswer ray =
+            cast_ray(shape, Pose{}, 3.0 * pose.translation, -pose.translation);
+        EXPECT_EQ(counter.count(), 0u);
+        if (least > 0.0) {
+            EXPECT_NEAR(answer.distance, least, 1e-12);
+        } else {
+            EXPECT_LE(answer.distance, least + 1e-12);
+            Pose separated = pose;
+            separated.translation -= answer.distance * answer.normal;
+            EXPECT_GE(test::least_distance(other, separated, shape, Pose{}), -1e-11);
+        }
+        EXPECT_EQ(is_touching, least < 0.0);
+        EXPECT_EQ(found.count > 0, least < 0.0);
+        EXPECT_EQ(pseudo > 0.0, least > 0.0);
+        ASSERT_TRUE(met.hit);
+        const double there = test::least_distance(other, moving.at(met.fraction), shape, Pose{});
+        EXPECT_GE(there, 0.0);
+        EXPECT_LE(there, 1e-4);
+        ASSERT_TRUE(ray.hit);
+        EXPECT_NEAR(ray.point_world.norm(), 1.0, 0.06);
+    }
+}
+
+TEST(CompoundFacts, AllocateNothing) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
+    Random random(kSeed + 5);
+    std::vector<test::CompoundCase> cases;
+    for (int i = 0; i < 200; ++i) {
+        cases.push_back(test::random_compound_case(random, i % 6, i));
+    }
+    std::array<PairContact, 16> contacts;
+    const test::AllocationCounter counter;
+    double sum = 0.0;
+    for (const test::CompoundCase& c : cases) {
+        Motion a, b;
+        a.start = c.pose_a;
+        b.start = c.pose_b;
+        a.translation = {1.0, -2.0, 0.5};
+        b.rotation_vector = {0.0, 1.0, 0.3};
+        sum += test_contact(c.a, c.pose_a, c.b, c.pose_b).is_touching ? 1.0 : 0.0;
+        sum +=
+            static_cast<double>(find_contacts(c.a, c.pose_a, c.b, c.pose_b, 0.1, contacts).count);
+        sum += signed_distance(c.a, c.pose_a, c.b, c.pose_b).distance;
+        sum += pseudodistance(c.a, c.pose_a, c.b, c.pose_b).pseudodistance;
+        sum += cast(c.a, a, c.b, b).fraction;
+        sum += cast_ray(c.a, c.pose_a, c.pose_b.translation, c.pose_a.translation).fraction;
+    }
+    EXPECT_EQ(counter.count(), 0u);
+    EXPECT_NE(sum, 0.0);
+}
+
+}  // namespace compound_facts_test
 }  // namespace terrane

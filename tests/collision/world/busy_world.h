@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "collision/bodies/body_cases.h"
-#include "collision/world/rough_grounds.h"
+#include "collision/world/body_cases.h"
 #include "support/random.h"
 
 #include <terrane/collision/world.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Contacts between bodies.
-#include "collision/bodies/body_cases.h"
+#include "collision/world/body_cases.h"
 #include "support/allocation_counter.h"
-#include "support/heights/table_ground.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/collision/shape_pairs.h>

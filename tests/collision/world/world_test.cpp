@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "collision/bodies/body_cases.h"
-#include "rough_grounds.h"
-#include "support/heights/table_ground.h"
+#include "collision/world/body_cases.h"
+#include "collision/world/lone_vehicle.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>
+#include <terrane/terrain/surface.h>
 
 #include <gtest/gtest.h>
 
@@ -281,4 +282,197 @@ TEST(World, WakesASleeperThatIsMoved) {
 }
 
 }  // namespace bodies_test
+
+// Bodies 2e9 m from the origin, where doubles are 2.4e-7 m apart, beside the same bodies near it.
+
+namespace far_bodies_test {
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kGrain = 0x1p-22;    // metres, the distance of doubles from 2^30 to 2^31
+constexpr double kFar = 2e9 - 128.0;  // metres, a multiple of 128
+constexpr double kSlope = 0.25;
+
+/// Ground of one root square from (origin, -origin) on, whose heights are a function of the place in it.
+template <class Height>
+Ground make_ground(double origin, Height height) {
+    test::TableGroundSettings settings;
+    settings.origin_x = origin;
+    settings.origin_y = -origin;
+    return test::make_test_ground(
+        [=](double x, double y) { return height(x - origin, y + origin); }, settings);
+}
+
+struct Fall {
+    double max_depth_m = 0.0;
+    double lowest_tolerance = 1.0;
+    std::vector<Eigen::Vector3d> places;  // from the ground's corner
+    std::vector<double> speeds;
+};
+
+/// Lets a body of each shape fall beside the others.
+template <class Height>
+Fall drop(double origin, Height height, double seconds) {
+    const Ground ground = make_ground(origin, height);
+    World world = test::make_world();
+    double x = 20.0;
+    Fall run;
+    for (const Shape& shape : test::all_shapes()) {
+        const double z = height(x, 60.0) + 3.0;
+        BodySettings settings{.shape = shape};
+        settings.friction = 0.6;
+        const auto added = world.add(settings, test::at({origin + x, 60.0 - origin, z}));
+        EXPECT_TRUE(added) << added.error().message;
+        run.lowest_tolerance = std::min(run.lowest_tolerance, default_contact_tolerance(shape));
+        x += 16.0;
+    }
+    for (int i = 0; i * kStep < seconds; ++i) {
+        const StepReport report = world.step(ground, kStep);
+        EXPECT_EQ(report.too_deep, 0u);
+        EXPECT_EQ(report.left_world + report.parked, 0u);
+        run.max_depth_m = std::max(run.max_depth_m, report.max_depth_m);
+    }
+    for (const BodyState& state : world.states()) {
+        run.places.push_back(state.pose.translation - Eigen::Vector3d(origin, -origin, 0.0));
+        run.speeds.push_back(state.velocity.norm());
+    }
+    return run;
+}
+
+TEST(FarBodies, RestAsDeepAsNearTheOrigin) {
+    const auto flat = [](double, double) { return 5.0; };
+    const Fall near = drop(0.0, flat, 4.0), far = drop(kFar, flat, 4.0);
+    EXPECT_LE(far.max_depth_m, far.lowest_tolerance);
+    EXPECT_NEAR(far.max_depth_m, near.max_depth_m, 64.0 * kGrain);
+    for (std::size_t i = 0; i < far.places.size(); ++i) {
+        // the first three shapes rest as they fall; the others tip over, and small differences grow
+        EXPECT_NEAR(far.places[i].z(), near.places[i].z(), i < 3 ? 64.0 * kGrain : 1e-3) << i;
+        EXPECT_LT(far.speeds[i], 1e-2) << i;
+    }
+}
+
+TEST(FarBodies, RollDownASlopeAsNearTheOrigin) {
+    const auto slope = [](double x, double y) { return kSlope * y + 0.01 * x; };
+    const Fall near = drop(0.0, slope, 3.0), far = drop(kFar, slope, 3.0);
+    EXPECT_LE(far.max_depth_m, far.lowest_tolerance);
+    EXPECT_NEAR(far.max_depth_m, near.max_depth_m, 1e-3);
+    const Eigen::Vector3d way = far.places[0] - near.places[0];
+    EXPECT_LT(way.norm(), 1e-3) << "the sphere";
+    EXPECT_LT(far.places[0].y(), 58.0) << "it rolled";
+}
+
+TEST(FarBodies, FallOnRoughGroundAndNobodyIsTooDeep) {
+    const auto rough = [](double x, double y) {
+        return 2.0 * std::sin(0.9 * x) * std::sin(0.7 * y) +
+               (static_cast<int>(x) % 9 == 0 ? 4.0 : 0.0);
+    };
+    const Fall far = drop(kFar, rough, 6.0);
+    EXPECT_LE(far.max_depth_m, far.lowest_tolerance);
+}
+
+TEST(FarBodies, AreAcceptedTo2e9MetresAndNoFarther) {
+    World world = test::make_world();
+    for (const int axis : {0, 1, 2}) {
+        Eigen::Vector3d place(0.0, 0.0, 0.0);
+        place[axis] = -2e9;
+        EXPECT_TRUE(world.add({}, test::at(place)));
+        place[axis] = std::nextafter(2e9, 3e9);
+        const auto beyond = world.add({}, test::at(place));
+        ASSERT_FALSE(beyond);
+        EXPECT_NE(beyond.error().message.find("2e+09"), std::string::npos)
+            << beyond.error().message;
+    }
+}
+
+}  // namespace far_bodies_test
+
+// Friction and restitution by place: bodies and tyres on a ground with a surface map.
+
+namespace surface_test {
+
+using test::at;
+using test::make_flat;
+using test::make_test_ground;
+using test::make_world;
+using test::TableGroundSettings;
+
+constexpr double kGravity = 9.81;
+constexpr double kStep = 1.0 / 60.0;
+
+/// Flat ground at z = 5 with one surface west of x = 64 and another one east of it.
+Ground make_two_surfaces(const SurfaceProperties& west, const SurfaceProperties& east) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    const SurfaceRect eastern{{.west = 64.0, .south = -kFar, .east = kFar, .north = kFar}, east};
+    TableGroundSettings settings;
+    settings.surface = SurfaceMap::from_rects({&eastern, 1}, west).value();
+    return make_test_ground([](double, double) { return 5.0; }, settings);
+}
+
+/// Distance along x that a box slides from a place until it stops.
+double slide(const Ground& ground, double x, double speed, double friction) {
+    World world = make_world({.allow_sleep = false});
+    EXPECT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.25}}, .friction = friction},
+                          at({x, 64.3, 5.25}, {speed, 0.0, 0.0})));
+    for (int step = 0; step < 600; ++step) EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
+    return world.states()[0].pose.translation.x() - x;
+}
+
+TEST(SurfaceByPlace, FrictionIsThatOfBothSurfaces) {
+    constexpr double kBody = 0.4, kRoad = 0.9, kMud = 0.1, kSpeed = 3.0;
+    const Ground ground = make_two_surfaces({.friction = kMud}, {.friction = kRoad});
+    for (const auto& [x, surface] : {std::pair(30.0, kMud), std::pair(80.0, kRoad)}) {
+        const double friction = std::sqrt(kBody * surface);
+        const double distance = kSpeed * kSpeed / (2.0 * friction * kGravity);
+        EXPECT_NEAR(slide(ground, x, kSpeed, kBody), distance, 0.03 * distance) << surface;
+    }
+}
+
+TEST(SurfaceByPlace, DefaultsOfBothSidesAreAsWithoutAMap) {
+    const double without = slide(make_flat(), 40.0, 3.0, BodySettings{}.friction);
+    const double with = slide(make_two_surfaces({}, {}), 40.0, 3.0, BodySettings{}.friction);
+    EXPECT_NEAR(with, without, 1e-9);
+}
+
+TEST(SurfaceByPlace, ABoxSlidesOverIceAndStopsOnTheRoadBehind) {
+    const Ground ground = make_two_surfaces({.friction = 0.0}, {.friction = 1.0});
+    const double distance = slide(ground, 50.0, 5.0, 0.6);
+    EXPECT_GT(50.0 + distance, 63.5);
+    EXPECT_LT(50.0 + distance, 63.5 + 5.0 * 5.0 / (2.0 * 0.7 * kGravity) + 0.6);
+}
+
+TEST(SurfaceByPlace, RestitutionIsTheLargerOne) {
+    const Ground ground = make_two_surfaces({.restitution = 0.0}, {.restitution = 0.9});
+    for (const auto& [x, least, most] : {std::tuple(30.3, 0.0, 0.1), std::tuple(80.3, 1.4, 1.8)}) {
+        World world = make_world({.allow_sleep = false});
+        ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = 0.0}, at({x, 64.3, 7.5})));
+        double highest = 0.0;
+        bool has_struck = false;
+        for (int step = 0; step < 90; ++step) {
+            has_struck = world.step(ground, kStep).impacts > 0 || has_struck;
+            if (has_struck) {
+                highest = std::max(highest, world.states()[0].pose.translation.z() - 5.5);
+            }
+        }
+        EXPECT_GE(highest, least) << x;
+        EXPECT_LE(highest, most) << x;
+    }
+}
+
+TEST(SurfaceByPlace, ATruckNeedsALongerWayToStopOnIce) {
+    double distances[2];
+    for (const int i : {0, 1}) {
+        const double friction = i == 0 ? 0.05 : 0.9;
+        const Ground ground = make_two_surfaces({.friction = friction}, {.friction = friction});
+        test::LoneVehicle truck({Eigen::Matrix3d::Identity(), {20.0, 64.3, 5.75}});
+        for (int step = 0; step < 120; ++step) truck.step(ground, {.throttle = 1.0}, kStep);
+        const double start = truck.chassis().pose.translation.x();
+        const double speed = truck.chassis().velocity.x();
+        ASSERT_GT(speed, 1.0);
+        for (int step = 0; step < 300; ++step) truck.step(ground, {.brake = 1.0}, kStep);
+        // Over v^2, so that the speeds reached may differ.
+        distances[i] = (truck.chassis().pose.translation.x() - start) / (speed * speed);
+    }
+    EXPECT_GT(distances[0], 2.5 * distances[1]);
+}
+
+}  // namespace surface_test
 }  // namespace terrane

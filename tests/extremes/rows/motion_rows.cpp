@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "extremes/extreme_row.h"
-#include "extremes/rows/falls.h"
 #include "extremes/rows/grounds.h"
 
 #include <terrane/collision/ground_queries.h>

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/input.h"
+
 #include <terrane/base/math.h>
+#include <terrane/collision/query.h>
+#include <terrane/collision/shapes.h>
+#include <terrane/terrain/ground.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +15,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// A fuzz target: libFuzzer or replay_main.cpp calls it with the bytes of one input. Returns 0; -1: the input is not to
 /// be kept in the corpus. Aborts where a promise of the library is broken.
@@ -54,6 +60,50 @@ public:
 
 private:
     std::span<const std::uint8_t> bytes_;
+};
+
+/// A shape that mostly is valid: sphere, capsule, box, hull of up to 12 points or compound of up to 4 parts, mostly of
+/// sizes 0 to 8 m.
+Shape take_shape(Input& input);
+/// A sphere, capsule or box of 0.05 to 4 m.
+Shape take_simple_shape(Input& input);
+/// A pose that mostly is valid, mostly with a translation from `low` to `high`.
+Pose take_pose(Input& input, double low, double high);
+/// From a pose along a translation and a rotation of up to `reach` metres and a turn.
+Motion take_motion(Input& input, double low, double high, double reach);
+
+/// One of some difficult grounds over [0, 128]^2 with cells of 1 m: planes, stairs, spikes, walls, pits, rough. Made
+/// once.
+const Ground& take_ground(Input& input);
+
+/// Whether all components are finite.
+bool is_finite(const Eigen::Vector3d& v);
+/// Whether a vector has length 1 to 1e-6.
+bool is_unit(const Eigen::Vector3d& v);
+
+/// A file as an input describes it: a valid file with changes. So the corpus stays small, and stays valid when a format
+/// of ours changes, because the target makes the valid file itself.
+///
+/// The rest of the input is a list of changes: a byte that says which, an offset of 16 bits (modulo the size), a length
+/// of a byte where one is needed, and the bytes that are written. Changes overwrite, insert, erase, cut off the end or
+/// repeat a range.
+std::vector<std::uint8_t> patched(std::vector<std::uint8_t> file, Input& input);
+
+/// A folder of this process for readers that take paths, removed at the end of the process.
+class ScratchFolder {
+public:
+    ScratchFolder();
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+    const std::string& path() const { return path_; }
+    /// Writes or replaces a file; aborts where that fails. Returns its path.
+    std::string write(const std::string& name, std::span<const std::uint8_t> bytes) const;
+    std::string write(const std::string& name, std::string_view text) const;
+
+private:
+    std::string path_;
 };
 
 }  // namespace terrane::fuzz

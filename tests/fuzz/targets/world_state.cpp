@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Saved worlds: changes to the bytes of a real one (support/patches.h), with a checksum that is right. What is loaded
 // is stepped, saved and loaded again.
-#include "support/heights/table_ground.h"
+#include "support/grounds.h"
 #include "support/patches.h"
 #include "support/shape_input.h"
 #include "world/world_bytes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/heights/wave_heights.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>

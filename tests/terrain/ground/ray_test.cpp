@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/heights/table_ground.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/ground.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A pit and a closed cave in rough ground, made by hand, against all triangles one after the other.
-#include "support/heights/table_ground.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/ground.h>

@@ -1,8 +1,177 @@
 // SPDX-License-Identifier: MIT
-// Chunks that arrive in view fade in; others appear at once.
-#include "fade_frames.h"
+#include "pager_scene.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+// Measures the visible effect of fades: the displacement of the picture between consecutive resident sets.
+namespace terrane::test {
+
+using Set = std::shared_ptr<const ResidentSet>;
+
+/// Limits stated in pager.h.
+inline constexpr double kMorphGain = 2.0 * 1.3 * 1.3 / (1.3 * 1.3 - 1.0);
+static_assert(kDefaultMorphRatio == 1.3);
+inline constexpr double kMostMove_px = 0.25;
+inline constexpr double kPromised_px = 1.5;
+inline constexpr double kMostHeld_px = 1.55;  // of late chunks
+inline constexpr double kSlack = 1.0 + 1e-5;  // fades are single precision
+
+inline std::shared_ptr<WaveHeights> hills(double wavelength = 700.0) {
+    return std::make_shared<WaveHeights>(small_world(4, 1.0), 200.0, wavelength);
+}
+
+inline std::map<ChunkKey, float> fades_of(const ResidentSet& set) {
+    std::map<ChunkKey, float> fades;
+    for (std::size_t i = 0; i < set.chunks().size(); ++i) {
+        fades[set.chunks()[i]->key] = set.fade(i);
+    }
+    return fades;
+}
+
+inline float least_fade(const ResidentSet& set) {
+    return *std::min_element(set.fades().begin(), set.fades().end());
+}
+
+inline bool is_in_view(const Frustum& frustum, const View& view, const Eigen::Vector3d& point) {
+    return std::all_of(
+        frustum.normals.begin(), frustum.normals.end(),
+        [&](const Eigen::Vector3d& normal) { return normal.dot(point - view.eye_world) >= 0.0; });
+}
+
+/// Largest screen error, pixels, of the vertices of the areas of a chunk whose middles both views contain,
+/// at least ten times the displacement of the eye away. Measured to the area, not to the boxes around
+/// vertices: less than the pager's bound.
+inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& before,
+                      const View& now) {
+    const Frustum frustum_before = make_frustum(before);
+    const Frustum frustum_now = make_frustum(now);
+    const double displacement = (now.eye_world - before.eye_world).norm();
+    double largest = 0.0;
+    for (int i = 0; i < kChunkAreas * kChunkAreas; ++i) {
+        const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(i)];
+        const std::int64_t side = kAreaCells * chunk.step;
+        const std::int64_t west = chunk.corner.x + i % kChunkAreas * side;
+        const std::int64_t south = chunk.corner.y + i / kChunkAreas * side;
+        const Eigen::Vector3d low(lattice.x(west), lattice.y(south), lattice.quantum * area.low);
+        const Eigen::Vector3d high(lattice.x(west + side), lattice.y(south + side),
+                                   lattice.quantum * area.high);
+        const Eigen::Vector3d middle = 0.5 * (low + high);
+        if (!is_in_view(frustum_before, before, middle) || !is_in_view(frustum_now, now, middle))
+            continue;
+        if ((middle - now.eye_world).norm() < 10.0 * displacement) continue;
+        const Eigen::Vector3d apart =
+            (low - now.eye_world).cwiseMax(now.eye_world - high).cwiseMax(Eigen::Vector3d::Zero());
+        largest =
+            std::max(largest, static_cast<double>(area.max_vertex_bound) * now.pixels_per_radian() /
+                                  std::max(now.near_distance, apart.norm()));
+    }
+    return largest;
+}
+
+/// The visible changes between the sets of two frames.
+struct Change {
+    int jump_count = 0;    // chunks that move the picture by more than the limit
+    double most_px = 0.0;  // largest movement by chunks within the limit of held-back error
+    int coming_count = 0;  // chunks that fade in, arrive, fade out, are evicted
+    int arrival_count = 0;
+    int leaving_count = 0;
+    int eviction_count = 0;
+};
+
+inline Change compare(const Set& before, const View& view_before, const Set& now,
+                      const CameraNeed& camera) {
+    const Lattice& lattice = now->lattice();
+    std::map<ChunkKey, std::shared_ptr<const Chunk>> chunks;
+    for (const Set& set : {before, now}) {
+        for (const auto& chunk : set->chunks()) chunks[chunk->key] = chunk;
+    }
+    const auto inverse_fade = [](const ResidentSet& set, const ChunkKey& key) {
+        const std::int32_t at = set.find(key);
+        if (at == ResidentSet::kNone) return std::numeric_limits<double>::infinity();
+        return 1.0 / static_cast<double>(set.fade(static_cast<std::size_t>(at)));
+    };
+    Change change;
+    for (const auto& [key, chunk] : chunks) {
+        if (key.level == 0) continue;
+        const double from = inverse_fade(*before, key);
+        const double to = inverse_fade(*now, key);
+        if (from == to) continue;
+        change.coming_count += to < from && std::isfinite(from) ? 1 : 0;
+        change.arrival_count += to < from && std::isinf(from) ? 1 : 0;
+        change.leaving_count += to > from && std::isfinite(to) ? 1 : 0;
+        change.eviction_count += std::isinf(to) ? 1 : 0;
+        // a smaller fade than the one that hides it completely has no further effect
+        const double hidden =
+            std::max(1.0, seen_px(lattice, *chunk, view_before, camera.view) / camera.threshold_px);
+        const double first = std::min(from, hidden);
+        const double last = std::min(to, hidden);
+        const double moved_px = kMorphGain * camera.threshold_px * std::abs(last - first);
+        const double held_px = camera.threshold_px * std::max(first, last);
+        // beyond the limit of held-back error chunks may change at once
+        if (held_px > kPromised_px) continue;
+        change.most_px = std::max(change.most_px, moved_px);
+        change.jump_count += moved_px > kMostMove_px * kSlack ? 1 : 0;
+    }
+    return change;
+}
+
+struct Flight {
+    int jump_count = 0;
+    double most_px = 0.0;
+    int coming_count = 0, arrival_count = 0, leaving_count = 0, eviction_count = 0;
+    int fading_frames = 0;
+};
+
+/// Runs the frames after the first and adds up the changes.
+template <typename CameraOfFrame>
+Flight fly(Pager& pager, int frame_count, CameraOfFrame camera_of_frame, double begin_s = 0.0) {
+    Flight flight;
+    Set before;
+    View view_before;
+    for (int frame = 0; frame < frame_count; ++frame) {
+        const CameraNeed camera = camera_of_frame(frame);
+        pager.update(std::vector<CameraNeed>{camera}, {}, begin_s + frame / 60.0);
+        Set now = pager.resident();
+        if (frame > 0) {
+            const Change change = compare(before, view_before, now, camera);
+            flight.jump_count += change.jump_count;
+            flight.most_px = std::max(flight.most_px, change.most_px);
+            flight.coming_count += change.coming_count;
+            flight.arrival_count += change.arrival_count;
+            flight.leaving_count += change.leaving_count;
+            flight.eviction_count += change.eviction_count;
+            flight.fading_frames += pager.stats().fading_chunks > 0 ? 1 : 0;
+        }
+        before = std::move(now);
+        view_before = camera.view;
+    }
+    return flight;
+}
+
+/// A pager with only the roots resident and a camera that is not new: all other chunks arrive late.
+inline Pager make_late(const std::shared_ptr<WaveHeights>& source,
+                       const std::vector<CameraNeed>& cameras) {
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    pager.update({}, {}, 0.0);
+    source->is_broken = true;
+    pager.update(cameras, {}, 0.01);
+    source->is_broken = false;
+    pager.update(cameras, {}, 100.0);
+    return pager;
+}
+
+}  // namespace terrane::test
+
+// Chunks that arrive in view fade in; others appear at once.
 
 namespace terrane {
 namespace fade_test {
@@ -170,4 +339,182 @@ TEST(Fade, IsOneAfterFinish) {
 }
 
 }  // namespace fade_test
+
+// Chunks in view fade out before they are evicted at the memory ceiling.
+
+namespace fade_out_test {
+
+using namespace test;
+
+TEST(Fade, LeavesNoJumpInAFlightAtTheMemoryCeiling) {
+    const std::size_t ceiling = 60 * Chunk::max_bytes();
+    const auto source = hills(250.0);
+    Pager pager = Pager::create(source, {.memory_bytes = ceiling, .worker_count = 0}).value();
+    // backwards, so that evicted chunks are in view; with pauses of the loader
+    const Flight flight = fly(pager, 300, [&](int frame) {
+        source->is_broken = frame % 100 > 70;
+        const WorldPos eye(200.0 + 1.5 * frame, 100.0, 120.0);
+        return camera_at(eye, eye + WorldPos(-100, 20, -20), 0.2);
+    });
+    EXPECT_EQ(flight.jump_count, 0);
+    EXPECT_LE(flight.most_px, kMostMove_px * kSlack);
+    EXPECT_GT(flight.arrival_count, 10);
+    EXPECT_GT(flight.eviction_count, 10);
+    EXPECT_GT(flight.leaving_count, 10);
+    EXPECT_GT(flight.coming_count, 10);
+    const PagerStats stats = pager.stats();
+    EXPECT_EQ(stats.hard_evictions, 0u);
+    EXPECT_GT(stats.over_ceiling, 0u);
+    EXPECT_LE(stats.peak_bytes, ceiling);
+}
+
+// One camera fills the memory; a second one needs some of it and is removed again.
+TEST(Fade, RisesAgainForAVictimThatIsNeededAgain) {
+    const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.2);
+    const CameraNeed second = camera_at({-900, -900, 60}, {-500, -700, 0}, 0.1);
+    Pager pager =
+        Pager::create(hills(250.0), {.memory_bytes = 60 * Chunk::max_bytes(), .worker_count = 0})
+            .value();
+    double time_s = 0.0;
+    const auto update = [&](const std::vector<CameraNeed>& cameras) {
+        pager.update(cameras, {}, time_s += 0.01);
+    };
+    for (int i = 0; i < 3; ++i) update({first});
+    ASSERT_EQ(pager.stats().fading_chunks, 0u);
+    const std::size_t evicted = pager.stats().evicted;
+    for (int i = 0; i < 3; ++i) update({first, second});
+    const auto fades = fades_of(*pager.resident());
+    ASSERT_GT(pager.stats().fading_chunks, 0u);
+    update({first});
+    std::size_t fading_count = 0;
+    for (const auto& [key, fade] : fades_of(*pager.resident())) {
+        const auto found = fades.find(key);
+        if (found == fades.end()) continue;
+        EXPECT_GE(fade, found->second);
+        fading_count += fade < 1.0f ? 1u : 0u;
+    }
+    EXPECT_GT(fading_count, 0u) << "came back at once";
+    for (int i = 0; i < 100; ++i) update({first});
+    EXPECT_EQ(pager.stats().fading_chunks, 0u);
+    EXPECT_LT(pager.stats().evicted - evicted, 60u);
+}
+
+// If victims alternated, none would ever be evicted.
+TEST(Fade, ContinuesWithTheSameVictims) {
+    Pager pager =
+        Pager::create(hills(250.0), {.memory_bytes = 150 * Chunk::max_bytes(), .worker_count = 0})
+            .value();
+    std::map<ChunkKey, float> before;
+    std::map<ChunkKey, bool> is_falling;
+    int fall_count = 0;
+    int return_count = 0;
+    for (int frame = 0; frame < 300; ++frame) {
+        const WorldPos eye(200.0 + 1.5 * frame, 100.0, 120.0);
+        pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(-100, 20, -40), 0.2)},
+                     {}, frame / 60.0);
+        std::map<ChunkKey, float> now = fades_of(*pager.resident());
+        for (const auto& [key, fade] : now) {
+            const auto found = before.find(key);
+            if (found == before.end() || fade == found->second) continue;
+            const bool falls = fade < found->second;
+            fall_count += falls ? 1 : 0;
+            return_count += !falls && is_falling[key] ? 1 : 0;
+            is_falling[key] = falls;
+        }
+        before = std::move(now);
+    }
+    EXPECT_GT(fall_count, 100);
+    EXPECT_LE(return_count, 2);
+}
+
+TEST(Fade, TakesAtMostSixteenChunksOutAtATime) {
+    const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.1);
+    const CameraNeed second = camera_at({-900, -900, 60}, {-500, -700, 0}, 0.1);
+    Pager pager =
+        Pager::create(hills(250.0), {.memory_bytes = 150 * Chunk::max_bytes(), .worker_count = 0})
+            .value();
+    for (int i = 0; i < 3; ++i) pager.update(std::vector<CameraNeed>{first}, {}, 0.01 * i);
+    for (int i = 0; i < 3; ++i) {
+        pager.update(std::vector<CameraNeed>{first, second}, {}, 0.03 + 0.01 * i);
+        EXPECT_EQ(pager.stats().fading_chunks, 16u);
+    }
+}
+
+TEST(Fade, IsSkippedForGroundAndCounted) {
+    const std::size_t ceiling = 60 * Chunk::max_bytes();
+    Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
+    const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, 0.05)};
+    for (int i = 0; i < 3; ++i) pager.update(cameras, {}, 0.01 * i);
+    EXPECT_EQ(pager.stats().hard_evictions, 0u);
+    const Pager::Ticket ticket = pager.require({-900, -900, -400, -400}, 0.0);
+    pager.update(cameras, {}, 0.03);
+    EXPECT_TRUE(pager.is_ready(ticket));
+    EXPECT_GT(pager.stats().hard_evictions, 0u);
+    EXPECT_LE(pager.stats().peak_bytes, ceiling);
+}
+
+// finish() does not wait for fades.
+TEST(Fade, DoesNotDelayEvictionsOfFinish) {
+    const std::size_t ceiling = 60 * Chunk::max_bytes();
+    Pager pager = Pager::create(hills(250.0), {.memory_bytes = ceiling, .worker_count = 0}).value();
+    const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.2);
+    const CameraNeed second = camera_at({-900, -900, 60}, {-500, -700, 0}, 0.1);
+    for (int i = 0; i < 3; ++i) pager.update(std::vector<CameraNeed>{first}, {}, 0.01 * i);
+    pager.update(std::vector<CameraNeed>{first, second}, {}, 0.03);
+    const std::uint64_t loaded = pager.stats().loaded;
+    pager.update(std::vector<CameraNeed>{first, second}, {}, 0.04);
+    EXPECT_EQ(pager.stats().loaded, loaded) << "no load waits for a fade";
+    pager.finish();
+    EXPECT_GT(pager.stats().loaded, loaded);
+    EXPECT_EQ(least_fade(*pager.resident()), 1.0f);
+    EXPECT_EQ(pager.stats().hard_evictions, 0u);
+    EXPECT_LE(pager.stats().peak_bytes, ceiling);
+}
+
+TEST(Fade, IsTheSameForTheSameUpdates) {
+    for (const std::uint64_t seed : {1u, 2u}) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        const auto play = [seed] {
+            test::Random random(seed);
+            Pager pager =
+                Pager::create(hills(), {.memory_bytes = 50 * Chunk::max_bytes(), .worker_count = 0})
+                    .value();
+            std::vector<Set> sets;
+            WorldPos eye(0, 0, 150);
+            for (int frame = 0; frame < 80; ++frame) {
+                eye += WorldPos(random.between(-2, 4), random.between(-3, 3), 0.0);
+                pager.update(std::vector<CameraNeed>{camera_at(
+                                 eye, eye + WorldPos(-100, random.between(-30, 30), -20), 0.2)},
+                             {}, 0.02 * frame);
+                sets.push_back(pager.resident());
+                if (frame > 1) sets[static_cast<std::size_t>(frame) - 2].reset();
+            }
+            return std::pair(fades_of(*pager.resident()), pager.resident()->epoch());
+        };
+        const auto once = play();
+        EXPECT_EQ(once, play());
+        EXPECT_GT(once.second, 20u);
+    }
+}
+
+// A set that is kept for two frames, as by a triangulator, holds evicted bytes.
+TEST(Fade, EvictsNoMoreWhileBytesAreAboutToBeReleased) {
+    // bytes of chunks of hills, which have no flags, plus a maximal one: the memory must be full
+    const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
+    const std::size_t ceiling = 56 * each + Chunk::max_bytes();
+    Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();
+    const std::vector<CameraNeed> here{camera_at({0, 0, 300}, {500, 300, 0}, 0.2)};
+    for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.01 * i);
+    const Set held = pager.resident();
+    const std::size_t count = held->chunks().size();
+    const std::uint64_t evicted = pager.stats().evicted;
+    const Pager::Ticket ticket = pager.require({-900, -900, -899, -899}, 0.0);
+    for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.1 + 0.01 * i);
+    EXPECT_FALSE(pager.is_ready(ticket));
+    EXPECT_LE(pager.stats().evicted - evicted, 4u);
+    EXPECT_GE(pager.resident()->chunks().size(), count - 4);
+    EXPECT_LE(pager.stats().peak_bytes, ceiling);
+}
+
+}  // namespace fade_out_test
 }  // namespace terrane

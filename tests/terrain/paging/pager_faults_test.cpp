@@ -2,8 +2,7 @@
 //
 // A pager with failing storage: resident chunks stay, absent ones are retried.
 #include "pager_scene.h"
-#include "support/heights/faulty_heights.h"
-#include "support/heights/file_heights.h"
+#include "support/faulty_heights.h"
 
 #include <terrane/terrain/chunk_loader.h>
 

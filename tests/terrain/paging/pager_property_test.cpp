@@ -2,7 +2,6 @@
 //
 // Properties of every update on random flights with random storage, on a virtual clock.
 #include "pager_scene.h"
-#include "support/hash.h"
 #include "support/random.h"
 
 #include <terrane/terrain/chunk_loader.h>

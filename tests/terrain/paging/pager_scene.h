@@ -1,19 +1,71 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/heights/wave_heights.h"
+#include "support/grounds.h"
 #include "support/mesh_checks.h"
 
+#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace terrane::test {
+
+/// Makes load requests, and counts their claims.
+class Loads {
+public:
+    std::size_t bytes() const { return *count_; }
+    /// Bytes claimed by a number of waiting loads.
+    static std::size_t waiting_bytes(std::size_t count) { return count * Chunk::max_bytes(); }
+
+    LoadRequest request(const ChunkKey& key) const {
+        return {key, ByteClaim(count_, Chunk::max_bytes())};
+    }
+    std::vector<LoadRequest> requests(const std::vector<ChunkKey>& keys) const {
+        std::vector<LoadRequest> requests;
+        for (const ChunkKey& key : keys) requests.push_back(request(key));
+        return requests;
+    }
+
+    /// Waits for a number of loads, and returns them in the order of completion.
+    static std::vector<FinishedLoad> take(ChunkLoader& loader, std::size_t count) {
+        std::vector<FinishedLoad> taken;
+        while (taken.size() < count) {
+            loader.wait();
+            std::vector<FinishedLoad> finished = loader.take_finished();
+            std::move(finished.begin(), finished.end(), std::back_inserter(taken));
+        }
+        return taken;
+    }
+
+    /// Waits until at most `bytes` are claimed.
+    void wait_for_bytes(std::size_t most) const {
+        while (bytes() > most) std::this_thread::yield();
+    }
+
+private:
+    std::shared_ptr<ByteCount> count_ = std::make_shared<ByteCount>(0);
+};
+
+inline std::vector<ChunkKey> keys_of(const std::vector<LoadRequest>& requests) {
+    std::vector<ChunkKey> keys;
+    for (const LoadRequest& request : requests) keys.push_back(request.key);
+    return keys;
+}
+
+inline std::vector<ChunkKey> keys_of(const std::vector<FinishedLoad>& loads) {
+    std::vector<ChunkKey> keys;
+    for (const FinishedLoad& load : loads) keys.push_back(load.key);
+    return keys;
+}
 
 inline CameraNeed camera_at(const WorldPos& eye, const WorldPos& target, double threshold_px) {
     return {.view = look_at(eye, target, 1.0, 1280, 720).value(), .threshold_px = threshold_px};

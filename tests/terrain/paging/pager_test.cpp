@@ -1,14 +1,26 @@
 // SPDX-License-Identifier: MIT
-#include "support/heights/wave_heights.h"
+#include "pager_scene.h"
+#include "support/grounds.h"
 #include "support/random.h"
 
+#include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/pager.h>
+#include <terrane/terrain/solid_surface.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <memory>
+#include <set>
 #include <thread>
+#include <vector>
 
 namespace terrane {
 namespace pager_test {
@@ -261,4 +273,292 @@ TEST(Pager, RefusesSettingsOutOfRange) {
 }
 
 }  // namespace pager_test
+
+// Chunks that are larger than their loads have claimed: loaded again with a larger claim; the ceiling holds.
+
+namespace chunk_claims_test {
+
+using test::WaveHeights;
+
+constexpr std::size_t kTriangles = 20'000;
+
+/// Hills whose chunk (0, 0) of the finest level has a solid surface of many triangles, which it does not expect.
+class Surprising final : public ForwardedHeights {
+public:
+    explicit Surprising(std::shared_ptr<const WaveHeights> hills)
+        : ForwardedHeights(std::move(hills)) {
+        SolidTriangles triangles;
+        triangles.vertices_world = {{1.0, 1.0, -9.0}, {2.0, 1.0, -9.0}, {1.0, 2.0, -9.0}};
+        triangles.triangles.assign(kTriangles, {0, 1, 2});
+        triangles.parts.assign(kTriangles, SolidPart::cavity);
+        solid_ = std::make_shared<const SolidSurface>(std::move(triangles));
+    }
+    ChunkKey key() const { return {0, 0, static_cast<std::uint8_t>(lattice().finest_level)}; }
+    /// Bytes of the surprise.
+    std::size_t solid_bytes() const { return solid_->bytes(); }
+    bool learns = true;
+
+    Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& wanted,
+                                                      const std::stop_token& stop) const override {
+        if (wanted != key()) return std::shared_ptr<const Chunk>();
+        auto chunk = std::make_shared<Chunk>(**make_chunk(heights(), wanted, stop));
+        chunk->solid = solid_;
+        known_bytes_ = learns ? chunk->bytes() : 0;
+        return std::shared_ptr<const Chunk>(std::move(chunk));
+    }
+    std::size_t max_chunk_bytes(const ChunkKey& wanted) const override {
+        return std::max(Chunk::max_bytes(), wanted == key() ? known_bytes_.load() : 0);
+    }
+
+private:
+    std::shared_ptr<const SolidSurface> solid_;
+    mutable std::atomic<std::size_t> known_bytes_{0};
+};
+
+std::shared_ptr<Surprising> surprise() {
+    return std::make_shared<Surprising>(
+        std::make_shared<const WaveHeights>(test::small_world(3, 1.0), 20.0, 700.0));
+}
+
+// A body at the chunk; returns whether it is resident after two seconds of the clock.
+bool arrives(Pager& pager, const ChunkKey& key, std::size_t ceiling) {
+    BodyNeed body;
+    body.centre_world = {1.0, 1.0, 0.0};
+    for (int i = 0; i < 200; ++i) {
+        pager.update({}, {&body, 1}, 0.01 * i);
+        EXPECT_LE(pager.stats().peak_bytes, ceiling);
+        if (pager.resident()->find_chunk(key) != nullptr) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+TEST(ChunkClaims, ALargeChunkArrivesAtItsSecondLoad) {
+    for (const int workers : {0, 2}) {
+        const auto source = surprise();
+        const std::size_t ceiling = 40 * Chunk::max_bytes() + 2 * source->solid_bytes();
+        Pager pager =
+            Pager::create(source, {.memory_bytes = ceiling, .worker_count = workers}).value();
+        EXPECT_TRUE(arrives(pager, source->key(), ceiling)) << pager.last_failure();
+        EXPECT_EQ(pager.stats().failed, 0u);
+        EXPECT_GE(pager.stats().resident_bytes, source->solid_bytes());
+    }
+}
+
+TEST(ChunkClaims, ALargeChunkThatNobodyClaimsIsNotTaken) {
+    const auto source = surprise();
+    source->learns = false;
+    const std::size_t ceiling = 100 * Chunk::max_bytes();
+    Pager pager = Pager::create(source, {.memory_bytes = ceiling, .worker_count = 0}).value();
+    EXPECT_FALSE(arrives(pager, source->key(), ceiling));
+    EXPECT_GT(pager.stats().failed, 2u);
+}
+
+TEST(ChunkClaims, WhatDoesNotFitUnderTheCeilingIsPostponedAndCounted) {
+    const auto source = surprise();
+    const std::size_t ceiling = 4 * Chunk::max_bytes() + source->solid_bytes() / 2;
+    Pager pager = Pager::create(source, {.memory_bytes = ceiling, .worker_count = 0}).value();
+    EXPECT_FALSE(arrives(pager, source->key(), ceiling));
+    EXPECT_GT(pager.stats().over_ceiling, 0u);
+}
+
+}  // namespace chunk_claims_test
+
+// The requests of a pager depend on the clock, not on the rate of updates.
+
+namespace pager_rate_test {
+
+using Keys = std::set<ChunkKey>;
+
+// Needs that last for less than the time between two updates may be found at one rate only: up to two chunks of forty.
+constexpr double kMostApart = 0.07;
+
+const test::WaveHeights kGround(test::small_world(5, 1.0), 200.0, 700.0);
+
+Result<std::shared_ptr<const Chunk>> chunk_of(const ChunkKey& key) {
+    static std::map<ChunkKey, std::shared_ptr<const Chunk>> made;
+    std::shared_ptr<const Chunk>& chunk = made[key];
+    if (!chunk) chunk = make_chunk(kGround, key).value();
+    return chunk;
+}
+
+using Trajectory = std::function<CameraNeed(double time_s)>;
+
+CameraNeed camera(const WorldPos& eye, const Eigen::Vector3d& velocity,
+                  const Eigen::Vector3d& forward) {
+    CameraNeed need = test::camera_at(eye, eye + 100.0 * forward, 0.5);
+    need.velocity = velocity;
+    return need;
+}
+
+// Chunks loaded in eight seconds of a trajectory at a rate of updates. It starts and ends with a time at one fixed
+// rate: the duration of loading the first levels, and the last requests, depend on the rate.
+Keys loaded(const Trajectory& trajectory, int rate) {
+    constexpr int kSeconds = 8;
+    constexpr int kCommonRate = 240;
+    Keys keys;
+    auto loader = VirtualLoader::create({.latency = 0.004, .bandwidth = 1e9, .slots = 16},
+                                        [&](const ChunkKey& key) {
+                                            keys.insert(key);
+                                            return chunk_of(key);
+                                        })
+                      .value();
+    const auto source = std::make_shared<test::WaveHeights>(kGround.lattice(), 200.0, 700.0);
+    Pager pager = Pager::create(source, {}, std::move(loader)).value();
+    const auto fly = [&](double begin_s, int updates, int updates_a_s) {
+        for (int i = 1; i <= updates; ++i) {
+            const double time_s = begin_s + static_cast<double>(i) / updates_a_s;
+            pager.update(std::vector{trajectory(time_s)}, {}, time_s);
+        }
+    };
+    fly(0.0, kCommonRate, kCommonRate);
+    keys.clear();
+    fly(1.0, kSeconds * rate, rate);
+    fly(1.0 + kSeconds, kCommonRate / 10, kCommonRate);
+    return keys;
+}
+
+double share_apart(const Keys& a, const Keys& b) {
+    std::size_t common = 0;
+    for (const ChunkKey& key : a) common += b.contains(key) ? 1u : 0u;
+    const std::size_t all = a.size() + b.size() - common;
+    return static_cast<double>(all - common) / static_cast<double>(all);
+}
+
+Trajectory straight(double speed) {
+    return [speed](double t) {
+        const Eigen::Vector3d forward = Eigen::Vector3d(0.8, 0.6, 0.0);
+        return camera(WorldPos(-2600, -1700, 260) + speed * t * forward, speed * forward,
+                      Eigen::Vector3d(0.8, 0.6, -0.2).normalized());
+    };
+}
+
+Trajectory turning(double speed, double rate) {
+    return [speed, rate](double t) {
+        const double angle = rate * t;
+        const Eigen::Vector3d forward(std::cos(angle), std::sin(angle), 0.0);
+        const WorldPos eye =
+            WorldPos(0, 0, 260) +
+            speed / rate * Eigen::Vector3d(std::sin(angle), 1 - std::cos(angle), 0);
+        return camera(eye, speed * forward,
+                      (forward - 0.2 * Eigen::Vector3d::UnitZ()).normalized());
+    };
+}
+
+// Alternating turns.
+Trajectory weaving(double speed) {
+    return [speed](double t) {
+        constexpr int kSteps_a_s = 480;
+        WorldPos eye(-1500, -600, 260);
+        Eigen::Vector3d forward = Eigen::Vector3d::UnitX();
+        for (int step = 0; step < static_cast<int>(std::lround(kSteps_a_s * t)); ++step) {
+            const double angle = 0.8 * std::sin(0.9 * step / kSteps_a_s);
+            forward = {std::cos(angle), std::sin(angle), 0.0};
+            eye += speed / kSteps_a_s * forward;
+        }
+        return camera(eye, speed * forward,
+                      (forward - 0.2 * Eigen::Vector3d::UnitZ()).normalized());
+    };
+}
+
+// Measured: 0 of 38 to 98 chunks apart, but 2 of 40 on the weaving trajectory.
+TEST(PagerRate, OfUpdatesDoesNotChangeTheLoadedChunks) {
+    const std::pair<const char*, Trajectory> trajectories[] = {
+        {"straight at 50 m/s", straight(50)},       {"straight at 250 m/s", straight(250)},
+        {"turning at 0.1 /s", turning(150, 0.1)},   {"turning at 0.4 /s", turning(250, 0.4)},
+        {"turning at -0.8 /s", turning(600, -0.8)}, {"weaving", weaving(200)}};
+    for (const auto& [name, trajectory] : trajectories) {
+        SCOPED_TRACE(name);
+        const Keys slow = loaded(trajectory, 20);
+        const Keys fast = loaded(trajectory, 240);
+        EXPECT_GT(slow.size(), 1u);
+        EXPECT_LE(share_apart(slow, fast), kMostApart)
+            << slow.size() << " and " << fast.size() << " chunks";
+    }
+}
+
+}  // namespace pager_rate_test
+
+// Chunks that are swapped because their source has changed.
+
+namespace pager_replace_test {
+
+using namespace test;
+
+std::shared_ptr<const Chunk> copy_of(const Chunk& chunk) {
+    auto copy = std::make_shared<Chunk>(chunk);
+    copy->change = chunk.change + 1;
+    return copy;
+}
+
+TEST(PagerReplace, SwapsWhatIsResidentInOneSetAndIgnoresOtherChunks) {
+    const auto waves = std::make_shared<const WaveHeights>(small_world(2, 1.0), 10.0, 100.0);
+    Pager pager = Pager::create(waves, {.worker_count = 0}).value();
+    pager.require({-200.0, -200.0, 200.0, 200.0}, 0.0);
+    pager.update({}, {}, 0.0);
+    const auto before = pager.resident();
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    std::vector<ChunkKey> keys;
+    for (const ResidentChunk& chunk : before->chunks()) {
+        if (chunk->key.level != 2) continue;
+        chunks.push_back(copy_of(*chunk));
+        keys.push_back(chunk->key);
+    }
+    ASSERT_GE(chunks.size(), 4u);
+    auto absent = std::make_shared<Chunk>(*chunks.front());
+    absent->key = {-8, -8, 2};
+    ASSERT_EQ(before->find(absent->key), ResidentSet::kNone);
+    const std::size_t resident_count = chunks.size();
+    chunks.push_back(absent);
+    int switches = 0;
+    EXPECT_TRUE(pager.replace(chunks, keys, [&] { ++switches; }));
+    EXPECT_EQ(switches, 1);
+    EXPECT_EQ(pager.resident(), before) << "the set changes in update()";
+    pager.update({}, {}, 1.0);
+    const auto after = pager.resident();
+    EXPECT_GT(after->epoch(), before->epoch());
+    ASSERT_EQ(after->chunks().size(), before->chunks().size());
+    for (std::size_t i = 0; i < after->chunks().size(); ++i) {
+        const ResidentChunk &now = after->chunks()[i], &then = before->chunks()[i];
+        EXPECT_EQ(now->key, then->key);
+        EXPECT_EQ(now->change, now->key.level == 2 ? 1u : 0u);
+        EXPECT_EQ(now.get() == then.get(), now->key.level != 2);
+        EXPECT_EQ(after->fade(i), before->fade(i));
+        EXPECT_EQ(after->links(i).parent, before->links(i).parent);
+        EXPECT_EQ(after->links(i).child, before->links(i).child);
+        EXPECT_EQ(after->links(i).neighbour, before->links(i).neighbour);
+    }
+    EXPECT_EQ(pager.stats().replaced, resident_count);
+}
+
+TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
+    Lattice lattice;
+    lattice.finest_level = 1;
+    const auto waves = std::make_shared<const WaveHeights>(lattice, 10.0, 100.0);
+    const std::size_t ceiling = 3 * Chunk::max_bytes();
+    Pager pager = Pager::create(waves, {.memory_bytes = ceiling, .worker_count = 0}).value();
+    const Pager::Ticket all = pager.require(whole_extent(lattice), 0.0);
+    pager.update({}, {}, 0.0);
+    ASSERT_GE(pager.resident()->chunks().size(), 3u) << "as many as fit";
+    const std::shared_ptr<const Chunk> root = copy_of(*pager.resident()->find_chunk({0, 0, 0}));
+    int switches = 0;
+    const auto replace = [&] { return pager.replace({&root, 1}, {}, [&] { ++switches; }); };
+    // All of it is touched contact, which nothing evicts.
+    EXPECT_FALSE(replace());
+    pager.update({}, {}, 1.0);
+    EXPECT_FALSE(replace());
+    EXPECT_EQ(switches, 0);
+    EXPECT_EQ(pager.resident()->find_chunk({0, 0, 0})->change, 0u);
+    EXPECT_EQ(pager.stats().postponed_replacements, 2u);
+    pager.release(all);
+    pager.update({}, {}, 2.0);
+    EXPECT_TRUE(replace());
+    EXPECT_EQ(switches, 1);
+    pager.update({}, {}, 3.0);
+    EXPECT_EQ(pager.resident()->find_chunk({0, 0, 0})->change, 1u);
+    EXPECT_GT(pager.stats().evicted, 0u);
+    EXPECT_LE(pager.stats().peak_bytes, ceiling);
+}
+
+}  // namespace pager_replace_test
 }  // namespace terrane

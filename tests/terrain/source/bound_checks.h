@@ -5,6 +5,7 @@
 #include "support/random.h"
 
 #include <terrane/terrain/check_source.h>
+#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <ostream>
+#include <string>
 #include <vector>
 
 /// Checks of what any HeightSource promises, on chosen grids: those of check_source(). Each adds failures to the
@@ -146,3 +149,21 @@ inline SampleGrid random_grid(std::int64_t step, std::int64_t reach, int columns
 }
 
 }  // namespace terrane::test
+
+namespace terrane {
+
+/// Name of a parametrised test's fractal.
+inline std::string name_of(FractalKind kind) {
+    constexpr std::array<const char*, 4> kNames{"fbm", "ridged", "hybrid", "warped"};
+    return kNames[static_cast<std::size_t>(kind)];
+}
+
+inline void PrintTo(FractalKind kind, std::ostream* out) { *out << name_of(kind); }
+
+namespace test {
+
+inline const auto kAllFractalKinds = testing::Values(FractalKind::fbm, FractalKind::ridged,
+                                                     FractalKind::hybrid, FractalKind::warped);
+
+}  // namespace test
+}  // namespace terrane

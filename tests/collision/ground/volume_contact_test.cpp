@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: MIT
+//
+// Contact with contours of volumes, against the formulas of the volumes.
+#include "collision/ground/volume_ground.h"
+#include "collision/world/body_cases.h"
+#include "collision/world/lone_vehicle.h"
+#include "support/random.h"
+
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/vehicle.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace terrane {
+namespace volume_contact_test {
+
+using namespace test;
+
+double flat(double, double) { return 10.0; }
+
+/// Points and radii whose hull a shape is.
+std::vector<std::pair<Eigen::Vector3d, double>> balls_of(const Shape& shape) {
+    if (const Sphere* s = std::get_if<Sphere>(&shape))
+        return {{Eigen::Vector3d::Zero(), s->radius}};
+    if (const Capsule* c = std::get_if<Capsule>(&shape)) {
+        return {{{0.0, 0.0, c->half_height}, c->radius}, {{0.0, 0.0, -c->half_height}, c->radius}};
+    }
+    std::vector<std::pair<Eigen::Vector3d, double>> corners;
+    const Eigen::Vector3d& half = std::get<Box>(shape).half_extents;
+    for (int k = 0; k < 8; ++k) {
+        const Eigen::Vector3d sign(k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0);
+        corners.emplace_back(half.cwiseProduct(sign), 0.0);
+    }
+    return corners;
+}
+
+TEST(VolumeContact, DepthInASphereOfTwentyVoxelsIsThatOfTheFormula) {
+    const Eigen::Vector3d centre(64.2, 63.9, -30.3);
+    constexpr double kRadius = 20.0, kShare = 0.05;
+    const Ground ground =
+        make_volume_ground(flat, {place_volume(VolumeOp::remove, VolumeSphere{kRadius}, centre)});
+    Random random(31);
+    SCOPED_TRACE("seed 31");
+    double worst = 0.0;
+    for (const Shape& shape : simple_shapes(1.5)) {
+        const auto balls = balls_of(shape);
+        for (int i = 0; i < 300; ++i) {
+            Pose pose;
+            pose.rotation = random.rotation();
+            const Eigen::Vector3d out = random.direction();
+            const double wanted = random.between(-0.3, 0.3);  // gap
+            // Outwards until the gap is as wanted; it falls with the distance.
+            const auto gap_at = [&](double along) {
+                pose.translation = centre + along * out;
+                double least = 1e9;
+                for (const auto& [p, r] : balls)
+                    least = std::min(least, kRadius - (pose * p - centre).norm() - r);
+                return least;
+            };
+            double near = 0.0, far = kRadius;
+            for (int k = 0; k < 60; ++k)
+                (gap_at(0.5 * (near + far)) > wanted ? near : far) = 0.5 * (near + far);
+            const double gap = gap_at(near);
+            std::array<Contact, 192> contacts;
+            const ContactAnswer answer = find_contacts(shape, pose, ground, 0.5, contacts);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_GT(answer.count, 0u) << name_of(shape) << i;
+            worst = std::max(worst, std::abs(contacts[0].depth + gap));
+            ASSERT_NEAR(contacts[0].depth, -gap, kShare) << name_of(shape) << i;
+            const DistanceAnswer distance = signed_distance(shape, pose, ground, 1.0);
+            ASSERT_EQ(distance.status, QueryStatus::complete);
+            if (gap > kShare) {
+                ASSERT_NEAR(distance.distance, gap, kShare) << name_of(shape) << i;
+            } else if (gap < -kShare) {
+                ASSERT_LT(distance.distance, gap + kShare);
+                ASSERT_GT(distance.distance, 2.0 * gap - kShare) << name_of(shape) << i;
+            }
+            ASSERT_GE(answer.error_m, std::abs(contacts[0].depth + gap));
+        }
+    }
+    std::printf("worst difference of depths: %.3f voxels\n", worst);
+}
+
+TEST(VolumeContact, AShapeBehindTheWallComesOutTheShortWay) {
+    const Eigen::Vector3d centre(64.2, 63.9, -30.3);
+    const Ground ground =
+        make_volume_ground(flat, {place_volume(VolumeOp::remove, VolumeSphere{20.0}, centre)});
+    Random random(34);
+    SCOPED_TRACE("seed 34");
+    for (const Shape& shape : simple_shapes(0.8)) {
+        for (int i = 0; i < 30; ++i) {
+            const double radius = bounding_radius(shape), depth = random.between(0.0, 2.0);
+            Pose pose;
+            pose.rotation = random.rotation();
+            pose.translation = centre + (20.0 + radius + depth) * random.direction();
+            const DistanceAnswer answer = signed_distance(shape, pose, ground, 0.0);
+            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_GT(answer.distance, -1.5 * (2.0 * radius + depth)) << name_of(shape) << i;
+            pose.translation -= answer.distance * answer.normal;
+            for (const auto& [p, r] : balls_of(shape)) {
+                ASSERT_LT((pose * p - centre).norm() + r, 20.05) << name_of(shape) << i;
+            }
+        }
+    }
+}
+
+TEST(VolumeContact, ABoxCavityHasItsWallsTwoVoxelsFromItsEdges) {
+    Random random(32);
+    SCOPED_TRACE("seed 32");
+    const Eigen::Matrix3d rotation = turned({0.3, -0.2, 0.4});
+    const Eigen::Vector3d centre(64.2, 63.9, -30.3), half(15.0, 12.0, 9.0);
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::remove, VolumeBox{half}, centre, rotation)});
+    for (int i = 0; i < 500; ++i) {
+        const Sphere sphere{random.between(0.3, 2.0)};
+        const int axis = random.below(3);
+        const double side = random.below(2) == 0 ? -1.0 : 1.0;
+        Eigen::Vector3d p;
+        for (int k = 0; k < 3; ++k) {
+            const double room = half[k] - 2.0 - sphere.radius;
+            p[k] = random.between(-room, room);
+        }
+        const double gap = random.between(-0.2, 0.2);
+        p[axis] = side * (half[axis] - sphere.radius - gap);
+        Pose pose;
+        pose.translation = centre + rotation * p;
+        std::array<Contact, 64> contacts;
+        const ContactAnswer answer = find_contacts(sphere, pose, ground, 0.5, contacts);
+        ASSERT_GT(answer.count, 0u);
+        ASSERT_NEAR(contacts[0].depth, -gap, 0.05) << i;
+        ASSERT_NEAR(contacts[0].normal.dot(rotation.col(axis)), -side, 0.01) << i;
+    }
+}
+
+TEST(VolumeBodies, StayInACavernOfTwoShapes) {
+    const Eigen::Vector3d centre(64.0, 64.0, -15.0);
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::remove, VolumeSphere{12.0}, centre),
+               place_volume(VolumeOp::remove, VolumeCapsule{4.0, 14.0}, {64.0, 64.0, 2.0})});
+    Random random(33);
+    SCOPED_TRACE("seed 33");
+    std::vector<Eigen::Vector3d> directions;
+    for (int i = 0; i < 40; ++i) directions.push_back(random.direction());
+    for (const double speed : {0.0, 300.0}) {
+        for (const double dt : {1.0 / 60.0, 0.1}) {
+            WorldSettings settings;
+            settings.collide_bodies = false;
+            World world = make_world(settings);
+            std::vector<BodyId> bodies;
+            for (int i = 0; i < 24; ++i) {
+                const auto shapes = simple_shapes(0.5);
+                BodyState state = at(centre + random.between(0.0, 9.0) * random.direction());
+                state.velocity = speed * random.direction();
+                state.pose.rotation = random.rotation();
+                bodies.push_back(
+                    world.add({.shape = shapes[static_cast<std::size_t>(i % 3)]}, state).value());
+            }
+            for (double time = 0.0; time < 4.0; time += dt) {
+                ASSERT_EQ(world.step(ground, dt).too_deep, 0u) << speed << ' ' << dt;
+                for (const BodyId body : bodies) {
+                    const Pose& pose = world.states()[body.index].pose;
+                    for (const auto& [p, r] : balls_of(world.settings()[body.index].shape)) {
+                        const Eigen::Vector3d q = pose * p;
+                        for (const Eigen::Vector3d& out : directions) {
+                            const Eigen::Vector3d x = q + r * out;
+                            const double sphere = (x - centre).norm() - 12.0;
+                            Eigen::Vector3d axis = x - Eigen::Vector3d(64.0, 64.0, 2.0);
+                            axis.z() -= std::clamp(axis.z(), -14.0, 14.0);
+                            const double shaft = axis.norm() - 4.0, above = 10.0 - x.z();
+                            // Contours are within 0.02 voxels of spheres; they cut corners where shapes meet.
+                            const bool is_corner =
+                                std::abs(shaft) < 1.5 &&
+                                (std::abs(sphere) < 1.5 || std::abs(above) < 1.5);
+                            ASSERT_LT(std::min({sphere, shaft, above}), is_corner ? 0.6 : 0.05)
+                                << pose.translation.transpose() << " at " << time;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(VolumeVehicles, ATruckDrivesRoundATunnel) {
+    constexpr double kLoop = 40.0, kTube = 5.0, kDepth = -20.0, kFloor = -23.0;
+    VolumeTube tube{{}, kTube};
+    std::vector<Eigen::Vector2d> path;
+    for (int i = 0; i <= 96; ++i) {
+        const double a = 2.0 * 3.14159265358979 * i / 64.0;
+        const Eigen::Vector2d p(64.0 + kLoop * std::cos(a), 64.0 + kLoop * std::sin(a));
+        if (i <= 64) tube.path_shape.emplace_back(p.x(), p.y(), kDepth);
+        path.push_back(p);
+    }
+    VolumeOperation road =
+        place_volume(VolumeOp::add, VolumeBox{{60.0, 60.0, 2.0}}, {64.0, 64.0, kFloor - 2.0});
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::remove, tube, Eigen::Vector3d::Zero()), road});
+    Pose start;
+    start.translation = {path[0].x(), path[0].y(), kFloor + 1.0};
+    start.rotation = turned({0.0, 0.0, 1.5707963});
+    LoneVehicle truck(start, make_truck());
+    PathDriver driver = PathDriver::create(path, {.cruise_speed = 7.0}).value();
+    double angle = 0.0, before = 0.0;
+    for (int i = 0; i < 60 * 60; ++i) {
+        const StepReport report =
+            truck.step(ground, driver.drive(truck.settings(), truck.state()), 1.0 / 60.0);
+        ASSERT_EQ(report.too_deep, 0u) << i;
+        ASSERT_EQ(report.parked, 0u) << i;
+        const Pose& pose = truck.chassis().pose;
+        const Eigen::Vector2d from = pose.translation.head<2>() - Eigen::Vector2d(64.0, 64.0);
+        const double now = std::atan2(from.y(), from.x());
+        double change = now - before;
+        if (change < -3.0) change += 6.283185307179586;
+        if (change > 3.0) change -= 6.283185307179586;
+        angle += change;
+        before = now;
+        for (const auto& [p, r] : balls_of(Box{truck.settings().chassis_half_extents})) {
+            const Eigen::Vector3d q = pose * p;
+            const double across = (q.head<2>() - Eigen::Vector2d(64.0, 64.0)).norm() - kLoop;
+            ASSERT_LT(std::hypot(across, q.z() - kDepth), kTube + 0.1) << i;
+            ASSERT_GT(q.z(), kFloor - 0.1) << i;
+        }
+        if (i > 120) {
+            ASSERT_NEAR(pose.translation.z(), kFloor + 0.75, 0.3) << i;
+        }
+    }
+    EXPECT_GT(angle, 6.3);
+    EXPECT_FALSE(truck.is_rolled_over());
+}
+
+TEST(VolumeCharacters, OneWalksIntoAHillAndStopsAtTheEnd) {
+    const auto hill = [](double x, double) { return std::clamp(x - 40.0, 0.0, 20.0); };
+    // A tunnel along x, from the foot of the hill; its floor is a little lower than the ground.
+    const Ground ground = make_volume_ground(
+        hill, {place_volume(VolumeOp::remove, VolumeBox{{30.0, 3.0, 2.5}}, {70.0, 64.0, 2.4})});
+    LoneCharacter character({33.0, 64.2, 1.0});
+    for (int i = 0; i < 60 * 40; ++i) {
+        const StepReport report = character.step(ground, {.velocity = {2.0, 0.0}}, 1.0 / 60.0);
+        ASSERT_EQ(report.too_deep, 0u) << i;
+        const WorldPos& p = character.place();
+        ASSERT_GT(p.z() - kTall, -0.2) << i;
+        ASSERT_LT(p.z() - kTall, 0.3) << i << ": it does not climb the hill, at " << p.x();
+        ASSERT_LT(p.x(), 100.0 - 0.3) << i;
+        if (p.x() > 45.0 && p.x() < 95.0) {
+            ASSERT_TRUE(character.state().stands) << i;
+            ASSERT_NEAR(p.z() - kTall, -0.1, 0.05) << i;
+        }
+    }
+    EXPECT_GT(character.place().x(), 98.0);
+}
+
+TEST(VolumeBodies, NeitherFallThroughABridgeNorFlyIntoItFromBelow) {
+    // A slab in the air, of 20 x 20 x 4 voxels.
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::add, VolumeBox{{10.0, 10.0, 2.0}}, {64.0, 64.0, 30.0})});
+    for (const double speed : {0.0, 30.0, 300.0, 3000.0}) {
+        for (const double dt : {1.0 / 60.0, 0.1}) {
+            for (const Shape& shape : all_shapes(0.5)) {
+                World world = make_world();
+                const BodyId above =
+                    world.add({.shape = shape}, at({64.3, 63.8, 36.0}, {0.0, 0.0, -speed})).value();
+                const BodyId below =
+                    world.add({.shape = shape}, at({64.3, 63.8, 15.0}, {0.0, 0.0, speed})).value();
+                for (int i = 0; i < 40; ++i) {
+                    ASSERT_EQ(world.step(ground, dt).too_deep, 0u);
+                    const auto z = [&](BodyId body) {
+                        return world.states()[body.index].pose.translation.z();
+                    };
+                    const auto x = [&](BodyId body) {
+                        return (world.states()[body.index].pose.translation -
+                                Eigen::Vector3d(64.0, 64.0, 0.0))
+                            .head<2>()
+                            .cwiseAbs()
+                            .maxCoeff();
+                    };
+                    if (x(above) < 9.0) {
+                        ASSERT_GT(z(above), 32.0) << name_of(shape) << speed << ' ' << i;
+                    }
+                    if (x(below) < 9.0) {
+                        ASSERT_LT(z(below), 28.0) << name_of(shape) << speed << ' ' << i;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(VolumeBodies, ABoxSlidesOverTheBorderOfTwoChunks) {
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::remove, VolumeBox{{20.0, 10.0, 6.0}}, {128.3, 64.2, -20.0})},
+        2);
+    World world = make_world();
+    const BodyId body =
+        world
+            .add({.shape = Box{{0.5, 0.4, 0.3}}, .friction = 0.0, .restitution = 0.0},
+                 at({115.0, 64.1, -25.7}, {4.0, 0.1, 0.0}))
+            .value();
+    for (int i = 0; i < 330; ++i) {
+        ASSERT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);
+        const BodyState& state = world.states()[body.index];
+        ASSERT_LT(state.angular_velocity.norm(), 0.02) << i;
+        ASSERT_NEAR(state.velocity.x(), 4.0, 0.02) << i;
+        ASSERT_NEAR(state.pose.translation.z(), -25.7, 0.02) << i;
+    }
+    EXPECT_GT(world.states()[body.index].pose.translation.x(), 136.0);
+}
+
+}  // namespace volume_contact_test
+
+// Bodies among random volumes in rough ground. The judge is Ground::height_below(): points of a body that is shrunk by
+// its tolerance are never in the solid.
+
+namespace random_volume_test {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20261124;
+
+/// Scenes from TERRANE_VOLUME_FIRST on, TERRANE_VOLUME_SCENES or a few.
+int number_from(const char* name, int otherwise) {
+    const char* const text = std::getenv(name);
+    return text != nullptr ? std::atoi(text) : otherwise;
+}
+
+Ground make_random_ground(Random& random) {
+    const double steep = random.between(0.0, 6.0), wave = random.between(0.1, 0.6);
+    const auto height = [=](double x, double y) {
+        return 10.0 + steep * std::sin(wave * x) * std::cos(0.8 * wave * y);
+    };
+    std::vector<VolumeOperation> operations;
+    const int count = 6 + random.below(12);
+    for (int i = 0; i < count; ++i) {
+        const Eigen::Vector3d place(random.between(40.0, 88.0), random.between(40.0, 88.0),
+                                    random.between(-12.0, 14.0));
+        const Eigen::Matrix3d rotation = random.rotation();
+        const VolumeOp op = random.below(4) == 0 ? VolumeOp::add : VolumeOp::remove;
+        const double size = random.between(2.5, 8.0);
+        switch (random.below(4)) {
+            case 0:
+                operations.push_back(place_volume(op, VolumeSphere{size}, place));
+                break;
+            case 1:
+                operations.push_back(
+                    place_volume(op, VolumeCapsule{0.6 * size, 2.0 * size}, place, rotation));
+                break;
+            case 2:
+                operations.push_back(
+                    place_volume(op, VolumeBox{{size, 0.6 * size, 0.8 * size}}, place, rotation));
+                break;
+            default:
+                operations.push_back(place_volume(op,
+                                                  VolumeTube{{{0.0, 0.0, 0.0},
+                                                              size * random.direction() * 3.0,
+                                                              size * random.direction() * 3.0},
+                                                             3.0},
+                                                  place));
+        }
+    }
+    return make_volume_ground(height, operations);
+}
+
+/// Points and radii that a body consists of, shrunk by a tolerance along every normal.
+std::vector<std::pair<Eigen::Vector3d, double>> inner_points(const Shape& shape, double tolerance) {
+    std::vector<std::pair<Eigen::Vector3d, double>> points;
+    const auto add_ball = [&](const Eigen::Vector3d& p, double radius) {
+        for (int i = 0; i < 3; ++i) {
+            for (const double side : {-1.0, 1.0}) {
+                points.emplace_back(p + side * (radius - tolerance) * Eigen::Vector3d::Unit(i),
+                                    0.0);
+            }
+        }
+    };
+    if (const Sphere* s = std::get_if<Sphere>(&shape)) {
+        add_ball(Eigen::Vector3d::Zero(), s->radius);
+    } else if (const Capsule* c = std::get_if<Capsule>(&shape)) {
+        for (int i = -2; i <= 2; ++i) add_ball({0.0, 0.0, 0.5 * i * c->half_height}, c->radius);
+    } else if (const Box* b = std::get_if<Box>(&shape)) {
+        for (int k = 0; k < 27; ++k) {
+            const int row = k / 3 % 3, layer = k / 9;
+            const Eigen::Vector3d sign(k % 3 - 1, row - 1, layer - 1);
+            points.emplace_back(
+                (b->half_extents - Eigen::Vector3d::Constant(tolerance)).cwiseProduct(sign), 0.0);
+        }
+    }
+    return points;
+}
+
+bool is_solid(const Ground& ground, const WorldPos& p) {
+    // Three points: a vertical line may run through an edge.
+    for (const double d : {0.0, 1e-6, -1e-6}) {
+        const HeightAnswer below = ground.height_below(p.x() + d, p.y() - 0.7 * d, p.z());
+        if (below.status == GroundStatus::outside) return false;
+        if (below.status == GroundStatus::ok && below.normal.z() > 0.0) return false;
+    }
+    return true;
+}
+
+TEST(RandomVolumes, NobodyGetsIntoTheSolid) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    const int first = number_from("TERRANE_VOLUME_FIRST", 240);
+    const int count = number_from("TERRANE_VOLUME_SCENES", 6);
+    for (int scene = first; scene < first + count; ++scene) {
+        Random random(kSeed + static_cast<std::uint64_t>(scene));
+        const Ground ground = make_random_ground(random);
+        const double speed =
+            std::array{0.0, 20.0, 300.0, 3000.0}[static_cast<std::size_t>(random.below(4))];
+        const double dt = random.below(2) == 0 ? 1.0 / 60.0 : 0.1;
+        const double scale = std::array{0.2, 0.6, 1.5}[static_cast<std::size_t>(random.below(3))];
+        WorldSettings settings;
+        settings.collide_bodies = false;
+        World world = make_world(settings);
+        std::vector<BodyId> bodies;
+        const std::vector<Shape> shapes = all_shapes(scale);
+        for (int i = 0; i < 400 && bodies.size() < 30; ++i) {
+            const Shape& shape = shapes[static_cast<std::size_t>(i) % shapes.size()];
+            BodyState state = at({random.between(42.0, 86.0), random.between(42.0, 86.0),
+                                  random.between(-12.0, 22.0)});
+            state.pose.rotation = random.rotation();
+            state.velocity = speed * random.direction();
+            state.angular_velocity = 10.0 * random.direction();
+            const DistanceAnswer free = signed_distance(shape, state.pose, ground, 1.0);
+            if (free.status != QueryStatus::complete || !(free.distance > 0.01)) continue;
+            bodies.push_back(world.add({.shape = shape}, state).value());
+        }
+        ASSERT_GT(bodies.size(), 5u) << scene;
+        for (double time = 0.0; time < 3.0; time += dt) {
+            const StepReport report = world.step(ground, dt);
+            ASSERT_EQ(report.too_deep, 0u) << "scene " << scene << " at " << time;
+            ASSERT_EQ(report.placed_deep, 0u) << "scene " << scene << " at " << time;
+            for (const BodyId body : bodies) {
+                const Shape& shape = world.settings()[body.index].shape;
+                const Pose& pose = world.states()[body.index].pose;
+                const double inside = 1.01 * default_contact_tolerance(shape) + 1e-6;
+                for (const auto& [p, r] : inner_points(shape, inside)) {
+                    ASSERT_FALSE(is_solid(ground, pose * p) &&
+                                 ground.extent().contains((pose * p).x(), (pose * p).y()))
+                        << "scene " << scene << ", " << name_of(shape) << ' ' << body.index
+                        << " at " << time << ": " << pose.translation.transpose() << ", speed "
+                        << speed << ", dt " << dt;
+                }
+            }
+        }
+    }
+}
+
+}  // namespace random_volume_test
+}  // namespace terrane

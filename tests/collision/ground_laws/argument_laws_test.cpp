@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: MIT
+//
+// Extreme sizes and arguments: the right answer, or status `invalid`.
+#include "law_cases.h"
+#include "support/allocation_counter.h"
+
+#include <terrane/collision/ground_queries.h>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace terrane {
+namespace extremes_test {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20260308;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+using Named = std::pair<const char*, Shape>;
+
+std::vector<LawShape> make_all(std::initializer_list<Named> list) {
+    std::vector<LawShape> made;
+    for (const auto& [name, shape] : list) made.push_back({name, shape, make_oracle(shape)});
+    return made;
+}
+
+std::vector<LawShape> small_shapes() {
+    return make_all({
+        {"point", Sphere{0.0}},
+        {"capsule without a core", Capsule{0.4, 0.0}},
+        {"segment", Capsule{0.0, 0.8}},
+        {"capsule that is a point", Capsule{0.0, 0.0}},
+        {"flat box", Box{{1.0, 1.5, 0.0}}},
+        {"box that is a segment", Box{{0.0, 1.5, 0.0}}},
+        {"box that is a point", Box{{0.0, 0.0, 0.0}}},
+        {"box of a millimetre", Box{{0.0005, 0.0005, 0.0005}}},
+        {"sphere of a millimetre", Sphere{0.0005}},
+        {"needle", Box{{1e-6, 1e-6, 2.0}}},
+    });
+}
+
+std::vector<LawShape> large_shapes() {
+    return make_all({
+        {"box larger than a chunk", Box{{90.0, 100.0, 1.0}}},
+        {"box of ten kilometres", Box{{5000.0, 5000.0, 5000.0}}},
+        {"sphere of ten kilometres", Sphere{5000.0}},
+        {"capsule of ten kilometres", Capsule{100.0, 4900.0}},
+    });
+}
+
+void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>& scenes,
+                          const std::vector<LawShape>& shapes, const std::vector<double>& lifts) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Random random(seed);
+    std::array<Contact, 256> contacts;
+    for (const LawScene* of : scenes) {
+        const LawScene& scene = *of;
+        for (const LawShape& shape : shapes) {
+            for (const double lift : lifts) {
+                const Pose pose = random_pose(random, scene, shape, lift);
+                SCOPED_TRACE(describe(scene, shape, pose));
+                const double expected = true_lift(scene, shape, pose);
+                // 1e-9, and the rounding of coordinates of 5 km
+                const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
+                const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
+                EXPECT_EQ(answer.status, QueryStatus::complete);
+                EXPECT_NEAR(answer.lift, expected, slack);
+                const DistanceAnswer distance =
+                    signed_distance(shape.shape, pose, scene.ground, 1.0);
+                EXPECT_EQ(distance.status, QueryStatus::complete);
+                const ContactAnswer found =
+                    find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
+                EXPECT_NE(found.status, QueryStatus::invalid);
+                if (lift > 0.0) {
+                    EXPECT_LT(distance.distance, 0.0);
+                    EXPECT_GE(distance.distance, -expected - slack);
+                    EXPECT_GT(found.count, 0u);
+                    EXPECT_FALSE(
+                        is_deeper<long double>(scene.soup, shape.oracle, pose,
+                                               -static_cast<long double>(distance.distance) *
+                                                   distance.normal.cast<long double>(),
+                                               static_cast<long double>(slack)));
+                } else if (lift == 0.0) {
+                    EXPECT_NEAR(distance.distance, 0.0, slack);
+                } else {
+                    EXPECT_GT(distance.distance, 0.0);
+                    EXPECT_LE(distance.distance, -expected + slack);
+                }
+                const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
+                EXPECT_EQ(is_touching, lift >= 0.0);
+                Motion motion;
+                motion.start = moved(pose, {0.0, 0.0, 1.0 + lift});
+                motion.translation = {0.0, 0.0, -2.0};
+                const CastAnswer hit = cast(shape.shape, motion, scene.ground);
+                EXPECT_TRUE(hit.hit);
+                EXPECT_LE(2.0 * hit.fraction, 1.0 + slack);
+                EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), slack);
+            }
+        }
+    }
+}
+
+TEST(Extremes, SmallAndFlatShapesHaveTheRightAnswers) {
+    std::vector<const LawScene*> scenes;
+    for (const LawScene& scene : law_scenes()) scenes.push_back(&scene);
+    expect_right_answers(kSeed, scenes, small_shapes(), {-0.3, 0.0, 1e-4, 0.5});
+}
+
+TEST(Extremes, ShapesLargerThanTheGroundHaveTheRightAnswers) {
+    expect_right_answers(kSeed + 2, {&scene_named("level plane"), &scene_named("rough")},
+                         large_shapes(), {-0.3, 0.5});
+}
+
+void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>& shapes) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Random random(seed);
+    for (const char* name : {"level plane", "rough"}) {
+        const LawScene& scene = scene_named(name);
+        for (const LawShape& shape : shapes) {
+            Motion motion;
+            motion.start = random_pose(random, scene, shape, -1.0);
+            motion.translation = {0.0, 0.0, -2.0};
+            motion.rotation_vector = {0.3, 0.2, 0.1};
+            SCOPED_TRACE(describe(scene, shape, motion.start));
+            const CastAnswer hit = cast(shape.shape, motion, scene.ground);
+            EXPECT_EQ(hit.status, QueryStatus::complete);
+            EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), 1e-8);
+        }
+    }
+}
+
+TEST(Extremes, CastsOfSmallTurningShapesStopWhereTheyTouch) {
+    expect_right_turning_casts(kSeed + 3, small_shapes());
+}
+
+TEST(Extremes, CastsOfLargeTurningShapesStopWhereTheyTouch) {
+    expect_right_turning_casts(kSeed + 4, large_shapes());
+}
+
+// Every number of a query is replaced by NaN or infinity.
+TEST(Extremes, NonFiniteArgumentsAreInvalid) {
+    const LawScene& scene = scene_named("rough");
+    std::array<Contact, 4> contacts;
+    for (const double bad : {kNan, kInfinity, -kInfinity}) {
+        const auto refuses = [&](const Shape& shape, const Pose& pose) {
+            EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(test_contact(shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(pseudodistance(shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(signed_distance(shape, pose, scene.ground, 1.0).status, QueryStatus::invalid);
+            EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.0, contacts).status,
+                      QueryStatus::invalid);
+            Motion motion;
+            motion.start = pose;
+            EXPECT_EQ(cast(shape, motion, scene.ground).status, QueryStatus::invalid);
+        };
+        for (const LawShape& shape : law_shapes()) {
+            for (int i = 0; i < 12; ++i) {
+                Pose pose;
+                pose.translation = {60.0, 60.0, 1.0};
+                (i < 3 ? pose.translation[i] : pose.rotation(i % 3, i / 3 - 1)) = bad;
+                SCOPED_TRACE(i);
+                refuses(shape.shape, pose);
+            }
+            for (int i = 0; i < 6; ++i) {
+                Motion motion;
+                motion.start.translation = {60.0, 60.0, 3.0};
+                (i < 3 ? motion.translation[i] : motion.rotation_vector[i - 3]) = bad;
+                EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
+            }
+            Pose pose;
+            pose.translation = {60.0, 60.0, 1.0};
+            EXPECT_EQ(find_contacts(shape.shape, pose, scene.ground, bad, contacts).status,
+                      QueryStatus::invalid);
+            if (bad != kInfinity) {
+                EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, bad).status,
+                          QueryStatus::invalid);
+            }
+        }
+        Pose pose;
+        pose.translation = {60.0, 60.0, 1.0};
+        for (const Shape& shape :
+             {Shape(Sphere{bad}), Shape(Capsule{bad, 0.5}), Shape(Capsule{0.5, bad}),
+              Shape(Box{{bad, 1.0, 1.0}}), Shape(Box{{1.0, bad, 1.0}}), Shape(Box{{1.0, 1.0, bad}}),
+              Shape(Sphere{-1.0}), Shape(Box{{1.0, -1.0, 1.0}})}) {
+            refuses(shape, pose);
+        }
+    }
+}
+
+TEST(Extremes, MatricesThatAreNotRotationsAreInvalid) {
+    const LawScene& scene = scene_named("rough");
+    for (const LawShape& shape : law_shapes()) {
+        Pose pose;
+        pose.translation = {60.0, 60.0, 1.0};
+        for (const Eigen::Matrix3d& rotation :
+             {Eigen::Matrix3d(Eigen::Matrix3d::Zero()), Eigen::Matrix3d(Eigen::Matrix3d::Ones()),
+              Eigen::Matrix3d(1.001 * Eigen::Matrix3d::Identity()),
+              Eigen::Matrix3d(-Eigen::Matrix3d::Identity())}) {
+            pose.rotation = rotation;
+            EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::invalid);
+            EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, 1.0).status,
+                      QueryStatus::invalid);
+            Motion motion;
+            motion.start = pose;
+            EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
+        }
+        pose.rotation = (1.0 + 1e-8) * Eigen::Matrix3d::Identity();
+        EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::complete);
+    }
+}
+
+TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    std::array<Contact, 8> contacts;
+    for (const LawScene& scene : law_scenes()) {
+        for (const LawShape& shape : law_shapes()) {
+            const Pose pose = random_pose(random, scene, shape, -0.3);
+            SCOPED_TRACE(describe(scene, shape, pose));
+            const double near = signed_distance(shape.shape, pose, scene.ground, 1.0).distance;
+            for (const double largest : {1e3, 1e9, 1e300, kInfinity}) {
+                const DistanceAnswer far =
+                    signed_distance(shape.shape, pose, scene.ground, largest);
+                EXPECT_EQ(far.status, QueryStatus::complete);
+                EXPECT_TRUE(far.has_ground);
+                EXPECT_NEAR(far.distance, near, 1e-12);
+            }
+            for (const double margin : {10.0, 1e6, 1e300}) {
+                const ContactAnswer answer =
+                    find_contacts(shape.shape, pose, scene.ground, margin, contacts);
+                EXPECT_NE(answer.status, QueryStatus::not_resident);
+                if (answer.status == QueryStatus::invalid) continue;
+                ASSERT_GT(answer.count, 0u);
+                EXPECT_NEAR(contacts[0].depth, -near, 1e-9);
+            }
+            // from the distance of the moon
+            const Pose high = moved(pose, {0.0, 0.0, 3.8e8});
+            const DistanceAnswer moon = signed_distance(shape.shape, high, scene.ground, kInfinity);
+            EXPECT_EQ(moon.status, QueryStatus::complete);
+            if (moon.has_ground) {
+                EXPECT_NEAR(moon.distance, 3.8e8, 126e3);
+            }
+        }
+    }
+}
+
+}  // namespace extremes_test
+
+// The same query on the same ground elsewhere: shifted by whole chunks or by anything, mirrored, turned by 90 degrees.
+
+namespace invariance_test {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20260307;
+
+bool is_same(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+bool is_same(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0;
+}
+
+// A pose whose coordinates are exact on both grounds.
+Pose rounded(Pose pose) {
+    for (int k = 0; k < 3; ++k) {
+        pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
+    }
+    return pose;
+}
+
+LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_root) {
+    TableGroundSettings settings;
+    settings.spacing = scene.soup.spacing();
+    settings.roots = scene.roots;
+    settings.first_root = first_root;
+    settings.origin_x = settings.origin_y = first_root == 0 ? shift : 0.0;
+    return make_scene(
+        scene.name,
+        [&scene, shift](double x, double y) {
+            // back to the exact lattice
+            const double h = scene.soup.spacing();
+            return scene.height(h * std::round((x - shift) / h), h * std::round((y - shift) / h));
+        },
+        settings);
+}
+
+TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    const long count = count_of_cases(40, 4'000);
+    for (const std::int32_t roots : {3, -1000, 78125}) {
+        for (const LawScene& near : law_scenes()) {
+            const double shift = 128.0 * near.soup.spacing() * roots;
+            const LawScene far = shifted_scene(near, shift, roots);
+            for (const LawShape& shape : law_shapes()) {
+                for (long i = 0; i < count; ++i) {
+                    const Pose here =
+                        rounded(random_pose(random, near, shape, random.between(-0.5, 0.3)));
+                    const Pose there = moved(here, {shift, shift, 0.0});
+                    SCOPED_TRACE(describe(near, shape, here));
+                    std::array<Contact, 64> a, b;
+                    const ContactAnswer ca = find_contacts(shape.shape, here, near.ground, 0.1, a);
+                    const ContactAnswer cb = find_contacts(shape.shape, there, far.ground, 0.1, b);
+                    ASSERT_EQ(ca.count, cb.count);
+                    ASSERT_TRUE(is_same(ca.lift, cb.lift));
+                    for (std::size_t k = 0; k < ca.count; ++k) {
+                        ASSERT_TRUE(is_same(a[k].depth, b[k].depth));
+                        ASSERT_TRUE(is_same(a[k].normal, b[k].normal));
+                    }
+                    const DistanceAnswer da = signed_distance(shape.shape, here, near.ground, 2.0);
+                    const DistanceAnswer db = signed_distance(shape.shape, there, far.ground, 2.0);
+                    ASSERT_TRUE(is_same(da.distance, db.distance));
+                    ASSERT_TRUE(is_same(da.normal, db.normal));
+                    Motion motion;
+                    motion.start = here;
+                    motion.translation = 20.0 * random.direction();
+                    motion.rotation_vector = (i % 2) * random.direction();
+                    Motion far_motion = motion;
+                    far_motion.start = there;
+                    const CastAnswer ma = cast(shape.shape, motion, near.ground);
+                    const CastAnswer mb = cast(shape.shape, far_motion, far.ground);
+                    ASSERT_EQ(ma.hit, mb.hit);
+                    ASSERT_TRUE(is_same(ma.fraction, mb.fraction));
+                }
+            }
+        }
+    }
+}
+
+void expect_the_same_after_a_shift(bool is_overlapping) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
+    Random random(kSeed + 1);
+    const long count = count_of_cases(40, 4'000);
+    for (const double shift : {0.3, -1234.567, 1e7 / 3.0, 1e7 + 0.1}) {
+        for (const LawScene& near : law_scenes()) {
+            const LawScene far = shifted_scene(near, shift, 0);
+            for (const LawShape& shape : law_shapes()) {
+                for (long i = 0; i < count; ++i) {
+                    const double deepest = shallow_depth(shape);
+                    const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
+                    const Pose here = random_pose(random, near, shape, lift);
+                    const Pose there = moved(here, {shift, shift, 0.0});
+                    SCOPED_TRACE(describe(near, shape, here));
+                    const double a = signed_distance(shape.shape, here, near.ground, 2.0).distance;
+                    const double b = signed_distance(shape.shape, there, far.ground, 2.0).distance;
+                    if (a < -deepest || b < -deepest) continue;
+                    ASSERT_NEAR(a, b, 1e-8) << shift;
+                }
+            }
+        }
+    }
+}
+
+TEST(LawsOfInvariance, ShiftedByAnythingDistancesChangeByLessThan10Nanometres) {
+    expect_the_same_after_a_shift(false);
+}
+
+TEST(LawsOfInvariance, ShiftedByAnythingDepthsChangeByLessThan10Nanometres) {
+    expect_the_same_after_a_shift(true);
+}
+
+// Diagonals of cells alternate like the squares of a chess board: a reflection or a rotation by 90 degrees about a
+// lattice point maps diagonals to diagonals.
+void expect_the_same_turned(bool is_overlapping) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
+    Random random(kSeed + 2);
+    const long count = count_of_cases(60, 6'000);
+    Eigen::Matrix3d quarter, mirror;
+    quarter << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+    mirror << -1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0;
+    for (const LawScene& scene : law_scenes()) {
+        const double middle = 0.5 * scene.soup.cells() * scene.soup.spacing();
+        const Eigen::Vector3d centre(middle, middle, 0.0);
+        for (const Eigen::Matrix3d& turn : {quarter, mirror}) {
+            TableGroundSettings settings;
+            settings.spacing = scene.soup.spacing();
+            settings.roots = scene.roots;
+            const LawScene turned = make_scene(
+                scene.name,
+                [&](double x, double y) {
+                    const Eigen::Vector3d p =
+                        turn.transpose() * (Eigen::Vector3d(x, y, 0.0) - centre) + centre;
+                    return scene.height(p.x(), p.y());
+                },
+                settings);
+            for (const LawShape& shape : law_shapes()) {
+                const bool is_symmetric = shape.shape.index() < 3;  // sphere, capsule, box
+                if (turn == mirror && !is_symmetric) continue;
+                // a flat shape is deep at any overlap: the result then depends on rounding
+                if (is_overlapping && shape.name == "flat hull") continue;
+                for (long i = 0; i < count; ++i) {
+                    const double deepest = shallow_depth(shape);
+                    const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
+                    const Pose here = random_pose(random, scene, shape, lift);
+                    Pose there;
+                    there.translation = turn * (here.translation - centre) + centre;
+                    there.rotation = turn * here.rotation;
+                    if (turn == mirror) there.rotation = there.rotation * mirror;
+                    SCOPED_TRACE(describe(scene, shape, here));
+                    // on a slope of 1e6 a rounding error in x is 1e6 times as large in z
+                    if (scene.name != "cliffs") {
+                        ASSERT_NEAR(compute_lift(shape.shape, there, turned.ground).lift, lift,
+                                    1e-9);
+                    }
+                    const double a = signed_distance(shape.shape, here, scene.ground, 2.0).distance;
+                    const double b =
+                        signed_distance(shape.shape, there, turned.ground, 2.0).distance;
+                    if (a < -deepest || b < -deepest) continue;
+                    ASSERT_NEAR(a, b, 1e-9);
+                }
+            }
+        }
+    }
+}
+
+TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDistancesStay) { expect_the_same_turned(false); }
+
+TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDepthsStay) { expect_the_same_turned(true); }
+
+}  // namespace invariance_test
+
+// No query allocates memory.
+
+namespace allocation_test {
+
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20260309;
+
+TEST(LawsOfMemory, NoQueryAllocates) {
+    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+    Random random(kSeed);
+    std::array<Contact, 256> contacts;
+    for (const LawScene& scene : law_scenes()) {
+        for (const LawShape& shape : law_shapes()) {
+            for (int i = 0; i < 20; ++i) {
+                const Pose pose = random_pose(random, scene, shape, random.between(-2.0, 2.0));
+                Motion motion;
+                motion.start = pose;
+                motion.translation = 50.0 * random.direction();
+                motion.rotation_vector = random.direction();
+                CastSettings skipping;
+                skipping.skip_separating = true;
+                const AllocationCounter counter;
+                static_cast<void>(compute_lift(shape.shape, pose, scene.ground));
+                static_cast<void>(test_contact(shape.shape, pose, scene.ground));
+                static_cast<void>(pseudodistance(shape.shape, pose, scene.ground));
+                static_cast<void>(signed_distance(shape.shape, pose, scene.ground, 3.0));
+                static_cast<void>(find_contacts(shape.shape, pose, scene.ground, 0.1, contacts));
+                static_cast<void>(cast(shape.shape, motion, scene.ground));
+                static_cast<void>(cast(shape.shape, motion, scene.ground, skipping));
+                ASSERT_EQ(counter.count(), 0u) << describe(scene, shape, pose);
+            }
+        }
+    }
+}
+
+TEST(LawsOfMemory, TheCounterCounts) {
+    if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer replaces operator new";
+    const AllocationCounter counter;
+    const std::vector<double> some(3, 1.0);
+    EXPECT_EQ(counter.count(), 1u) << some[0];
+}
+
+}  // namespace allocation_test
+}  // namespace terrane

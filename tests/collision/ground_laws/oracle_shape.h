@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/shapes.h>
+#include <terrane/terrain/ground.h>
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace terrane::test {
+
+template <class Real>
+using Vec = Eigen::Matrix<Real, 3, 1>;
+
+/// A triangle of the surface, counter-clockwise from above.
+template <class Real>
+struct SoupTriangle {
+    std::array<Vec<Real>, 3> v;
+};
+
+/// All triangles of a ground's contact surface, read cell by cell once; the rule for diagonals is implemented again.
+class Soup {
+public:
+    explicit Soup(const Ground& ground);
+
+    /// Height of the surface over a point inside the extent, metres.
+    double height(double x, double y) const;
+    int cells() const { return side_; }
+    double spacing() const { return spacing_; }
+    double west() const { return west_; }
+    double south() const { return south_; }
+    Eigen::Vector3d vertex(int column, int row) const {
+        return {west_ + spacing_ * column, south_ + spacing_ * row,
+                heights_[static_cast<std::size_t>(row * (side_ + 1) + column)]};
+    }
+    static bool is_cut_to_north_east(int column, int row) { return ((column + row) & 1) == 0; }
+
+    /// Calls visit(triangle) for the triangles of cells that meet a rectangle and have a corner above a height; all
+    /// relative to `origin`.
+    template <class Real, class Visit>
+    void visit(const Eigen::Vector3d& origin, const Vec<Real>& low, const Vec<Real>& high,
+               Real above, Visit&& visit) const {
+        const auto cell_of = [&](double p, double from) {
+            return static_cast<int>(std::clamp(std::floor((p - from) / spacing_), -2.0, 1e9));
+        };
+        const Real shift_x = Real(west_) - Real(origin.x());
+        const Real shift_y = Real(south_) - Real(origin.y());
+        const int first_column =
+            std::max(cell_of(static_cast<double>(low.x() - shift_x), 0) - 1, 0);
+        const int last_column =
+            std::min(cell_of(static_cast<double>(high.x() - shift_x), 0) + 1, side_ - 1);
+        const int first_row = std::max(cell_of(static_cast<double>(low.y() - shift_y), 0) - 1, 0);
+        const int last_row =
+            std::min(cell_of(static_cast<double>(high.y() - shift_y), 0) + 1, side_ - 1);
+        const auto corner = [&](int column, int row) {
+            return Vec<Real>(shift_x + Real(spacing_) * column, shift_y + Real(spacing_) * row,
+                             Real(heights_[static_cast<std::size_t>(row * (side_ + 1) + column)]) -
+                                 Real(origin.z()));
+        };
+        for (int row = first_row; row <= last_row; ++row) {
+            for (int column = first_column; column <= last_column; ++column) {
+                if (!is_cell_[index(column, row)]) continue;
+                if (Real(highest_[index(column, row)]) - Real(origin.z()) < above) continue;
+                const Vec<Real> sw = corner(column, row), se = corner(column + 1, row);
+                const Vec<Real> nw = corner(column, row + 1), ne = corner(column + 1, row + 1);
+                if (is_cut_to_north_east(column, row)) {
+                    visit(SoupTriangle<Real>{{sw, se, ne}});
+                    visit(SoupTriangle<Real>{{sw, ne, nw}});
+                } else {
+                    visit(SoupTriangle<Real>{{sw, se, nw}});
+                    visit(SoupTriangle<Real>{{se, ne, nw}});
+                }
+            }
+        }
+    }
+
+private:
+    std::size_t index(int column, int row) const {
+        return static_cast<std::size_t>(row * side_ + column);
+    }
+
+    int side_ = 0;  // cells
+    double spacing_ = 1.0;
+    double west_ = 0.0, south_ = 0.0;
+    std::vector<double> heights_;
+    std::vector<double> highest_;  // of each cell's corners
+    std::vector<bool> is_cell_;
+};
+
+/// All points within `radius` of the convex hull of some points.
+struct OraclePart {
+    std::vector<Eigen::Vector3d> points;                ///< body frame
+    std::vector<std::array<std::size_t, 2>> edges;      ///< include all edges of the hull
+    std::vector<std::array<std::size_t, 3>> triangles;  ///< cover all faces of the hull
+    double radius = 0.0;
+};
+
+/// A shape of the oracles: a union of rounded hulls, each found by testing all triples of points.
+struct OracleShape {
+    std::vector<OraclePart> parts;
+};
+
+/// The oracle of any shape. A radius comes with a core of one or two points.
+OracleShape make_oracle(const Shape& shape);
+
+/// The oracle of the hull of some points, found without the library.
+OracleShape make_hull_oracle(std::vector<Eigen::Vector3d> points);
+
+/// A part in its pose, relative to the pose's translation less an offset.
+template <class Real>
+struct PosedPart {
+    const OraclePart* part = nullptr;
+    std::vector<Vec<Real>> points;
+    Vec<Real> low, high;  ///< bounds, the radius included
+
+    PosedPart(const OraclePart& of, const Eigen::Matrix3d& rotation, const Vec<Real>& offset)
+        : part(&of) {
+        points.reserve(of.points.size());
+        for (const Eigen::Vector3d& p : of.points) {
+            points.push_back(rotation.cast<Real>() * p.cast<Real>() + offset);
+            low = points.size() == 1 ? points[0] : Vec<Real>(low.cwiseMin(points.back()));
+            high = points.size() == 1 ? points[0] : Vec<Real>(high.cwiseMax(points.back()));
+        }
+        low.array() -= Real(of.radius);
+        high.array() += Real(of.radius);
+    }
+};
+
+}  // namespace terrane::test

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+//
+// Twenty vehicles that drive rounds among five hundred crates and between rails, on ground that is paged while they
+// drive: for as many seconds as TERRANE_CONVOY_SECONDS says.
+#include "support/random.h"
+
+#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/shape_pairs.h>
+#include <terrane/collision/vehicle.h>
+#include <terrane/collision/world.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#ifdef TERRANE_TEST_DEM
+#include <terrane/dem/dem_heights.h>
+#endif
+
+namespace terrane {
+namespace convoy_test {
+
+constexpr double kStep = 1.0 / 60.0;
+constexpr double kRadius = 300.0;  // of the rounds, metres
+constexpr std::size_t kVehicles = 20, kCrates = 500, kRails = 330;
+constexpr double kRailDistance = 9.0;  // outside of the rounds, metres
+
+/// Gentle ground of 1 m cells, which the rounds cross in many chunks.
+std::shared_ptr<const HeightSource> make_fractal() {
+    return FractalHeights::create({.seed = 23,
+                                   .amplitude = 60.0,
+                                   .wavelength_log2 = 10,
+                                   .gain = 0.4,
+                                   .root_size_log2 = 12})
+        .value();
+}
+
+/// A point of the round at an angle, off its middle line to the outside.
+Eigen::Vector2d on_round(double angle, double outside) {
+    const double radius = kRadius + outside;
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+class Convoy {
+public:
+    explicit Convoy(std::shared_ptr<const HeightSource> source)
+        : source_(std::move(source)), random_(23) {
+        pager_.emplace(
+            Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value());
+        world_.emplace(World::create({.report_contacts = true}).value());
+        const double turn = 2.0 * std::numbers::pi;
+        for (std::size_t i = 0; i < kVehicles; ++i) {
+            const double angle = turn * static_cast<double>(i) / kVehicles;
+            Pose pose = pose_at(on_round(angle, 0.0), 1.6);
+            pose.rotation << -std::sin(angle), -std::cos(angle), 0.0, std::cos(angle),
+                -std::sin(angle), 0.0, 0.0, 0.0, 1.0;
+            const VehicleSettings kinds[] = {make_truck(), make_tracked(), make_six_wheeler()};
+            vehicles_.push_back(world_->add_vehicle(kinds[i % 3], pose).value());
+            std::vector<Eigen::Vector2d> rounds;
+            for (int k = 1; k < 600; ++k) rounds.push_back(on_round(angle + 0.05 * k, 0.0));
+            drivers_.push_back(
+                PathDriver::create(std::move(rounds), {.cruise_speed = 10.0}).value());
+        }
+        for (std::size_t i = 0; i < kCrates; ++i) {
+            // None on a vehicle at the start.
+            const double gap = turn / kVehicles;
+            const double angle =
+                gap * (static_cast<double>(i % kVehicles) + random_.between(0.2, 0.8));
+            const double half = random_.between(0.2, 0.5);
+            const BodySettings crate{.shape = Box{{half, half, half}},
+                                     .mass = 150.0 * half * half * half * 8.0};
+            BodyState state;
+            state.pose = pose_at(on_round(angle, random_.between(-3.0, 3.0)), half + 0.1);
+            crates_.push_back(world_->add(crate, state).value());
+        }
+        for (std::size_t i = 0; i < kRails; ++i) {
+            rails_.push_back(add_rail(turn * static_cast<double>(i) / kRails));
+        }
+    }
+
+    StepReport step(double time) {
+        pager_->update({}, world_->needs(), time);
+        const Ground ground(pager_->resident(), pager_->contact_level());
+        for (std::size_t i = 0; i < kVehicles; ++i) {
+            const VehicleState& state = *world_->vehicle(vehicles_[i]);
+            EXPECT_TRUE(world_->set_controls(
+                vehicles_[i], drivers_[i].drive(*world_->vehicle_settings(vehicles_[i]), state)));
+        }
+        const StepReport report = world_->step(ground, kStep);
+        watch_rolls(time);
+        return report;
+    }
+
+    /// Vehicles that came to lie on their side or roof; and those that touched no other body before.
+    std::size_t rolled_over() const { return rolled_over_; }
+    std::size_t rolled_over_alone() const { return rolled_over_alone_; }
+
+    /// Deepest overlap of a vehicle with a rail or a crate, metres.
+    double deepest_overlap() const {
+        double deepest = 0.0;
+        for (const BodyId vehicle : vehicles_) {
+            for (const std::vector<BodyId>* others : {&rails_, &crates_}) {
+                for (const BodyId other : *others) {
+                    const std::size_t a = vehicle.index, b = other.index;
+                    if ((world_->states()[a].pose.translation -
+                         world_->states()[b].pose.translation)
+                            .norm() > 15.0) {
+                        continue;
+                    }
+                    deepest = std::max(
+                        deepest,
+                        -signed_distance(world_->settings()[a].shape, world_->states()[a].pose,
+                                         world_->settings()[b].shape, world_->states()[b].pose)
+                             .distance);
+                }
+            }
+        }
+        return deepest;
+    }
+
+    /// Metres from the middle of the rounds to the outermost vehicle.
+    double farthest() const {
+        double farthest = 0.0;
+        for (const BodyId vehicle : vehicles_) {
+            farthest = std::max(farthest,
+                                world_->states()[vehicle.index].pose.translation.head<2>().norm());
+        }
+        return farthest;
+    }
+
+private:
+    /// Counts vehicles that have rolled over, apart where they touched no other body in the seconds before.
+    void watch_rolls(double time) {
+        constexpr double kBefore = 5.0;  // seconds
+        std::array<bool, kVehicles> touches{};
+        const auto mark = [&](BodyId body) {
+            const auto found = std::find(vehicles_.begin(), vehicles_.end(), body);
+            if (found != vehicles_.end()) {
+                touches[static_cast<std::size_t>(found - vehicles_.begin())] = true;
+            }
+        };
+        for (const ContactEvent& event : world_->contact_events()) {
+            if (event.is_ground()) continue;
+            mark(event.a);
+            mark(event.b);
+        }
+        for (std::size_t i = 0; i < kVehicles; ++i) {
+            const VehicleState& vehicle = *world_->vehicle(vehicles_[i]);
+            for (const WheelState& wheel : vehicle.wheels) touches[i] |= wheel.body.is_valid();
+            if (touches[i]) touched_[i] = time;
+            if (vehicle.is_rolled_over && !was_over_[i]) {
+                ++rolled_over_;
+                if (time - touched_[i] > kBefore) ++rolled_over_alone_;
+            }
+            was_over_[i] = vehicle.is_rolled_over;
+        }
+    }
+
+    /// A rail along the ground, outside of the round.
+    BodyId add_rail(double angle) {
+        constexpr double kHalfLength = 3.0, kHalfHeight = 1.0, kAbove = 0.7;
+        constexpr double kHalfAngle = kHalfLength / (kRadius + kRailDistance);
+        BodyState state;
+        state.pose = pose_at(on_round(angle, kRailDistance), kAbove);
+        const WorldPos before =
+            pose_at(on_round(angle - kHalfAngle, kRailDistance), kAbove).translation;
+        const WorldPos after =
+            pose_at(on_round(angle + kHalfAngle, kRailDistance), kAbove).translation;
+        const Eigen::Vector3d along = (after - before).normalized();
+        const Eigen::Vector3d across(std::cos(angle), std::sin(angle), 0.0);
+        state.pose.rotation << across, along, across.cross(along);
+        const Shape shape = Box{{0.1, kHalfLength + 0.1, kHalfHeight}};
+        return world_->add({.shape = shape, .type = BodyType::static_body}, state).value();
+    }
+
+    Pose pose_at(const Eigen::Vector2d& place, double above) const {
+        Pose pose;
+        pose.translation = {place.x(), place.y(), source_->height(place.x(), place.y()) + above};
+        return pose;
+    }
+
+    std::shared_ptr<const HeightSource> source_;
+    test::Random random_;
+    std::optional<Pager> pager_;
+    std::optional<World> world_;
+    std::vector<BodyId> vehicles_, crates_, rails_;
+    std::vector<PathDriver> drivers_;
+    std::array<double, kVehicles> touched_{};  // when it last touched another body, s
+    std::array<bool, kVehicles> was_over_{};
+    std::size_t rolled_over_ = 0, rolled_over_alone_ = 0;
+};
+
+void drive_rounds(std::shared_ptr<const HeightSource> source) {
+    const char* const asked = std::getenv("TERRANE_CONVOY_SECONDS");
+    const double seconds = asked == nullptr ? 10.0 : std::atof(asked);
+    Convoy convoy(std::move(source));
+    std::uint64_t parked = 0, awake = 0;
+    double lost = 0.0, lived = 0.0, deepest = 0.0;
+    for (int step = 0; step * kStep < seconds; ++step) {
+        const StepReport report = convoy.step(step * kStep);
+        ASSERT_EQ(report.too_deep, 0u) << "step " << step;
+        parked += report.parked;
+        awake += report.awake;
+        lost += report.lost_time;
+        lived += report.simulated_time;
+        if (step % 30 == 0) deepest = std::max(deepest, convoy.deepest_overlap());
+    }
+    std::printf(
+        "%.0f s: %llu awake body steps, %llu parked, %.3g %% lost, overlaps to %.3g m, %zu "
+        "rolled over, farthest %.1f m\n",
+        seconds, static_cast<unsigned long long>(awake), static_cast<unsigned long long>(parked),
+        100.0 * lost / (lost + lived), deepest, convoy.rolled_over(), convoy.farthest());
+    EXPECT_EQ(parked, 0u);
+    EXPECT_EQ(convoy.rolled_over_alone(), 0u);
+    EXPECT_LT(convoy.farthest(), kRadius + kRailDistance) << "through a rail";
+    EXPECT_LT(deepest, 0.2);
+}
+
+TEST(Convoy, TwentyVehiclesAmongFiveHundredCratesPassThroughNothing) {
+    drive_rounds(make_fractal());
+}
+
+#ifdef TERRANE_TEST_DEM
+TEST(Convoy, OnSurveyedGroundPassesThroughNothing) {
+    const char* const folder = std::getenv("TERRANE_DATA");
+    const std::string file = (folder != nullptr ? folder : TERRANE_SOURCE_DIR "/../shared/data") +
+                             std::string("/dem/gabilan_lidar_1m.tif");
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+    const Result<std::shared_ptr<const HeightSource>> source = DemHeights::open(file, {});
+    ASSERT_TRUE(source) << source.error().message;
+    drive_rounds(*source);
+}
+#endif
+
+}  // namespace convoy_test
+}  // namespace terrane

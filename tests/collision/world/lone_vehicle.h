@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/world.h>
+
+#include <gtest/gtest.h>
+
+#include <span>
+#include <string>
+#include <utility>
+
+namespace terrane::test {
+
+/// A world with one vehicle.
+class LoneVehicle {
+public:
+    explicit LoneVehicle(const Pose& start, const VehicleSettings& settings = {},
+                         const WorldSettings& world_settings = {})
+        : world_(World::create(world_settings).value()) {
+        const Result<BodyId> id = world_.add_vehicle(settings, start);
+        EXPECT_TRUE(id.has_value());
+        id_ = *id;
+    }
+
+    StepReport step(const Ground& ground, const VehicleControls& controls, double dt) {
+        EXPECT_TRUE(world_.set_controls(id_, controls));
+        return world_.step(ground, dt);
+    }
+
+    World& world() { return world_; }
+    BodyId id() const { return id_; }
+    const VehicleState& state() const { return *world_.vehicle(id_); }
+    const BodyState& chassis() const { return state().chassis; }
+    std::span<const WheelState> wheels() const { return state().wheels; }
+    bool is_rolled_over() const { return state().is_rolled_over; }
+    const VehicleSettings& settings() const { return *world_.vehicle_settings(id_); }
+
+private:
+    World world_;
+    BodyId id_;
+};
+
+/// Why a vehicle is refused; empty where it is not.
+inline std::string vehicle_refusal(const VehicleSettings& settings, const Pose& start = {}) {
+    World world = World::create({}).value();
+    const Result<BodyId> added = world.add_vehicle(settings, start);
+    return added ? std::string() : added.error().message;
+}
+
+/// Of the centre of the default capsule above its foot, metres.
+inline constexpr double kTall = 0.9;
+
+/// A world with one character, and what it meets.
+class LoneCharacter {
+public:
+    explicit LoneCharacter(const WorldPos& place, const CharacterSettings& settings = {},
+                           const WorldSettings& world_settings = {})
+        : world_(World::create(world_settings).value()) {
+        const Result<BodyId> id = world_.add_character(settings, place);
+        EXPECT_TRUE(id.has_value());
+        id_ = *id;
+    }
+
+    /// Adds a box that is not turned.
+    BodyId add_box(const Eigen::Vector3d& half_extents, const WorldPos& centre,
+                   BodySettings settings = {.type = BodyType::static_body}) {
+        settings.shape = Box{half_extents};
+        BodyState state;
+        state.pose.translation = centre;
+        return world_.add(settings, state).value();
+    }
+
+    StepReport step(const Ground& ground, const CharacterControls& controls, double dt) {
+        EXPECT_TRUE(world_.set_controls(id_, controls));
+        return world_.step(ground, dt);
+    }
+
+    /// Steps for some seconds and checks every report.
+    void walk(const Ground& ground, const CharacterControls& controls, double seconds,
+              double dt = 1.0 / 60.0) {
+        for (double time = 0.0; time < seconds - 1e-9; time += dt) {
+            const StepReport report = step(ground, controls, dt);
+            ASSERT_EQ(report.too_deep, 0u);
+            ASSERT_EQ(report.lost_time, 0.0);
+        }
+    }
+
+    World& world() { return world_; }
+    BodyId id() const { return id_; }
+    const CharacterState& state() const { return *world_.character(id_); }
+    const WorldPos& place() const { return state().body.pose.translation; }
+    const BodyState& of(BodyId body) const { return world_.states()[body.index]; }
+
+private:
+    World world_;
+    BodyId id_;
+};
+
+/// Why a character is refused; empty where it is not.
+inline std::string character_refusal(const CharacterSettings& settings,
+                                     const WorldPos& place = {0, 0, 0}) {
+    World world = World::create({}).value();
+    const Result<BodyId> added = world.add_character(settings, place);
+    return added ? std::string() : added.error().message;
+}
+
+}  // namespace terrane::test

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_scene.h"
+#include "support/meshes.h"
+
+#include <terrane/render/terrain_renderer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace terrane {
+namespace impostor_test {
+
+using test::count_different;
+using test::make_rock;
+using test::make_tree;
+
+constexpr int kWidth = 240, kHeight = 200;
+
+class ImpostorTest : public test::GlTest {
+protected:
+    TerrainRenderer make() {
+        return TerrainRenderer::create(*context_, kWidth, kHeight, {}).value();
+    }
+    static Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
+                      const TerrainMesh& mesh = {}) {
+        const Result<void> drawn = renderer.draw(mesh, view, {}, draws);
+        EXPECT_TRUE(drawn) << drawn.error().message;
+        Image image = renderer.read();
+        // to look at: TERRANE_PICTURES=FOLDER
+        if (const char* folder = std::getenv("TERRANE_PICTURES"); folder != nullptr) {
+            static int count = 0;
+            const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+            EXPECT_TRUE(write_png(image, std::string(folder) + "/" + info->name() + "_" +
+                                             std::to_string(count++) + ".png"));
+        }
+        return image;
+    }
+};
+
+ObjectInstance instance_at(const View& view, const WorldPos& place) {
+    ObjectInstance instance;
+    const LocalVec offset = to_local(place, view.eye_world);
+    instance.offset_eye = {offset.x(), offset.y(), offset.z()};
+    return instance;
+}
+
+View view_around(double distance, double azimuth) {
+    const WorldPos target(0.0, 0.0, 4.0);
+    return look_at(target + distance * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0.1),
+                   target, 0.7, kWidth, kHeight)
+        .value();
+}
+
+double mean_difference(const Image& a, const Image& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.rgb.size(); ++i) sum += std::abs(int{a.rgb[i]} - int{b.rgb[i]});
+    return sum / static_cast<double>(a.rgb.size());
+}
+
+// docs/scenes.md has the table that this prints.
+TEST_F(ImpostorTest, ItsErrorIsMeasuredAndGivesTheSizeAtWhichItTakesOver) {
+    TerrainRenderer renderer = make();
+    const std::array<double, 6> diameters = {8.0, 16.0, 32.0, 64.0, 96.0, 128.0};
+    for (const bool is_tree : {true, false}) {
+        for (const int views_above : {1, 5}) {
+            const TriangleMesh mesh = is_tree ? make_tree(16) : make_rock(3, 1);
+            const MeshId id = renderer.add_mesh(mesh).value();
+            const ImpostorId impostor =
+                renderer.add_impostor(id, {.views_above = views_above}).value();
+            const ImpostorError error =
+                measure_impostor(renderer, mesh, id, impostor, views_above == 1, diameters).value();
+            ASSERT_EQ(error.sizes.size(), diameters.size());
+            for (const ImpostorDifference& size : error.sizes) {
+                std::printf(
+                    "%s, views_above %d, %3.0f px: mean %4.1f levels, %4.1f %% by > 8, as "
+                    "displaced by %.2f px\n",
+                    is_tree ? "tree" : "rock", views_above, size.diameter_px, size.mean,
+                    100.0 * size.share, size.displacement_px);
+                EXPECT_GT(size.mean, 0.0);
+                EXPECT_LE(size.share, 1.0);
+            }
+            std::printf("takes over at %.0f px, error_m %.3f\n", error.takeover_px, error.error_m);
+            // a bound of the error in pixels is 1 where it takes over, by definition
+            if (error.takeover_px > 0.0) {
+                const ImpostorError strict = measure_impostor(renderer, mesh, id, impostor,
+                                                              views_above == 1, diameters, 1e-6)
+                                                 .value();
+                EXPECT_EQ(strict.takeover_px, 0.0);
+                EXPECT_EQ(strict.error_m, std::numeric_limits<double>::infinity());
+            }
+            const ImpostorError other =
+                measure_impostor(
+                    renderer, mesh, id,
+                    renderer.add_impostor(renderer.add_mesh(make_rock(1, 9)).value()).value(),
+                    views_above == 1, std::array{64.0})
+                    .value();
+            // the impostor of something else is worse
+            if (is_tree) {
+                EXPECT_GT(other.sizes[0].mean, 1.5 * error.sizes[3].mean);
+            }
+        }
+    }
+    const TriangleMesh tree = make_tree(5);
+    const MeshId id = renderer.add_mesh(tree).value();
+    const ImpostorId impostor = renderer.add_impostor(id, {.texels = 8}).value();
+    for (const double bad : {0.0, -1.0, 201.0, std::nan("")}) {
+        EXPECT_FALSE(measure_impostor(renderer, tree, id, impostor, true, {&bad, 1})) << bad;
+    }
+    EXPECT_FALSE(measure_impostor(renderer, {}, id, impostor, true, diameters));
+}
+
+TEST_F(ImpostorTest, ItDoesNotPopWhileTheViewerGoesAroundIt) {
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    const MeshDraw solid = {id, 0, 0, 1};
+    const ImpostorDraw flat = {impostor, 0, 1};
+    double largest = 0.0, largest_of_mesh = 0.0;
+    Image before, before_of_mesh;
+    for (int step = 0; step <= 48; ++step) {
+        // a quarter of the angle between views in 12 steps of a rotation that stays before one sky
+        View view = view_around(80.0, 0.0);
+        ObjectInstance instance = instance_at(view, {0, 0, 0});
+        const double half = 0.5 * step / 48.0 * 0.7854;
+        instance.rotation = {0.0f, 0.0f, static_cast<float>(std::sin(half)),
+                             static_cast<float>(std::cos(half))};
+        const Image now =
+            draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}});
+        const Image of_mesh =
+            draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&solid, 1}});
+        if (step > 0) {
+            largest = std::max(largest, mean_difference(before, now));
+            largest_of_mesh = std::max(largest_of_mesh, mean_difference(before_of_mesh, of_mesh));
+        }
+        before = now;
+        before_of_mesh = of_mesh;
+    }
+    const View view = view_around(80.0, 0.0);
+    const ObjectInstance instance = instance_at(view, {0, 0, 0});
+    const double whole = mean_difference(
+        draw(renderer, view, {}),
+        draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}}));
+    std::printf("largest step: impostor %.4f, mesh %.4f, whole %.4f\n", largest, largest_of_mesh,
+                whole);
+    EXPECT_LT(largest, 0.1 * whole);
+}
+
+// The lowest pixels of the columns, where an object of no green meets the ground: half of the pixel is covered.
+std::vector<std::array<int, 2>> line_with_ground(const Image& image, const Image& empty) {
+    std::vector<std::array<int, 2>> line;
+    for (int x = 0; x < image.width; ++x) {
+        for (int y = image.height - 1; y >= 0; --y) {
+            const auto green = 3 * static_cast<std::size_t>(y * image.width + x) + 1;
+            if (2 * int{image.rgb[green]} >= int{empty.rgb[green]}) continue;
+            line.push_back({x, y});
+            break;
+        }
+    }
+    return line;
+}
+
+// Points of a line that have no point of the other within a pixel.
+int count_beyond(const std::vector<std::array<int, 2>>& line,
+                 const std::vector<std::array<int, 2>>& other) {
+    return static_cast<int>(std::count_if(line.begin(), line.end(), [&](const auto& p) {
+        return std::none_of(other.begin(), other.end(), [&](const auto& q) {
+            return std::abs(p[0] - q[0]) <= 1 && std::abs(p[1] - q[1]) <= 1;
+        });
+    }));
+}
+
+TEST_F(ImpostorTest, ItsLineWithTheGroundIsWithinAPixelOfTheMeshes) {
+    const test::Scene world = test::make_scene();
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_rock(3, 2)).value();
+    const WorldPos place(150.0, 120.0, world.height(150.0, 120.0));
+    const MeshDraw solid = {id, 0, 0, 1};
+    for (const auto& [around, above] : {std::pair{16, 4}, {16, 8}, {32, 16}}) {
+        const ImpostorId impostor =
+            renderer.add_impostor(id, {.views_around = around, .views_above = above, .texels = 128})
+                .value();
+        const ImpostorDraw flat = {impostor, 0, 1};
+        int points = 0, beyond = 0;
+        for (int side = 0; side < 8; ++side) {
+            const double azimuth = 0.77 * side, elevation = 0.3 + 0.12 * side;
+            const Eigen::Vector3d back(std::cos(azimuth) * std::cos(elevation),
+                                       std::sin(azimuth) * std::cos(elevation),
+                                       std::sin(elevation));
+            const View view = look_at(place + 94.0 * back, place, 0.25, kWidth, kHeight).value();
+            ObjectInstance instance = instance_at(view, place);
+            instance.scale = 4.0f;
+            instance.tint = {9.0f, 0.0f, 0.0f};  // no green
+            draw(renderer, view, {}, world.mesh());
+            const Image empty = draw(renderer, view, {}, world.mesh());
+            const auto a = line_with_ground(
+                draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&solid, 1}},
+                     world.mesh()),
+                empty);
+            const auto b = line_with_ground(
+                draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}},
+                     world.mesh()),
+                empty);
+            points += static_cast<int>(a.size() + b.size());
+            beyond += count_beyond(a, b) + count_beyond(b, a);
+        }
+        std::printf("%d x %d views: %d of %d points more than a pixel off\n", around, above, beyond,
+                    points);
+        EXPECT_GT(points, 400);
+        EXPECT_LE(beyond, points / 100) << around << " x " << above;
+    }
+}
+
+// Meshes near, a cross-fade between 60 and 90 m, impostors beyond.
+TEST_F(ImpostorTest, AForestThatFadesFromMeshesToImpostorsLooksLikeOneOfMeshes) {
+    const test::Scene world = test::make_scene();
+    TerrainRenderer renderer =
+        TerrainRenderer::create(*context_, 4 * kWidth, 2 * kHeight, {}).value();
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    const WorldPos eye(250.0, 15.0, world.height(250.0, 15.0) + 14.0);
+    const View view =
+        look_at(eye, eye + Eigen::Vector3d(0.0, 100.0, -12.0), 0.8, 4 * kWidth, 2 * kHeight)
+            .value();
+    std::vector<ObjectInstance> all, near, far;
+    for (int i = 0; i < 900; ++i) {
+        const double x = 140.0 + 7.4 * (i % 30) + 3.0 * std::sin(12.9 * i);
+        const int row = i / 30;
+        const double y = 25.0 + 7.1 * row + 3.0 * std::sin(78.2 * i);
+        ObjectInstance tree = instance_at(view, {x, y, world.height(x, y)});
+        tree.scale = 0.8f + 0.2f * static_cast<float>(std::sin(3.7 * i));
+        all.push_back(tree);
+        const double distance = std::hypot(x - eye.x(), y - eye.y());
+        const auto share = static_cast<float>(std::clamp((90.0 - distance) / 30.0, 0.0, 1.0));
+        tree.coverage = share;
+        if (share > 0.0f) near.push_back(tree);
+        tree.coverage = share > 0.0f ? share - 1.0f : 1.0f;
+        if (share < 1.0f) far.push_back(tree);
+    }
+    ASSERT_GT(near.size(), 50u);
+    ASSERT_GT(far.size(), 500u);
+    const MeshDraw meshes = {id, 0, 0, static_cast<std::uint32_t>(all.size())};
+    std::vector<ObjectInstance> mixed = near;
+    mixed.insert(mixed.end(), far.begin(), far.end());
+    const auto near_count = static_cast<std::uint32_t>(near.size());
+    const MeshDraw near_draw = {id, 0, 0, near_count};
+    const ImpostorDraw far_draw = {impostor, near_count, static_cast<std::uint32_t>(far.size())};
+    draw(renderer, view, {}, world.mesh());
+    const Image empty = draw(renderer, view, {}, world.mesh());
+    const Image a = draw(renderer, view, {.instances = all, .meshes = {&meshes, 1}}, world.mesh());
+    const Image b = draw(
+        renderer, view,
+        {.instances = mixed, .meshes = {&near_draw, 1}, .impostors = {&far_draw, 1}}, world.mesh());
+    std::printf("forest: mean difference %.2f levels, %.1f %% of pixels by > 8; bare %.2f\n",
+                mean_difference(a, b), 100.0 * count_different(a, b, 8) / (8.0 * kWidth * kHeight),
+                mean_difference(a, empty));
+    EXPECT_LT(mean_difference(a, b), 0.1 * mean_difference(a, empty));
+}
+
+}  // namespace impostor_test
+}  // namespace terrane

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/render/offscreen.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace terrane::test {
+
+/// A test with an OpenGL context that is current and checks calls; skipped where there is none.
+class GlTest : public testing::Test {
+protected:
+    void SetUp() override {
+        Result<EglContext> context = EglContext::create(GlChecks::on);
+        if (!context) GTEST_SKIP() << context.error().message;
+        context_ = std::make_unique<EglContext>(std::move(*context));
+    }
+
+    std::unique_ptr<EglContext> context_;
+};
+
+/// A small world of hills, drawn without pager and triangulator: two adjacent roots of 256 m with samples 2 m apart,
+/// and one chunk of level 1 (1 m) in the north-east quadrant of the western root. A strip of triangle fans in the chunk
+/// joins it to the roots at vertices 2 m apart.
+struct Scene {
+    std::shared_ptr<const ResidentSet> resident;
+    std::vector<MeshChunk> chunks;
+    std::vector<std::uint16_t> indices;
+    std::vector<std::vector<float>> offsets;  ///< storage of MeshChunk::offsets
+
+    TerrainMesh mesh() const;
+    double height(double x, double y) const;  ///< of the source
+};
+
+/// The world's west edge lies `roots_east` root squares (of 256 m) east of the origin.
+Scene make_scene(std::int32_t roots_east = 0);
+
+/// The same two roots with gentle hills and a roughness of 80 cm that only samples 1 m apart show.
+///
+/// @param resident resident chunks of level 1
+/// @param drawn    subset of `resident` that draws its triangles; roots draw the rest
+Scene make_rough_scene(std::span<const ChunkKey> resident, std::span<const ChunkKey> drawn);
+
+/// Adds offsets of up to 2 m to the vertices of the western root and the fine chunk, except near the eastern root,
+/// which does not morph. Offsets of unused samples are NaN.
+void add_offsets(Scene& scene);
+/// The offset that add_offsets() sets at a lattice point, counted from the south-west corner of the world.
+float offset_at(std::int64_t x, std::int64_t y);
+
+/// Number of pixels that differ by more than `more_than` in any channel.
+int count_different(const Image& a, const Image& b, int more_than = 0);
+/// Largest difference of any channel.
+int largest_difference(const Image& a, const Image& b);
+
+/// A world of two roots of 256 m beside each other from the origin east, with samples 2 m apart on a plane.
+///
+/// @param height     at x = 256, between the roots, metres
+/// @param slope_east rise over run
+Scene make_plane_scene(double height = 0.0, double slope_east = 0.0);
+
+/// Raises the western root's triangles as a whole by offsets: a sheet above x = 0 to 256.
+void raise_western_root(Scene& scene, float by);
+
+}  // namespace terrane::test

@@ -1,0 +1,458 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_scene.h"
+#include "support/meshes.h"
+#include "support/random.h"
+
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/scene/scene.h>
+#include <terrane/terrain/progressive_mesh.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+namespace terrane {
+namespace scene_objects_test {
+
+using test::count_different;
+using test::make_rock;
+using test::make_tree;
+
+constexpr int kWidth = 320, kHeight = 240;
+
+ObjectInstance instance_at(const View& view, const WorldPos& place) {
+    ObjectInstance instance;
+    const LocalVec offset = to_local(place, view.eye_world);
+    instance.offset_eye = {offset.x(), offset.y(), offset.z()};
+    return instance;
+}
+
+class SceneObjectsTest : public test::GlTest {
+protected:
+    TerrainRenderer make(int samples = 4) {
+        RendererSettings settings;
+        settings.sample_count = samples;
+        return TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
+    }
+    Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
+               const TerrainMesh& mesh = {}) {
+        const Result<void> drawn = renderer.draw(mesh, view, {}, draws);
+        EXPECT_TRUE(drawn) << drawn.error().message;
+        Image image = renderer.read();
+        // to look at: TERRANE_PICTURES=FOLDER
+        if (const char* folder = std::getenv("TERRANE_PICTURES"); folder != nullptr) {
+            const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+            EXPECT_TRUE(write_png(image, std::string(folder) + "/" + info->name() + "_" +
+                                             std::to_string(pictures_++) + ".png"));
+        }
+        return image;
+    }
+    int pictures_ = 0;
+};
+
+View view_of_tree(double distance, double azimuth = 0.0, double elevation = 0.1) {
+    const WorldPos target(0.0, 0.0, 4.0);
+    const Eigen::Vector3d back(std::cos(azimuth) * std::cos(elevation),
+                               std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
+    return look_at(target + distance * back, target, 0.7, kWidth, kHeight).value();
+}
+
+TEST_F(SceneObjectsTest, AnInstanceLooksAsTheSameTrianglesStreamed) {
+    TerrainRenderer renderer = make();
+    const TriangleMesh tree = make_tree(24);
+    const MeshId id = renderer.add_mesh(tree).value();
+    const View view = view_of_tree(20.0);
+    std::vector<ObjectInstance> instances = {instance_at(view, {0, 0, 0}),
+                                             instance_at(view, {3, 2, 0})};
+    instances[1].rotation = {0.0f, 0.0f, 0.6f, 0.8f};
+    instances[1].scale = 0.5f;
+    const MeshDraw both = {id, 0, 0, 2};
+    const Image instanced = draw(renderer, view, {.instances = instances, .meshes = {&both, 1}});
+    EXPECT_EQ(renderer.counts().objects_drawn, 2u);
+    EXPECT_EQ(renderer.counts().triangles, 2 * tree.triangles.size());
+    std::vector<Eigen::Vector3f> positions;
+    for (const Eigen::Vector3d& p : tree.positions) positions.push_back(p.cast<float>());
+    const std::vector<StreamedDraw> streamed = {{id, positions, tree.triangles, 0},
+                                                {id, {}, tree.triangles, 1}};
+    const Image moved = draw(renderer, view, {.instances = instances, .streamed = streamed});
+    EXPECT_EQ(count_different(instanced, moved), 0);
+    EXPECT_GT(count_different(instanced, draw(renderer, view, {})), 1000);
+}
+
+TEST_F(SceneObjectsTest, ACoverageAndItsComplementDrawEveryPixelOnce) {
+    for (const int samples : {1, 4}) {
+        TerrainRenderer renderer = make(samples);
+        const MeshId id = renderer.add_mesh(make_tree(16)).value();
+        const View view = view_of_tree(20.0);
+        std::vector<ObjectInstance> instances(2, instance_at(view, {0, 0, 0}));
+        const MeshDraw both = {id, 0, 0, 2}, first = {id, 0, 0, 1}, second = {id, 0, 1, 1};
+        const Image whole = draw(renderer, view, {.instances = instances, .meshes = {&first, 1}});
+        const int covered = count_different(whole, draw(renderer, view, {}));
+        for (const float share : {0.1f, 0.37f, 0.5f, 0.9f}) {
+            instances[0].coverage = share;
+            instances[1].coverage = share - 1.0f;
+            const Image faded =
+                draw(renderer, view, {.instances = instances, .meshes = {&both, 1}});
+            EXPECT_EQ(count_different(whole, faded), 0) << samples << " samples, " << share;
+            const Image part =
+                draw(renderer, view, {.instances = instances, .meshes = {&first, 1}});
+            const Image rest =
+                draw(renderer, view, {.instances = instances, .meshes = {&second, 1}});
+            // each leaves out what the other draws
+            EXPECT_GT(count_different(whole, part), covered / 20);
+            EXPECT_GT(count_different(whole, rest), covered / 20);
+        }
+    }
+}
+
+TEST_F(SceneObjectsTest, ALevelMorphsIntoTheNextOne) {
+    TerrainRenderer renderer = make();
+    ProgressiveMesh rock = ProgressiveMesh::create(make_rock(3, 5)).value();
+    const std::vector<TriangleMesh::Triangle> fine(rock.triangles().begin(),
+                                                   rock.triangles().end());
+    const std::vector<std::uint32_t> targets = rock.geomorph_targets(60);
+    rock.set_triangle_count(60);
+    const std::vector<MeshLevel> levels = {{fine, targets}, {rock.triangles(), {}}};
+    const MeshId id = renderer.add_mesh(rock.finest(), levels).value();
+    const View view = look_at({4, 3, 2}, {0, 0, 0.3}, 0.6, kWidth, kHeight).value();
+    ObjectInstance instance = instance_at(view, {0, 0, 0});
+    const auto picture = [&](std::uint32_t level, float coverage) {
+        instance.coverage = coverage;
+        const MeshDraw one = {id, level, 0, 1};
+        return draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&one, 1}});
+    };
+    const Image finest = picture(0, 1.0f), coarser = picture(1, 1.0f);
+    const int covered = count_different(finest, draw(renderer, view, {}));
+    EXPECT_GT(count_different(finest, coarser, 8), covered / 10);
+    // triangles that have become edges may cover a sample on the outline
+    EXPECT_LE(count_different(picture(0, 2.0f), coarser, 8), covered / 200);
+    // a level without targets stays
+    EXPECT_EQ(count_different(picture(1, 1.5f), coarser), 0);
+    Image before = finest;
+    for (int step = 1; step <= 100; ++step) {
+        const Image now = picture(0, 1.0f + static_cast<float>(step) / 100.0f);
+        ASSERT_LE(count_different(before, now, 16), covered / 50) << step;
+        before = now;
+    }
+}
+
+TEST_F(SceneObjectsTest, LevelsThatMorphNeedTargetsOfTheirVertices) {
+    TerrainRenderer renderer = make();
+    const TriangleMesh rock = make_rock(0, 1);  // 12 vertices
+    const std::vector<std::uint32_t> few(5, 0), beyond(12, 12);
+    const auto message = [&](std::span<const std::uint32_t> targets) {
+        const MeshLevel level = {rock.triangles, targets};
+        return renderer.add_mesh(rock, {&level, 1}).error().message;
+    };
+    EXPECT_THAT(message(few), testing::HasSubstr("level 0 has no morph target for vertex"));
+    EXPECT_EQ(message(beyond), "level 0 morphs to vertex 12 of 12");
+}
+
+TEST_F(SceneObjectsTest, ASmallStepOfCoverageChangesFewPixels) {
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const View view = view_of_tree(12.0);
+    ObjectInstance instance = instance_at(view, {0, 0, 0});
+    const MeshDraw one = {id, 0, 0, 1};
+    const Image whole = draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&one, 1}});
+    const int covered = count_different(whole, draw(renderer, view, {}));
+    Image before = draw(renderer, view, {});
+    for (int step = 1; step <= 256; ++step) {
+        instance.coverage = static_cast<float>(step) / 256.0f;
+        const Image now = draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&one, 1}});
+        ASSERT_LT(count_different(before, now, 8), covered / 40) << step;
+        before = now;
+    }
+    EXPECT_EQ(count_different(before, whole), 0);
+}
+
+// How two pictures of an object differ over the pixels that it covers in either.
+struct Difference {
+    double mean = 0.0;   ///< of the largest channel, levels of 255
+    double share = 0.0;  ///< of pixels that differ by more than 32 levels
+};
+Difference difference_of(const Image& a, const Image& b, const Image& empty) {
+    Difference difference;
+    int covered = 0;
+    for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
+        int apart = 0, of_object = 0;
+        for (std::size_t k = i; k < i + 3; ++k) {
+            apart = std::max(apart, std::abs(int{a.rgb[k]} - b.rgb[k]));
+            of_object = std::max({of_object, std::abs(int{a.rgb[k]} - empty.rgb[k]),
+                                  std::abs(int{b.rgb[k]} - empty.rgb[k])});
+        }
+        if (of_object == 0) continue;
+        ++covered;
+        difference.mean += apart;
+        difference.share += apart > 32 ? 1.0 : 0.0;
+    }
+    difference.mean /= std::max(covered, 1);
+    difference.share /= std::max(covered, 1);
+    return difference;
+}
+
+// docs/scenes.md has the table that this prints.
+TEST_F(SceneObjectsTest, AnImpostorLooksLikeItsMeshFromAllSides) {
+    TerrainRenderer renderer = make();
+    for (const bool is_tree : {true, false}) {
+        const MeshId id = renderer.add_mesh(is_tree ? make_tree(16) : make_rock(3, 1)).value();
+        const ImpostorId impostor =
+            renderer.add_impostor(id, {.views_around = 16, .views_above = 5, .texels = 128})
+                .value();
+        for (const double height_px : {12.0, 25.0, 50.0, 100.0}) {
+            // the height of the object over the picture's
+            const double distance =
+                (is_tree ? 8.0 : 1.4) / height_px * kHeight / (2.0 * std::tan(0.35));
+            Difference sum;
+            int count = 0;
+            double nothing = 0.0;
+            for (const double elevation : {0.0, 0.35, 0.9, 1.4}) {
+                for (double azimuth = 0.05; azimuth < 6.2; azimuth += 0.61) {
+                    const View view = view_of_tree(distance, azimuth, elevation);
+                    ObjectInstance instance = instance_at(view, {0, 0, is_tree ? 0.0 : 4.0});
+                    const MeshDraw mesh = {id, 0, 0, 1};
+                    const ImpostorDraw flat = {impostor, 0, 1};
+                    const Image solid =
+                        draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&mesh, 1}});
+                    const Image billboard = draw(
+                        renderer, view, {.instances = {&instance, 1}, .impostors = {&flat, 1}});
+                    const Image empty = draw(renderer, view, {});
+                    const Difference different = difference_of(solid, billboard, empty);
+                    const Difference without = difference_of(solid, empty, empty);
+                    EXPECT_LT(different.mean, 0.5 * without.mean) << azimuth << " " << elevation;
+                    sum.mean += different.mean;
+                    sum.share += different.share;
+                    nothing += without.mean;
+                    ++count;
+                }
+            }
+            std::printf(
+                "%s of %3.0f px: differs by %.1f levels, %.1f %% of pixels by more than 32; "
+                "without it by %.1f\n",
+                is_tree ? "tree" : "rock", height_px, sum.mean / count, 100.0 * sum.share / count,
+                nothing / count);
+            EXPECT_LT(sum.mean, 0.25 * nothing);
+        }
+    }
+}
+
+TEST_F(SceneObjectsTest, ImpostorsMeetTheGroundWhereTheirMeshesDo) {
+    const test::Scene world = test::make_scene();
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_rock(3, 2)).value();
+    const ImpostorId impostor = renderer.add_impostor(id, {.texels = 128}).value();
+    const WorldPos place(150.0, 120.0, world.height(150.0, 120.0));
+    const View view =
+        look_at(place + Eigen::Vector3d(-12.0, -8.0, 22.0), place, 0.4, kWidth, kHeight).value();
+    ObjectInstance instance = instance_at(view, place);
+    instance.scale = 4.0f;
+    const MeshDraw mesh = {id, 0, 0, 1};
+    const ImpostorDraw flat = {impostor, 0, 1};
+    const SceneDraws solid = {.instances = {&instance, 1}, .meshes = {&mesh, 1}};
+    const SceneDraws billboard = {.instances = {&instance, 1}, .impostors = {&flat, 1}};
+    draw(renderer, view, {}, world.mesh());
+    const Image empty = draw(renderer, view, {}, world.mesh());
+    const Image a = draw(renderer, view, solid, world.mesh());
+    const Image b = draw(renderer, view, billboard, world.mesh());
+    // In each column the lowest pixel that is not ground.
+    const auto lowest = [&](const Image& image, int x) {
+        for (int y = kHeight - 1; y >= 0; --y) {
+            const auto at = 3 * static_cast<std::size_t>(y * kWidth + x);
+            int difference = 0;
+            for (std::size_t i = 0; i < 3; ++i)
+                difference =
+                    std::max(difference, std::abs(int{image.rgb[at + i]} - empty.rgb[at + i]));
+            if (difference > 24) return y;
+        }
+        return -1;
+    };
+    int columns = 0, off = 0;
+    for (int x = 0; x < kWidth; ++x) {
+        const int solid_y = lowest(a, x), flat_y = lowest(b, x);
+        if (solid_y < 0 || flat_y < 0) continue;
+        ++columns;
+        off += std::abs(solid_y - flat_y) > 2 ? 1 : 0;
+    }
+    EXPECT_GT(columns, 60);
+    EXPECT_LT(off, columns / 10) << "columns whose line with the ground is more than 2 pixels off";
+}
+
+TEST_F(SceneObjectsTest, DrawsThatShareInstancesDrawEachOfThem) {
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_tree(8)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    const View view = view_of_tree(40.0);
+    // large and small billboards in turn
+    std::vector<ObjectInstance> instances;
+    for (int i = 0; i < 6; ++i) {
+        instances.push_back(instance_at(view, {i % 2 == 0 ? 0.0 : -250.0, 4.0 * i - 10.0, 0.0}));
+    }
+    const auto picture = [&](std::vector<ImpostorDraw> impostors, std::vector<MeshDraw> meshes) {
+        return draw(renderer, view,
+                    {.instances = instances, .meshes = meshes, .impostors = impostors});
+    };
+    const Image all = picture({{impostor, 0, 6}}, {});
+    EXPECT_EQ(count_different(all, picture({{impostor, 0, 4}, {impostor, 2, 4}}, {})), 0);
+    EXPECT_EQ(count_different(all, picture({{impostor, 3, 3}, {impostor, 0, 3}}, {})), 0);
+    // a mesh among them is not moved by their order
+    const Image meshes = picture({}, {{id, 0, 1, 1}});
+    const Image both = picture({{impostor, 1, 1}, {impostor, 0, 6}}, {{id, 0, 1, 1}});
+    EXPECT_EQ(count_different(both, picture({{impostor, 0, 6}}, {{id, 0, 1, 1}})), 0);
+    EXPECT_GT(count_different(meshes, both), 100);
+}
+
+TEST_F(SceneObjectsTest, SmokeHidesWhatIsBehindItAndFadesWhereItMeetsTheGround) {
+    const test::Scene world = test::make_scene();
+    TerrainRenderer renderer = make();
+    const View view =
+        look_at({150.0, 20.0, 40.0}, {150.0, 120.0, 20.0}, 0.9, kWidth, kHeight).value();
+    draw(renderer, view, {}, world.mesh());
+    const Image empty = draw(renderer, view, {}, world.mesh());
+    std::vector<Particle> particles;
+    for (int i = 0; i < 12; ++i) {
+        const LocalVec offset =
+            to_local(WorldPos(140.0 + 2.0 * i, 115.0 - i, 24.0 + 3.0 * i), view.eye_world);
+        particles.push_back({{offset.x(), offset.y(), offset.z()},
+                             5.0f + 0.5f * static_cast<float>(i),
+                             {0.75f, 0.75f, 0.75f, 0.5f}});
+    }
+    const Image smoke = draw(renderer, view, {.particles = particles}, world.mesh());
+    EXPECT_GT(count_different(empty, smoke, 8), 1000);
+    // below the ground: nothing is seen of it
+    for (Particle& particle : particles) particle.offset_eye[2] -= 200.0f;
+    EXPECT_EQ(count_different(empty, draw(renderer, view, {.particles = particles}, world.mesh())),
+              0);
+}
+
+TEST_F(SceneObjectsTest, NothingJittersFarFromTheOrigin) {
+    TerrainRenderer renderer = make();
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const MeshDraw one = {id, 0, 0, 1};
+    std::vector<Image> images;
+    for (const double shift : {0.0, 1e7}) {
+        View view = view_of_tree(15.0);
+        view.eye_world.x() += shift;
+        ObjectInstance instance = instance_at(view, {shift, 0, 0});
+        images.push_back(draw(renderer, view, {.instances = {&instance, 1}, .meshes = {&one, 1}}));
+    }
+    EXPECT_LE(count_different(images[0], images[1]), 20);
+}
+
+TEST_F(SceneObjectsTest, WithoutObjectsNothingIsOnTheDeviceAndMeshesGoWhenRemoved) {
+    TerrainRenderer renderer = make();
+    EXPECT_EQ(renderer.buffer_bytes(), 0u);
+    const MeshId id = renderer.add_mesh(make_tree(16)).value();
+    const ImpostorId impostor = renderer.add_impostor(id).value();
+    EXPECT_GT(renderer.buffer_bytes(), 100'000u);
+    renderer.remove_mesh(id);
+    renderer.remove_impostor(impostor);
+    EXPECT_EQ(renderer.buffer_bytes(), 0u);
+}
+
+TEST_F(SceneObjectsTest, RefusesWhatItDoesNotHaveByItsName) {
+    TerrainRenderer renderer = make();
+    const View view = view_of_tree(20.0);
+    const auto message = [&](const SceneDraws& draws) {
+        const Result<void> drawn = renderer.draw({}, view, {}, draws);
+        return drawn ? std::string() : drawn.error().message;
+    };
+    const ObjectInstance instance = instance_at(view, {0, 0, 0});
+    const MeshDraw unknown = {MeshId{7}, 0, 0, 1};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .meshes = {&unknown, 1}}),
+              "the renderer has no mesh 7");
+    TriangleMesh tree = make_tree(3);
+    const MeshId id = renderer.add_mesh(tree).value();
+    const MeshDraw level = {id, 3, 0, 1};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .meshes = {&level, 1}}),
+              "the mesh has 1 levels, got level 3");
+    const MeshDraw range = {id, 0, 0, 2};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .meshes = {&range, 1}}),
+              "the scene has 1 instances, a draw's end at 2");
+    const ImpostorDraw impostor = {ImpostorId{2}, 0, 1};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .impostors = {&impostor, 1}}),
+              "the renderer has no impostor 2");
+    const TriangleMesh::Triangle beyond = {0, 1, 1000};
+    const StreamedDraw streamed = {id, {}, {&beyond, 1}, 0};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .streamed = {&streamed, 1}}),
+              "a streamed triangle names vertex 1000 of " + std::to_string(tree.positions.size()));
+    EXPECT_EQ(message({}), "");
+    tree.positions[4].x() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(renderer.add_mesh(tree).error().message,
+              "coordinates must be within 1e+06 m, got nan at vertex 4");
+    EXPECT_EQ(renderer.add_impostor(id, {.views_around = 2}).error().message,
+              "views_around must be 4 to 64, got 2");
+    EXPECT_EQ(renderer.add_impostor(MeshId{9}).error().message, "the renderer has no mesh 9");
+    const MeshId nothing = renderer.add_mesh({}).value();
+    EXPECT_EQ(renderer.add_impostor(nothing).error().message,
+              "an impostor needs a mesh with triangles");
+    const MeshDraw empty = {nothing, 0, 0, 1};
+    EXPECT_EQ(message({.instances = {&instance, 1}, .meshes = {&empty, 1}}), "");
+}
+
+}  // namespace scene_objects_test
+
+// A ray through a pixel meets the object that the pixel shows.
+
+namespace picking_test {
+
+constexpr int kWidth = 200, kHeight = 140;
+
+class Picking : public test::GlTest {};
+
+// Rocks of one colour on a sky: a pixel that differs from the sky shows a rock.
+TEST_F(Picking, RaysThroughPixelsMeetTheObjectsThatTheyShow) {
+    const RendererSettings settings = {.sample_count = 1};
+    TerrainRenderer renderer =
+        TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
+    const TriangleMesh mesh = test::make_rock(2, 4);
+    ObjectModel model;
+    model.mesh = renderer.add_mesh(mesh).value();
+    model.bounds = {Eigen::Vector3d::Constant(-2.0), Eigen::Vector3d::Constant(2.0)};
+    model.levels = {{0.0, static_cast<std::uint32_t>(mesh.triangles.size()), 0, false}};
+    model.absence_error_m = 2.0;
+    model.rays = MeshRays::create(mesh).value();
+    Scene scene = Scene::create({}).value();
+    const ModelId rock = scene.add_model(model).value();
+    test::Random random(5);
+    const WorldPos middle(-4000.0, 7000.0, 500.0);
+    std::vector<PlacedObject> objects(40);
+    for (PlacedObject& object : objects) {
+        object.position_world = middle + random.between(0.0, 9.0) * random.direction();
+        object.scale = static_cast<float>(random.between(0.5, 1.5));
+    }
+    ASSERT_TRUE(scene.add_group(rock, objects));
+    for (const double fov : {0.3, 1.0, 2.2}) {
+        const View view = look_at(middle + WorldPos(14.0, -11.0, 5.0), middle + WorldPos(0, 0, 1),
+                                  fov, kWidth, kHeight)
+                              .value();
+        ASSERT_TRUE(renderer.draw({}, view));
+        const Image sky = renderer.read();
+        scene.begin_frame(view);
+        ASSERT_TRUE(renderer.draw({}, view, {}, scene.end_frame(0.01)));
+        const Image image = renderer.read();
+        int shown = 0, different = 0;
+        for (int y = 0; y < kHeight; ++y) {
+            for (int x = 0; x < kWidth; ++x) {
+                const auto pixel = 3u * static_cast<std::size_t>(y * kWidth + x);
+                const bool is_shown = image.rgb[pixel] != sky.rgb[pixel] ||
+                                      image.rgb[pixel + 1] != sky.rgb[pixel + 1] ||
+                                      image.rgb[pixel + 2] != sky.rgb[pixel + 2];
+                const Eigen::Vector3d along = direction_through(view, x + 0.5, y + 0.5);
+                const bool is_met =
+                    scene.ray(view.eye_world, view.eye_world + 100.0 * along).has_value();
+                shown += is_shown ? 1 : 0;
+                different += is_shown != is_met ? 1 : 0;
+            }
+        }
+        EXPECT_GT(shown, 150) << fov;
+        // the rasteriser rounds vertices to a 256th of a pixel
+        EXPECT_LE(different, shown / 100) << fov;
+    }
+}
+
+}  // namespace picking_test
+}  // namespace terrane

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+//
+// Bits of frames of a Scene. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built
+// with both compilers at several optimisation levels, which must agree.
+#include "scene/random_scene.h"
+#include "scene/scene_cases.h"
+#include "support/random.h"
+
+#include <terrane/scene/scene.h>
+
+#include <gtest/gtest.h>
+
+namespace terrane {
+namespace golden_scene_test {
+
+TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
+    ObjectModel tree = test::tree_model();
+    tree.mesh = MeshId{3};
+    tree.impostor = ImpostorId{4};
+    Scene scene = Scene::create({}).value();
+    const ModelId model = scene.add_model(tree).value();
+    test::Random random(8);
+    std::vector<PlacedObject> objects(4000);
+    for (PlacedObject& object : objects) {
+        const double x = random.between(-2000.0, 2000.0);
+        const double y = random.between(-2000.0, 2000.0);
+        object.position_world = {x, y, random.between(-20.0, 20.0)};
+        object.scale = static_cast<float>(random.between(0.7, 1.4));
+    }
+    ASSERT_TRUE(scene.add_group(model, objects));
+    test::Hash hash;
+    std::size_t drawn = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+        const WorldPos eye(30.0 * frame, -20.0 * frame, 10.0);
+        const View view =
+            look_at(eye, eye + WorldPos(10.0 - frame, 7.0, -1.0), 1.0, 1280, 720).value();
+        for (const TriangleDemand& demand : scene.begin_frame(view)) {
+            hash.add(demand.threshold_px);
+            hash.add(demand.triangles);
+        }
+        const SceneDraws draws = scene.end_frame(0.5 + frame);
+        for (const ObjectInstance& instance : draws.instances) hash.add(instance);
+        for (const MeshDraw& draw : draws.meshes) hash.add(draw);
+        for (const ImpostorDraw& draw : draws.impostors) hash.add(draw);
+        drawn += scene.counts().drawn;
+    }
+    EXPECT_GT(drawn, 1000u);
+    EXPECT_EQ(hash.value(), 0xfaa8661cf3ffa380u) << std::hex << hash.value();
+}
+
+TEST(GoldenScene, OfContinuousLevelsIsTheSameWithEveryCompilerAtEveryLevel) {
+    Scene scene = Scene::create({.most_continuous = 6}).value();
+    const ModelId rock = scene.add_model(test::make_rock_levels(3, 4).model).value();
+    test::Random random(9);
+    std::vector<PlacedObject> objects(60);
+    for (PlacedObject& object : objects) {
+        const double x = random.between(-30.0, 30.0), y = random.between(-30.0, 30.0);
+        object.position_world = {x, y, random.between(-5.0, 5.0)};
+        object.scale = static_cast<float>(random.between(0.7, 1.4));
+    }
+    ASSERT_TRUE(scene.add_group(rock, objects));
+    test::Hash hash;
+    std::size_t drawn = 0;
+    for (int frame = 0; frame < 20; ++frame) {
+        const WorldPos eye(-25.0 + 2.0 * frame, -1.5 * frame, 2.0);
+        const View view =
+            look_at(eye, eye + WorldPos(10.0 - frame, 7.0, -1.0), 1.0, 1280, 720).value();
+        for (const TriangleDemand& demand : scene.begin_frame(view)) {
+            hash.add(demand.threshold_px);
+            hash.add(demand.triangles);
+        }
+        const SceneDraws draws = scene.end_frame(0.5 + 0.1 * frame);
+        for (const ObjectInstance& instance : draws.instances) hash.add(instance);
+        for (const MeshDraw& draw : draws.meshes) hash.add(draw);
+        for (const ImpostorDraw& draw : draws.impostors) hash.add(draw);
+        for (const StreamedDraw& draw : draws.streamed) {
+            hash.add(draw.instance);
+            hash.add_all(draw.triangles);
+        }
+        drawn += scene.counts().continuous;
+    }
+    EXPECT_GT(drawn, 60u);
+    EXPECT_EQ(hash.value(), 0x381fe7c65c976178u) << std::hex << hash.value();
+}
+
+}  // namespace golden_scene_test
+}  // namespace terrane

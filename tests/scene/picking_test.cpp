@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: MIT
+#include "support/meshes.h"
+#include "support/random.h"
+
+#include <terrane/scene/culling.h>
+#include <terrane/scene/object_model.h>
+#include <terrane/scene/scene.h>
+#include <terrane/scene/scene_graph.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace terrane::test::scene {
+namespace mesh_rays_test {
+
+// Fraction at which a segment meets the plane of a triangle within its edges (T. Moller, B. Trumbore, 1997), and the
+// least distance from an edge as a barycentric coordinate: negative outside.
+struct Meeting {
+    double fraction = 0.0, inside = -1.0;
+};
+Meeting meet(const Eigen::Vector3d& from, const Eigen::Vector3d& along, const Eigen::Vector3d& a,
+             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    const Eigen::Vector3d p = along.cross(c - a);
+    const double determinant = (b - a).dot(p);
+    if (determinant == 0.0) return {};
+    const double u = (from - a).dot(p) / determinant;
+    const Eigen::Vector3d q = (from - a).cross(b - a);
+    const double v = along.dot(q) / determinant;
+    return {(c - a).dot(q) / determinant, std::min({u, v, 1.0 - u - v})};
+}
+
+TEST(MeshRays, AgreeWithAllTrianglesOneByOne) {
+    const TriangleMesh mesh = make_rock(3, 7);
+    const MeshRays rays = MeshRays::create(mesh).value();
+    Random random(11);
+    int hits = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const Eigen::Vector3d from = random.between(0.0, 4.0) * random.direction();
+        const Eigen::Vector3d to = random.between(0.0, 4.0) * random.direction();
+        double least = std::numeric_limits<double>::infinity();
+        bool is_clear = true;  // not near an edge or an end, where rounding decides
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const Meeting at =
+                meet(from, to - from, mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+            const bool is_within = at.fraction > -1e-9 && at.fraction < 1.0 + 1e-9;
+            if (is_within && std::abs(at.inside) < 1e-9) is_clear = false;
+            if (at.inside < 0.0) continue;
+            if (std::min(std::abs(at.fraction), std::abs(at.fraction - 1.0)) < 1e-9)
+                is_clear = false;
+            if (at.fraction >= 0.0 && at.fraction <= 1.0) least = std::min(least, at.fraction);
+        }
+        if (!is_clear) continue;
+        const std::optional<MeshHit> hit = rays.ray(from, to);
+        ASSERT_EQ(hit.has_value(), least <= 1.0) << i;
+        if (!hit) continue;
+        ++hits;
+        EXPECT_NEAR(hit->fraction, least, 1e-9);
+        EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-12);
+        EXPECT_LE(hit->normal.dot(to - from), 0.0);
+    }
+    EXPECT_GT(hits, 2000);
+}
+
+TEST(MeshRays, DoNotGetThroughEdgesAndVertices) {
+    const TriangleMesh mesh = make_rock(3, 7);
+    const MeshRays rays = MeshRays::create(mesh).value();
+    Random random(12);
+    const Eigen::Vector3d inside(0.0, 0.0, 0.2);
+    for (int i = 0; i < 50'000; ++i) {
+        const auto& triangle = mesh.triangles[static_cast<std::size_t>(
+            random.below(static_cast<int>(mesh.triangles.size())))];
+        const Eigen::Vector3d& a = mesh.positions[triangle[0]];
+        const Eigen::Vector3d& b = mesh.positions[triangle[1]];
+        const double share = random.below(3) == 0 ? 0.0 : random.between(0.0, 1.0);
+        const Eigen::Vector3d on_edge = a + share * (b - a);
+        // from outside to the inside, through a point of an edge
+        const Eigen::Vector3d from = inside + random.between(3.0, 1000.0) * (on_edge - inside);
+        EXPECT_TRUE(rays.ray(from, inside)) << i;
+    }
+}
+
+TEST(MeshRays, MeetNothingWhereThereIsNothing) {
+    const MeshRays none = MeshRays::create({}).value();
+    EXPECT_FALSE(none.ray({0, 0, 0}, {0, 0, -1}));
+    TriangleMesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {1, 1, 2}};  // the last two without area
+    const MeshRays rays = MeshRays::create(mesh).value();
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double infinity = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(rays.ray({0.2, 0.2, 1}, {0.2, 0.2, -1}));
+    EXPECT_TRUE(rays.ray({0.2, 0.2, 1}, {0.2, 0.2, 0}));  // ends on it
+    EXPECT_EQ(rays.ray({0.2, 0.2, 0}, {0.2, 0.2, -1})->fraction, 0.0);
+    EXPECT_TRUE(rays.ray({0.2, 0.2, 1e6}, {0.2, 0.2, -1e6}));
+    EXPECT_FALSE(rays.ray({1.5, 0.0, 1}, {1.5, 0.0, -1}));  // the one without area
+    EXPECT_FALSE(rays.ray({0.2, 0.2, 1}, {0.2, 0.2, 0.5}));
+    EXPECT_FALSE(rays.ray({0.2, 0.2, 0}, {0.2, 0.2, 0}));
+    EXPECT_FALSE(rays.ray({-1, 0.2, 0}, {2, 0.2, 0}));  // in its plane
+    EXPECT_FALSE(rays.ray({0.2, 0.2, nan}, {0.2, 0.2, -1}));
+    EXPECT_FALSE(rays.ray({0.2, 0.2, infinity}, {0.2, 0.2, -1}));
+    mesh.positions[0].x() = nan;
+    EXPECT_FALSE(MeshRays::create(mesh));
+}
+
+TEST(SceneRay, MeetsTheFirstOfAllObjects) {
+    Random random(13);
+    const TriangleMesh mesh = make_rock(1, 3);
+    ObjectModel model;
+    model.bounds = {Eigen::Vector3d::Constant(-2.0), Eigen::Vector3d::Constant(2.0)};
+    model.levels = {{0.0, 80, 0, false}};
+    model.absence_error_m = 2.0;
+    Scene scene = Scene::create({}).value();
+    const ModelId unseen = scene.add_model(model).value();
+    model.rays = MeshRays::create(mesh).value();
+    const ModelId rock = scene.add_model(model).value();
+    const WorldPos far_away(3e5, -2e5, 100.0);
+    struct Group {
+        GroupId id;
+        std::vector<PlacedObject> objects;
+    };
+    std::vector<Group> groups;
+    for (int i = 0; i < 4; ++i) {
+        std::vector<PlacedObject> objects(200);
+        for (PlacedObject& object : objects) {
+            object.position_world = far_away + random.between(0.0, 60.0) * random.direction();
+            object.scale = static_cast<float>(random.between(0.3, 2.0));
+            const Eigen::Vector3d axis = random.direction();
+            const double half = random.between(0.0, 3.0);
+            object.rotation = {static_cast<float>(axis.x() * std::sin(half)),
+                               static_cast<float>(axis.y() * std::sin(half)),
+                               static_cast<float>(axis.z() * std::sin(half)),
+                               static_cast<float>(std::cos(half))};
+        }
+        groups.push_back({scene.add_group(rock, objects).value(), objects});
+        ASSERT_TRUE(scene.add_group(unseen, objects));
+    }
+    scene.remove_group(groups[1].id);
+    groups.erase(groups.begin() + 1);
+    int hits = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const WorldPos from = far_away + random.between(0.0, 90.0) * random.direction();
+        const WorldPos to = far_away + random.between(0.0, 90.0) * random.direction();
+        double least = std::numeric_limits<double>::infinity();
+        const PlacedObject* expected = nullptr;
+        for (const Group& group : groups) {
+            for (const PlacedObject& object : group.objects) {
+                const auto& [x, y, z, w] = object.rotation;
+                const Eigen::Matrix3d rotation =
+                    Eigen::Quaterniond(static_cast<double>(w), static_cast<double>(x),
+                                       static_cast<double>(y), static_cast<double>(z))
+                        .normalized()
+                        .toRotationMatrix();
+                for (const auto& triangle : mesh.triangles) {
+                    std::array<Eigen::Vector3d, 3> p;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        p[k] = object.position_world + static_cast<double>(object.scale) *
+                                                           (rotation * mesh.positions[triangle[k]]);
+                    const Meeting at = meet(from, to - from, p[0], p[1], p[2]);
+                    if (at.inside < 0.0 || at.fraction < 0.0 || at.fraction > 1.0) continue;
+                    if (at.fraction < least) expected = &object;
+                    least = std::min(least, at.fraction);
+                }
+            }
+        }
+        const std::optional<SceneHit> hit = scene.ray(from, to);
+        ASSERT_EQ(hit.has_value(), expected != nullptr) << i;
+        if (!hit) continue;
+        ++hits;
+        // positions of instances are float within their cluster
+        EXPECT_NEAR(hit->fraction * (to - from).norm(), least * (to - from).norm(), 1e-2);
+        EXPECT_NEAR((hit->point_world - (from + least * (to - from))).norm(), 0.0, 1e-2);
+        for (const Group& group : groups) {
+            if (group.id != hit->group) continue;
+            EXPECT_EQ(&group.objects[hit->object], expected);
+        }
+    }
+    EXPECT_GT(hits, 300);
+}
+
+}  // namespace mesh_rays_test
+}  // namespace terrane::test::scene
+
+namespace terrane::test::scene_graph {
+namespace graph_ray_test {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+GeometryNode geometry(const TriangleMesh& mesh) {
+    return {.bounds = bounding_box(mesh.positions),
+            .triangles = static_cast<std::uint32_t>(mesh.triangles.size()),
+            .rays = MeshRays::create(mesh).value()};
+}
+
+NodePlace at(const Eigen::Vector3d& translation, double scale = 1.0) {
+    return {{Eigen::Matrix3d::Identity(), translation}, scale};
+}
+
+// A rectangle in the plane x = 0, y from -1 to 1 and z from 0 to 2.
+TriangleMesh plate() {
+    TriangleMesh mesh;
+    mesh.positions = {{0, -1, 0}, {0, 1, 0}, {0, 1, 2}, {0, -1, 2}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+}
+
+// A triangle in the world, of a node.
+struct Placed {
+    NodeId node{};
+    Eigen::Vector3d a, b, c;
+};
+
+struct Tree {
+    SceneGraph graph;
+    std::vector<Placed> triangles;
+};
+
+// Groups, geometry and switches, up to 40 m from the world's origin, with scales from 1/4 to 4 a level.
+Tree random_tree(Random& random, const WorldPos& middle) {
+    struct Parent {
+        NodeId id;
+        Eigen::Affine3d world_from_node;
+        bool is_met;
+        bool is_switch;
+        int children;
+    };
+    Tree tree;
+    std::vector<Parent> parents = {
+        {tree.graph.root(), Eigen::Affine3d::Identity(), true, false, 0}};
+    for (int i = 0; i < 40; ++i) {
+        const auto chosen =
+            static_cast<std::size_t>(random.below(static_cast<int>(parents.size())));
+        NodePlace place;
+        place.parent_from_node.rotation = random.rotation();
+        place.parent_from_node.translation = random.between(0.0, 20.0) * random.direction();
+        if (chosen == 0) place.parent_from_node.translation += middle;
+        place.scale = std::exp2(random.between(-2.0, 2.0));
+        Eigen::Affine3d world_from_node = parents[chosen].world_from_node;
+        world_from_node.translate(place.parent_from_node.translation);
+        world_from_node.rotate(place.parent_from_node.rotation);
+        world_from_node.scale(place.scale);
+        const bool is_met =
+            parents[chosen].is_met && !(parents[chosen].is_switch && parents[chosen].children > 0);
+        ++parents[chosen].children;
+        const int kind = random.below(4);
+        NodeContent content = GroupNode{};
+        const TriangleMesh mesh = make_rock(1, random.bits());
+        if (kind == 0) content = SwitchNode{.limits = {0.1}};
+        if (kind > 1) content = geometry(mesh);
+        const NodeId id = tree.graph.add(parents[chosen].id, place, content).value();
+        parents.push_back({id, world_from_node, is_met, kind == 0, 0});
+        if (kind < 2 || !is_met) continue;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            tree.triangles.push_back({id, world_from_node * mesh.positions[a],
+                                      world_from_node * mesh.positions[b],
+                                      world_from_node * mesh.positions[c]});
+        }
+    }
+    return tree;
+}
+
+struct Nearest {
+    NodeId node{};
+    double fraction = kNever;
+    bool is_clear =
+        true;  // not near an edge, an end, or another node's triangle, where rounding decides
+};
+
+// All triangles one by one (T. Moller, B. Trumbore, 1997).
+Nearest find_nearest(const std::vector<Placed>& triangles, const WorldPos& from,
+                     const WorldPos& to) {
+    constexpr double kNear = 1e-7;
+    const Eigen::Vector3d along = to - from;
+    Nearest nearest;
+    double second = kNever;
+    for (const Placed& each : triangles) {
+        const Eigen::Vector3d p = along.cross(each.c - each.a);
+        const double determinant = (each.b - each.a).dot(p);
+        if (determinant == 0.0) continue;
+        const double u = (from - each.a).dot(p) / determinant;
+        const Eigen::Vector3d q = (from - each.a).cross(each.b - each.a);
+        const double v = along.dot(q) / determinant;
+        const double t = (each.c - each.a).dot(q) / determinant;
+        const double inside = std::min({u, v, 1.0 - u - v});
+        if (t < -kNear || t > 1.0 + kNear || inside < -kNear) continue;
+        if (inside < kNear || std::min(std::abs(t), std::abs(t - 1.0)) < kNear)
+            nearest.is_clear = false;
+        if (t >= nearest.fraction) {
+            if (each.node != nearest.node) second = std::min(second, t);
+            continue;
+        }
+        if (each.node != nearest.node) second = nearest.fraction;
+        nearest.node = each.node;
+        nearest.fraction = t;
+    }
+    if (second - nearest.fraction < kNear) nearest.is_clear = false;
+    return nearest;
+}
+
+TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
+    int hits = 0, misses = 0;
+    for (std::uint64_t seed = 0; seed < 30; ++seed) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed);
+        Random random(seed);
+        const WorldPos middle =
+            seed % 3 == 0 ? WorldPos(2e5, -3e5, 1e3) : WorldPos(WorldPos::Zero());
+        const Tree tree = random_tree(random, middle);
+        for (int i = 0; i < 300; ++i) {
+            const WorldPos from = middle + random.between(0.0, 60.0) * random.direction();
+            WorldPos to = middle + random.between(0.0, 60.0) * random.direction();
+            if (i % 2 == 0 && !tree.triangles.empty()) {
+                // beyond a triangle
+                const Placed& aim = tree.triangles[static_cast<std::size_t>(
+                    random.below(static_cast<int>(tree.triangles.size())))];
+                to = from + 1.5 * ((aim.a + aim.b + aim.c) / 3.0 - from);
+            }
+            const Nearest nearest = find_nearest(tree.triangles, from, to);
+            if (!nearest.is_clear) continue;
+            const std::optional<NodeHit> hit = tree.graph.ray(from, to);
+            ASSERT_EQ(hit.has_value(), nearest.fraction <= 1.0) << i;
+            ++(hit ? hits : misses);
+            if (!hit) continue;
+            EXPECT_EQ(hit->node, nearest.node);
+            EXPECT_NEAR(hit->fraction, nearest.fraction, 1e-9);
+            EXPECT_LE((hit->point_world - (from + hit->fraction * (to - from))).norm(), 1e-9);
+            EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-12);
+            EXPECT_LE(hit->normal.dot(to - from), 0.0);
+        }
+    }
+    EXPECT_GT(hits, 1000);
+    EXPECT_GT(misses, 1000);
+}
+
+TEST(SceneGraphRay, FollowsPlacesContentAndNodesThatGo) {
+    SceneGraph graph;
+    const WorldPos from(-10, 0.3, 0.9), to(10, 0.3, 0.9);
+    EXPECT_FALSE(graph.ray(from, to));
+    const NodeId far = graph.add(graph.root(), at({4, 0, 0}), geometry(plate())).value();
+    const NodeId arm = graph.add(graph.root(), at({-2, 0, 0}), GroupNode{}).value();
+    const NodeId near = graph.add(arm, at({0, 0, 0}), geometry(plate())).value();
+    ASSERT_TRUE(graph.ray(from, to));
+    EXPECT_EQ(graph.ray(from, to)->node, near);
+    EXPECT_DOUBLE_EQ(graph.ray(from, to)->fraction, 0.4);
+    EXPECT_EQ(graph.ray(from, to)->normal, Eigen::Vector3d(-1, 0, 0));
+    EXPECT_EQ(graph.ray(to, from)->node, far);
+    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 5})));
+    EXPECT_EQ(graph.ray(from, to)->node, far);
+    // the plate is a tenth as large, and the ray passes above it
+    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 0}, 0.1)));
+    EXPECT_EQ(graph.ray(from, to)->node, far);
+    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 0})));
+    ASSERT_TRUE(graph.set_content(near, GroupNode{}));
+    EXPECT_EQ(graph.ray(from, to)->node, far);
+    graph.remove(far);
+    EXPECT_FALSE(graph.ray(from, to));
+}
+
+TEST(SceneGraphRay, MeetsTheNodeThatWasAddedFirstOfTwoInOnePlace) {
+    SceneGraph graph;
+    const NodeId late_parent = graph.add(graph.root(), at({0, 0, 0}), GroupNode{}).value();
+    const NodeId first = graph.add(graph.root(), at({0, 0, 0}), geometry(plate())).value();
+    ASSERT_TRUE(graph.add(late_parent, at({0, 0, 0}), geometry(plate())));
+    const auto hit = graph.ray({-10, 0.3, 1}, {10, 0.3, 1});
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->node, first);
+}
+
+TEST(SceneGraphRay, MeetsTheFinestLevelOfASwitchAlone) {
+    SceneGraph graph;
+    const NodeId levels =
+        graph.add(graph.root(), at({0, 0, 0}), SwitchNode{.limits = {1.0, 2.0}}).value();
+    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {10, 0.3, 1}));
+    const NodeId finest = graph.add(levels, at({5, 0, 0}), geometry(plate())).value();
+    ASSERT_TRUE(graph.add(levels, at({-5, 0, 0}), geometry(plate())));
+    const auto hit = graph.ray({-10, 0.3, 1}, {10, 0.3, 1});
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->node, finest);
+}
+
+TEST(SceneGraphRay, MeetsBillboardsAsTheyFaceTheLastFrame) {
+    SceneGraph graph;
+    const NodeId tree =
+        graph.add(graph.root(), at({0, 0, 0}), BillboardNode{.axis = BillboardNode::Axis::up})
+            .value();
+    ASSERT_TRUE(graph.add(tree, at({0, 0, 0}), geometry(plate())));
+    const WorldPos west(-10, 0.3, 1), east(10, 0.3, 1), south(0.3, -10, 1), north(0.3, 10, 1);
+    EXPECT_FALSE(graph.ray(west, east)) << "no frame yet";
+    View view;
+    view.eye_world = south;
+    view.eye_world.x() = 0.0;
+    graph.collect(view, 1.0);
+    EXPECT_TRUE(graph.ray(south, north));
+    EXPECT_FALSE(graph.ray(west, east)) << "seen edge on";
+    view.eye_world = {-10, 0, 1};
+    view.forward = {1, 0, 0};
+    graph.collect(view, 1.0);
+    EXPECT_FALSE(graph.ray(south, north));
+    EXPECT_TRUE(graph.ray(west, east));
+    view.vertical_fov = -1.0;
+    graph.collect(view, 1.0);
+    EXPECT_TRUE(graph.ray(west, east)) << "an invalid view changes nothing";
+}
+
+TEST(SceneGraphRay, MeetsNeitherParticlesNorGeometryWithoutRays) {
+    SceneGraph graph;
+    GeometryNode plain = geometry(plate());
+    plain.rays.reset();
+    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), plain));
+    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), ParticlesNode{.discs = {{}}}));
+    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {10, 0.3, 1}));
+}
+
+TEST(SceneGraphRay, HasNoAnswerToSegmentsThatAreNone) {
+    SceneGraph graph;
+    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), geometry(plate())));
+    const double nan = std::nan("");
+    EXPECT_FALSE(graph.ray({nan, 0.3, 1}, {10, 0.3, 1}));
+    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {kNever, 0.3, 1}));
+    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {-10, 0.3, 1}));
+    const auto far = graph.ray({-1e7, 0.3, 1}, {1e7, 0.3, 1});
+    ASSERT_TRUE(far);
+    EXPECT_NEAR(far->fraction, 0.5, 1e-12);
+}
+
+}  // namespace graph_ray_test
+}  // namespace terrane::test::scene_graph

@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: MIT
+#include "store_files.h"
+#include "support/grounds.h"
+#include "support/random.h"
+#include "terrain/source/bound_checks.h"
+
+#include <terrane/terrain/pager.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <csignal>
+#include <limits>
+#include <thread>
+
+namespace terrane {
+namespace bake_test {
+
+using namespace test;
+
+StoreInfo bake(const HeightSource& source, const std::string& path, BakeSettings settings = {}) {
+    const auto info = ChunkStore::bake(source, path, settings);
+    EXPECT_TRUE(info.has_value()) << (info ? "" : info.error().message);
+    return info.value_or(StoreInfo{});
+}
+
+TEST(Bake, HoldsEveryChunkOfTheSourceBitForBit) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    const StoreInfo info = bake(*source, folder.file("a.terrane"));
+    const auto store = open_store(folder.file("a.terrane"));
+    ASSERT_EQ(store->lattice(), source->lattice());
+    const std::vector<ChunkKey> keys = all_keys(source->lattice());
+    EXPECT_EQ(info.chunk_count, static_cast<std::int64_t>(keys.size()));
+    EXPECT_EQ(info.bytes, std::filesystem::file_size(folder.file("a.terrane")));
+    for (const ChunkKey& key : keys) {
+        const auto stored = make_chunk(*store, key);
+        ASSERT_TRUE(stored.has_value()) << stored.error().message;
+        EXPECT_TRUE(same_chunk(**make_chunk(*source, key), **stored))
+            << key.x << ", " << key.y << ", level " << int{key.level};
+    }
+}
+
+/// The bytes of a mesh: places of its vertices, and triangles.
+std::vector<std::uint32_t> mesh_bytes(const std::shared_ptr<const HeightSource>& source) {
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    auto triangulator = Triangulator::create(*source, {.triangle_budget = 60'000}).value();
+    const View view = look_at({-3000, -3000, 1500}, {500, 500, 0}, 1.0, 1280, 720).value();
+    const CameraNeed camera{.view = view, .threshold_px = 1.0};
+    pager.update({&camera, 1}, {}, 0.0);
+    pager.finish();
+    const TerrainMesh mesh = triangulator.update(pager.resident(), view);
+    EXPECT_GT(mesh.triangle_count, 1000u);
+    std::vector<std::uint32_t> bytes;
+    for (const MeshChunk& part : mesh.chunks) {
+        const ChunkKey& key = part.chunk->key;
+        bytes.insert(bytes.end(),
+                     {static_cast<std::uint32_t>(key.x), static_cast<std::uint32_t>(key.y),
+                      std::uint32_t{key.level}, static_cast<std::uint32_t>(part.index_count)});
+        for (std::uint32_t i = part.first_index; i < part.first_index + part.index_count; ++i) {
+            const std::uint16_t sample = mesh.indices[i];
+            const auto z = static_cast<float>(part.displayed_height(sample, 1.0));
+            bytes.insert(bytes.end(), {sample, std::bit_cast<std::uint32_t>(z)});
+        }
+    }
+    return bytes;
+}
+
+TEST(Bake, GivesTheMeshOfTheSourceBitForBit) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    bake(*source, folder.file("a.terrane"));
+    EXPECT_EQ(mesh_bytes(source), mesh_bytes(open_store(folder.file("a.terrane"))));
+}
+
+TEST(Bake, WritesTheSameFileOnAnyNumberOfThreads) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    std::string sha;
+    std::vector<char> bytes;
+    for (const int worker_count : {1, 3, 16}) {
+        const std::string path = folder.file(std::to_string(worker_count));
+        const StoreInfo info =
+            bake(*source, path, {.level_count = 2, .worker_count = worker_count, .note = "n"});
+        EXPECT_EQ(info.sha.size(), 64u);
+        if (sha.empty()) {
+            sha = info.sha;
+            bytes = read_file(path);
+        }
+        EXPECT_EQ(info.sha, sha);
+        EXPECT_EQ(read_file(path), bytes);
+        StoreInfo opened;
+        ASSERT_TRUE(ChunkStore::open(path, &opened).has_value());
+        EXPECT_EQ(opened.sha, sha);
+        EXPECT_EQ(opened.note, "n");
+        EXPECT_EQ(opened.chunk_count, info.chunk_count);
+        EXPECT_EQ(opened.max_error_m, info.max_error_m);
+    }
+    EXPECT_NE(bake(*source, folder.file("other"), {.level_count = 2, .note = "m"}).sha, sha);
+    EXPECT_NE(bake(*source, folder.file("other"), {.level_count = 1, .note = "n"}).sha, sha);
+}
+
+TEST(Bake, TheShaIsThatOfTheseHeights) {
+    // Changes only where heights, bounds or the format are meant to.
+    const StoreFolder folder;
+    const WaveHeights waves(small_world(0, 2.0), 30.0, 100.0);
+    EXPECT_EQ(bake(waves, folder.file("a")).sha,
+              "cf57fe8f607cfc7c416511b45a182469010a1c2147a40f754e7dd1f79129250e");
+}
+
+TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    bake(*source, folder.file("a"), {.level_count = 2});
+    const auto store = open_store(folder.file("a"));
+    EXPECT_EQ(store->lattice().finest_level, 1);
+    EXPECT_EQ(store->lattice().spacing, source->lattice().level_spacing(1));
+    for (const ChunkKey& key : all_keys(store->lattice())) {
+        const Chunk live = **make_chunk(*source, key), stored = **make_chunk(*store, key);
+        EXPECT_EQ(live.heights, stored.heights);
+        EXPECT_EQ(live.cell_bounds, stored.cell_bounds);
+        EXPECT_EQ(live.vertices->coarse_bounds, stored.vertices->coarse_bounds);
+        for (std::size_t i = 0; i < live.vertices->areas.size(); ++i) {
+            EXPECT_EQ(live.vertices->areas[i].inverse_square_bounds,
+                      stored.vertices->areas[i].inverse_square_bounds);
+        }
+        EXPECT_EQ(store->lattice().x(stored.corner.x), source->lattice().x(live.corner.x));
+        EXPECT_EQ(store->lattice().y(stored.corner.y), source->lattice().y(live.corner.y));
+    }
+}
+
+TEST(Bake, ARegionIsAWorldOfItsOwn) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    const WorldRect region{100.0, -1500.0, 900.0, -900.0};
+    const StoreInfo info = bake(*source, folder.file("a"), {.region = region});
+    const auto store = open_store(folder.file("a"));
+    const Lattice& lattice = store->lattice();
+    EXPECT_EQ(lattice.root_size(), 1024.0);
+    EXPECT_EQ(info.chunk_count, lattice.root_count_x * lattice.root_count_y);
+    EXPECT_LE(lattice.x(lattice.west()), region.west);
+    EXPECT_GE(lattice.x(lattice.east()), region.east);
+    EXPECT_LE(lattice.y(lattice.south()), region.south);
+    EXPECT_GE(lattice.y(lattice.north()), region.north);
+    EXPECT_LT(info.chunk_count, 6);
+    const SampleGrid grid{{lattice.west(), lattice.south()}, 1, 40, 30};
+    std::vector<double> live(grid.size()), stored(grid.size());
+    ASSERT_TRUE(source->sample(grid, live).has_value());
+    ASSERT_TRUE(store->sample(grid, stored).has_value());
+    for (std::size_t i = 0; i < live.size(); ++i) {
+        EXPECT_NEAR(stored[i], live[i], 0.5 * lattice.quantum);
+    }
+}
+
+TEST(Bake, RefusesWhatMakesNoSense) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    const std::string path = folder.file("a");
+    const auto code = [&](const BakeSettings& settings) {
+        const auto info = ChunkStore::bake(*source, path, settings);
+        return info ? ErrorCode::io : info.error().code;
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(code({.level_count = -1}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.level_count = 4}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.worker_count = -1}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.note = std::string((1u << 20) + 1, 'x')}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.region = WorldRect{0, 0, 0, 10}}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.region = WorldRect{0, 0, nan, 10}}), ErrorCode::invalid_argument);
+    EXPECT_EQ(code({.region = WorldRect{9000, 0, 9100, 10}}), ErrorCode::invalid_argument);
+    const auto huge = FractalHeights::create({.seed = 1, .finest_spacing_log2 = -8}).value();
+    EXPECT_EQ(ChunkStore::bake(*huge, path, {}).error().code, ErrorCode::invalid_argument);
+    EXPECT_EQ(folder.file_count(), 0);
+    EXPECT_EQ(ChunkStore::bake(*source, folder.file("no/such/folder"), {}).error().code,
+              ErrorCode::io);
+}
+
+TEST(Bake, LeavesNothingWhereItIsGivenUpOrTheSourceFails) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    const auto given_up =
+        ChunkStore::bake(*source, folder.file("a"),
+                         {.worker_count = 1, .progress = [](double share) { return share < 0.1; }});
+    ASSERT_FALSE(given_up.has_value());
+    EXPECT_EQ(given_up.error().code, ErrorCode::cancelled);
+    WaveHeights waves(small_world(1, 2.0), 30.0, 100.0);
+    waves.is_broken = true;
+    EXPECT_FALSE(ChunkStore::bake(waves, folder.file("a"), {}).has_value());
+    EXPECT_EQ(folder.file_count(), 0);
+}
+
+TEST(Bake, LeavesTheOldFileWhereTheDiskIsFull) {
+    const StoreFolder folder;
+    const auto source = small_fractal();
+    const std::string path = folder.file("a");
+    bake(*source, path, {.level_count = 1});
+    const std::vector<char> before = read_file(path);
+    // No file may be longer than this: what a full disk is to the writer.
+    rlimit limit{};
+    getrlimit(RLIMIT_FSIZE, &limit);
+    rlimit small = limit;
+    small.rlim_cur = 300'000;
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &small);
+    const auto baked = ChunkStore::bake(*source, path, {});
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, old_handler);
+    ASSERT_FALSE(baked.has_value());
+    EXPECT_EQ(baked.error().code, ErrorCode::io);
+    EXPECT_NE(baked.error().message.find(path), std::string::npos) << baked.error().message;
+    EXPECT_EQ(read_file(path), before);
+    EXPECT_EQ(folder.file_count(), 1);
+}
+
+TEST(Bake, TwoThatWriteTheSameFileAtOnceLeaveAWholeOne) {
+    const StoreFolder folder;
+    const WaveHeights waves(small_world(1, 2.0), 30.0, 100.0);
+    const std::string path = folder.file("a");
+    {
+        std::vector<std::jthread> writers;
+        for (int i = 0; i < 4; ++i) {
+            writers.emplace_back([&] { bake(waves, path, {.worker_count = 1}); });
+        }
+        // Whoever reads meanwhile finds no file, or a whole one.
+        for (int i = 0; i < 200; ++i) {
+            const auto store = ChunkStore::open(path);
+            if (store) {
+                EXPECT_TRUE(make_chunk(**store, {0, 0, 0}).has_value());
+            } else {
+                EXPECT_EQ(store.error().code, ErrorCode::io) << store.error().message;
+            }
+        }
+    }
+    EXPECT_EQ(folder.file_count(), 1);
+    EXPECT_NE(open_store(path), nullptr);
+}
+
+}  // namespace bake_test
+
+namespace stored_heights_test {
+
+using namespace test;
+
+class StoredHeights : public testing::Test {
+protected:
+    // One store for all tests.
+    static void SetUpTestSuite() {
+        folder_ = std::make_unique<StoreFolder>();
+        source_ = small_fractal();
+        const auto baked = ChunkStore::bake(*source_, folder_->file("a.terrane"), {});
+        ASSERT_TRUE(baked.has_value());
+        info_ = *baked;
+        store_ = open_store(folder_->file("a.terrane"));
+    }
+    static void TearDownTestSuite() {
+        store_ = source_ = nullptr;
+        folder_ = nullptr;
+    }
+
+    static inline std::unique_ptr<StoreFolder> folder_;
+    static inline std::shared_ptr<const HeightSource> source_, store_;
+    static inline StoreInfo info_;
+};
+
+TEST_F(StoredHeights, SamplesAreThoseOfTheSourceAtEveryLevelAndOffset) {
+    const Lattice& lattice = store_->lattice();
+    Random random(5);
+    for (int i = 0; i < 200; ++i) {
+        SampleGrid grid{{0, 0}, std::int64_t{1} << random.below(9), 9, 7};
+        for (std::int64_t* at : {&grid.corner.x, &grid.corner.y}) *at = random.below(600) - 512;
+        if (random.below(2) == 0) {
+            grid.corner = {grid.corner.x & -grid.step, grid.corner.y & -grid.step};
+        }
+        std::vector<double> live(grid.size()), stored(grid.size());
+        ASSERT_TRUE(source_->sample(grid, live).has_value());
+        ASSERT_TRUE(store_->sample(grid, stored).has_value());
+        for (std::size_t k = 0; k < live.size(); ++k) {
+            const std::int64_t x = grid.corner.x + static_cast<std::int64_t>(k % 9) * grid.step;
+            const std::int64_t y = grid.corner.y + static_cast<std::int64_t>(k / 9) * grid.step;
+            if (x < lattice.west() || x > lattice.east()) continue;
+            if (y < lattice.south() || y > lattice.north()) continue;
+            ASSERT_NEAR(stored[k], live[k], 0.5 * lattice.quantum);
+            ASSERT_NEAR(store_->height(lattice.x(x), lattice.y(y)), stored[k], 1e-9);
+        }
+    }
+}
+
+TEST_F(StoredHeights, KeepWhatHeightSourcesPromise) {
+    const SourceReport report = check_source(*store_).value();
+    EXPECT_TRUE(report.is_clean()) << to_text(report);
+}
+
+TEST_F(StoredHeights, TheTrueSurfaceOfTheSourceIsWithinMaxError) {
+    Random random(6);
+    const WorldRect& extent = source_->extent();
+    double most = 0.0;
+    for (int i = 0; i < 20'000; ++i) {
+        const double x = random.between(extent.west, extent.east);
+        const double y = random.between(extent.south, extent.north);
+        most = std::max(most, std::abs(store_->height(x, y) - source_->height(x, y)));
+    }
+    EXPECT_GT(info_.max_error_m, 0.0);
+    EXPECT_LE(most, info_.max_error_m);
+    EXPECT_GT(most, 0.05 * info_.max_error_m) << "the bound says something";
+}
+
+TEST_F(StoredHeights, BoundsHoldForTheSurfaceOfTheStore) {
+    Random random(7);
+    const Lattice& lattice = store_->lattice();
+    for (std::int64_t step = 1; step <= lattice.step(0) * internal::kChunkSquares; step *= 2) {
+        const auto across = static_cast<int>(std::min<std::int64_t>(lattice.east() / step, 20));
+        const SampleGrid grid{{0, 0}, step, across + 1, across + 1};
+        check_bounds(*store_, grid, 20, random);
+        check_nesting_of_spacing(*store_, grid);
+        check_mesh_bounds(*store_, grid);
+    }
+    check_same_bits(*store_, {{-64, -32}, 2, 20, 20});
+}
+
+TEST_F(StoredHeights, IntervalsContainTheSurface) {
+    Random random(8);
+    for (int i = 0; i < 300; ++i) {
+        WorldRect rect{random.between(-5000, 5000), random.between(-5000, 5000), 0, 0};
+        const double side = std::exp2(random.between(-4, 13));
+        rect.east = rect.west + side;
+        rect.north = rect.south + side * random.between(0.1, 1.0);
+        const HeightInterval found = store_->interval(rect);
+        for (int k = 0; k < 50; ++k) {
+            const double z = store_->height(random.between(rect.west, rect.east),
+                                            random.between(rect.south, rect.north));
+            ASSERT_GE(z, found.low);
+            ASSERT_LE(z, found.high);
+        }
+    }
+    const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+    for (const WorldRect& rect : {WorldRect{-inf, -inf, inf, inf}, WorldRect{nan, nan, nan, nan},
+                                  WorldRect{1, 1, -1, -1}}) {
+        const HeightInterval found = store_->interval(rect);
+        EXPECT_LE(found.low, found.high);
+    }
+}
+
+TEST_F(StoredHeights, RisesAreThoseOfTheSourceWhereATriangulatorAsks) {
+    const Lattice& lattice = store_->lattice();
+    for (double spacing = lattice.spacing * 0x1p-24; spacing <= 2 * lattice.root_size();
+         spacing *= 2) {
+        for (const double distance : {spacing, 0.70710678118654757 * spacing}) {
+            EXPECT_EQ(store_->rise_bound(distance), source_->rise_bound(distance)) << distance;
+        }
+    }
+    Random random(9);
+    for (int i = 0; i < 5000; ++i) {
+        const double x = random.between(-4096, 4096), y = random.between(-4096, 4096);
+        const double distance = std::exp2(random.between(-4, 12));
+        const double angle = random.between(0, 6.28);
+        const double to_x = x + distance * std::cos(angle), to_y = y + distance * std::sin(angle);
+        ASSERT_LE(std::abs(store_->height(x, y) - store_->height(to_x, to_y)),
+                  store_->rise_bound(distance));
+    }
+    EXPECT_GE(store_->rise_bound(1e12), store_->rise_bound(4096.0));
+    EXPECT_GE(store_->rise_bound(0.0), 0.0);
+}
+
+TEST_F(StoredHeights, AnswersBeyondTheWorldRepeatItsBorder) {
+    EXPECT_EQ(store_->height(1e9, 17.0), store_->height(4096.0, 17.0));
+    EXPECT_EQ(store_->height(-1e300, -1e300), store_->height(-4096.0, -4096.0));
+    EXPECT_TRUE(std::isnan(store_->height(std::nan(""), 0.0)));
+    std::vector<std::uint8_t> flags(4);
+    ASSERT_TRUE(
+        store_->cell_flags({{store_->lattice().east() - 1, 0}, 1, 3, 3}, flags).has_value());
+    EXPECT_EQ(flags,
+              (std::vector<std::uint8_t>{cell_ground, cell_outside, cell_ground, cell_outside}));
+}
+
+TEST_F(StoredHeights, AnyThreadMayAskAtAnyTime) {
+    const std::vector<ChunkKey> keys = all_keys(store_->lattice());
+    std::atomic<int> wrong{0};
+    std::vector<std::shared_ptr<const Chunk>> expected;
+    for (const ChunkKey& key : keys) expected.push_back(*make_chunk(*store_, key));
+    {
+        std::vector<std::jthread> threads;
+        for (int t = 0; t < 4; ++t) {
+            threads.emplace_back([&, t] {
+                Random random(static_cast<std::uint64_t>(t));
+                for (int i = 0; i < 60; ++i) {
+                    const auto k =
+                        static_cast<std::size_t>(random.below(static_cast<int>(keys.size())));
+                    const auto chunk = make_chunk(*store_, keys[k]);
+                    if (!chunk || !same_chunk(**chunk, *expected[k])) ++wrong;
+                    const double x = random.between(-4000, 4000), y = random.between(-4000, 4000);
+                    if (store_->height(x, y) != store_->height(x, y)) ++wrong;
+                }
+            });
+        }
+    }
+    EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(StoredHeights, ALoadMayBeGivenUp) {
+    std::stop_source stop;
+    stop.request_stop();
+    const auto chunk = make_chunk(*store_, {0, 0, 0}, stop.get_token());
+    ASSERT_FALSE(chunk.has_value());
+    EXPECT_EQ(chunk.error().code, ErrorCode::cancelled);
+}
+
+}  // namespace stored_heights_test
+}  // namespace terrane

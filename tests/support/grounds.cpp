@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+#include "support/grounds.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace terrane::test {
+namespace {
+
+// Period 1, range [-1, 1], |slope| <= 8, |second derivative| <= 32.
+double wave(double t) {
+    t -= std::floor(t);
+    const double u = t < 0.5 ? t : t - 0.5;
+    const double hump = 16.0 * u * (0.5 - u);
+    return t < 0.5 ? hump : -hump;
+}
+
+float round_up(double value) {
+    return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
+}
+
+}  // namespace
+
+WaveHeights::WaveHeights(const Lattice& lattice, double amplitude, double wavelength)
+    : HeightSource(lattice, whole_extent(lattice)),
+      amplitude_(amplitude),
+      wavelength_(wavelength) {}
+
+double WaveHeights::height(double x, double y) const {
+    return amplitude_ * wave(x / wavelength_) * wave(y / wavelength_);
+}
+
+Result<void> WaveHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    ++sample_count;
+    if (delay_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms.load()));
+    is_held.wait(true);
+    if (is_broken) return fail(ErrorCode::io, "the source is broken on purpose");
+    std::size_t i = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column, ++i) {
+            heights_out[i] = height(lattice().x(grid.corner.x + column * grid.step),
+                                    lattice().y(grid.corner.y + row * grid.step));
+        }
+    }
+    if (gives_nan) heights_out[i / 2] = std::numeric_limits<double>::quiet_NaN();
+    return {};
+}
+
+// A right triangle of hypotenuse l leaves a surface by at most M l^2 / 8, where M bounds the second
+// derivative in any direction: 32 along an axis and 2 * 64 / 2 across, times amplitude / wavelength^2.
+double WaveHeights::bound(double longest_edge) const {
+    const double second = 96.0 * amplitude_ / (wavelength_ * wavelength_);
+    return std::min(2.0 * amplitude_, second * longest_edge * longest_edge / 8.0);
+}
+
+Result<void> WaveHeights::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    const double spacing = lattice().spacing * static_cast<double>(grid.step);
+    std::size_t i = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column, ++i) {
+            const bool is_odd_row = row % 2 != 0;
+            const bool is_odd_column = column % 2 != 0;
+            const double edge = is_odd_row && is_odd_column ? 2.0 * std::sqrt(2.0) : 2.0;
+            bounds_out[i] = is_odd_row || is_odd_column ? round_up(bound(edge * spacing)) : 0.0f;
+        }
+    }
+    return {};
+}
+
+Result<void> WaveHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    const double spacing = lattice().spacing * static_cast<double>(grid.step);
+    std::fill(bounds_out.begin(), bounds_out.end(), round_up(bound(std::sqrt(2.0) * spacing)));
+    return {};
+}
+
+HeightInterval WaveHeights::interval(const WorldRect&) const { return {-amplitude_, amplitude_}; }
+
+double WaveHeights::rise_bound(double distance) const {
+    return std::min(2.0 * amplitude_, std::sqrt(2.0) * 8.0 * amplitude_ / wavelength_ * distance);
+}
+
+WorldRect whole_extent(const Lattice& lattice) {
+    return {lattice.x(lattice.west()), lattice.y(lattice.south()), lattice.x(lattice.east()),
+            lattice.y(lattice.north())};
+}
+
+Lattice small_world(int finest_level, double spacing) {
+    Lattice lattice;
+    lattice.finest_level = finest_level;
+    lattice.spacing = spacing;
+    lattice.first_root_x = lattice.first_root_y = -1;
+    lattice.root_count_x = lattice.root_count_y = 2;
+    return lattice;
+}
+
+namespace {
+
+class TableHeights final : public HeightSource {
+public:
+    TableHeights(const Lattice& lattice, const WorldRect& extent,
+                 std::function<double(double, double)> height, const TableGroundSettings& settings)
+        : HeightSource(lattice, extent), height_(std::move(height)), settings_(settings) {}
+
+    // The triangles of the one level, so that a bound of 0 is right.
+    double height(double x, double y) const override {
+        const double u = (x - lattice().origin_x) / lattice().spacing;
+        const double v = (y - lattice().origin_y) / lattice().spacing;
+        const double column = std::floor(u), row = std::floor(v);
+        const double fx = u - column, fy = v - row;
+        const auto i = static_cast<std::int64_t>(column), j = static_cast<std::int64_t>(row);
+        const auto at = [&](int dx, int dy) {
+            return height_(lattice().x(i + dx), lattice().y(j + dy));
+        };
+        const double sw = at(0, 0), se = at(1, 0), nw = at(0, 1), ne = at(1, 1);
+        if (cut_to_north_east(i, j)) {
+            return fx >= fy ? sw + fx * (se - sw) + fy * (ne - se)
+                            : sw + fy * (nw - sw) + fx * (ne - nw);
+        }
+        return fx + fy <= 1.0 ? sw + fx * (se - sw) + fy * (nw - sw)
+                              : ne + (1.0 - fx) * (nw - ne) + (1.0 - fy) * (se - ne);
+    }
+
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
+        for (int row = 0; row < grid.rows; ++row) {
+            for (int column = 0; column < grid.columns; ++column) {
+                heights_out[static_cast<std::size_t>(row * grid.columns + column)] =
+                    height_(lattice().x(grid.corner.x + column * grid.step),
+                            lattice().y(grid.corner.y + row * grid.step));
+            }
+        }
+        return {};
+    }
+
+    // The range of heights: bounds of vertices are not used by contact.
+    Result<void> vertex_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
+        std::fill(bounds_out.begin(), bounds_out.end(), static_cast<float>(rise_bound(0.0)));
+        return {};
+    }
+
+    Result<void> cell_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
+        std::fill(bounds_out.begin(), bounds_out.end(), settings_.bound);
+        return {};
+    }
+
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override {
+        const double half = 0.5 * lattice().spacing * static_cast<double>(grid.step);
+        for (int row = 0; row + 1 < grid.rows; ++row) {
+            for (int column = 0; column + 1 < grid.columns; ++column) {
+                const double x = lattice().x(grid.corner.x + column * grid.step) + half;
+                const double y = lattice().y(grid.corner.y + row * grid.step) + half;
+                const bool outside = !extent().contains(x, y) ||
+                                     (settings_.is_outside && settings_.is_outside(x, y));
+                flags_out[static_cast<std::size_t>(row * (grid.columns - 1) + column)] =
+                    outside ? cell_outside : cell_ground;
+            }
+        }
+        return {};
+    }
+
+    HeightInterval interval(const WorldRect&) const override {
+        const double largest = 0x1p31 * lattice().quantum;
+        return {-largest, largest};
+    }
+
+    double rise_bound(double) const override { return 0x1p32 * lattice().quantum; }
+
+private:
+    std::function<double(double, double)> height_;
+    TableGroundSettings settings_;
+};
+
+}  // namespace
+
+Ground make_test_ground(std::function<double(double, double)> height,
+                        const TableGroundSettings& settings) {
+    Lattice lattice;
+    lattice.origin_x = settings.origin_x;
+    lattice.origin_y = settings.origin_y;
+    lattice.spacing = settings.spacing;
+    lattice.quantum = settings.quantum;
+    lattice.first_root_x = lattice.first_root_y = settings.first_root;
+    lattice.root_count_x = lattice.root_count_y = settings.roots;
+    const WorldRect extent{lattice.x(lattice.west()), lattice.y(lattice.south()),
+                           lattice.x(lattice.east()), lattice.y(lattice.north())};
+    const TableHeights source(lattice, extent, std::move(height), settings);
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (int row = 0; row < settings.roots; ++row) {
+        for (int column = 0; column < settings.roots; ++column) {
+            if (settings.is_resident && !settings.is_resident(column, row)) continue;
+            Result<std::shared_ptr<const Chunk>> chunk = make_chunk(
+                source, {settings.first_root + column, settings.first_root + row, std::uint8_t{0}});
+            if (!chunk) {
+                std::fprintf(stderr, "test ground: %s\n", chunk.error().message.c_str());
+                std::abort();
+            }
+            chunks.push_back(*chunk);
+            if (!settings.solid) continue;
+            auto joined = std::make_shared<Chunk>(**chunk);
+            joined->solid = settings.solid(*joined);
+            chunks.back() = std::move(joined);
+        }
+    }
+    return Ground(std::make_shared<const ResidentSet>(lattice, extent, std::move(chunks), 1), 0,
+                  settings.surface);
+}
+
+Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots) {
+    TableGroundSettings settings;
+    settings.spacing = spacing;
+    settings.roots = roots;
+    return make_test_ground(std::move(height), settings);
+}
+
+}  // namespace terrane::test

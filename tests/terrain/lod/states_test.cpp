@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+//
+// P1 to P3 and P9 in random states: worlds, resident sets, fades, views,
+// budgets and targets. 10,000 states; TERRANE_STATES_FACTOR times as many in the long variant.
+#include "support/mesh_checks.h"
+#include "support/random_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace terrane::test {
+namespace states_test {
+
+constexpr int kShards = 10;
+constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // of a shard
+constexpr int kFlights = 5;                         // of a world
+constexpr int kFrames = 25;                         // of a flight
+constexpr int kPoints = 2000;                       // measured in a frame
+
+TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
+    TriangulatorSettings settings;
+    const std::size_t least = world.root_triangles();
+    switch (random.below(8)) {
+        case 0:
+            settings.triangle_budget = least;
+            break;
+        case 1:
+            settings.triangle_budget = least + static_cast<std::size_t>(random.below(12));
+            break;
+        case 2:
+            settings.triangle_budget = 50'000;
+            break;
+        default:
+            settings.triangle_budget =
+                least + static_cast<std::size_t>(random_magnitude(random, 1.0, 5'000.0));
+    }
+    settings.max_error_px = random_magnitude(random, 0.02, 100.0);
+    settings.morph_ratio = random.below(4) == 0 ? 1.0 : random.between(1.0, 3.0);
+    settings.open_chunks = 1 + static_cast<std::size_t>(random.below(40));
+    return settings;
+}
+
+// Describes the first violation in a frame; "" if there is none.
+std::string find_fault(const TerrainMesh& mesh, const RandomWorld& world, const View& view,
+                       const TriangulatorSettings& settings) {
+    std::ostringstream out;
+    if (mesh.triangle_count > settings.triangle_budget) {
+        out << mesh.triangle_count << " triangles; ";
+    }
+    out << find_flaw(mesh);
+    if ((mesh.status == MeshStatus::error_met) != (mesh.error_px <= settings.max_error_px)) {
+        out << name_of(mesh.status) << " with an error of " << mesh.error_px << " px; ";
+    }
+    const auto count = static_cast<int>(mesh.triangle_count);
+    const double measured =
+        measure_error_px(make_soup(mesh), world.source(), view, std::max(1, kPoints / count));
+    if (!(measured <= mesh.error_px)) {
+        out << "measured " << measured << " px, certified " << mesh.error_px << "; ";
+    }
+    const double far_px = measure_error_px(make_soup(mesh), world.source(), view,
+                                           std::max(1, kPoints / 4 / count), mesh.finest_error_m);
+    if (!(far_px <= mesh.refinable_error_px) || !(mesh.refinable_error_px <= mesh.error_px)) {
+        out << "measured " << far_px << " px beyond " << mesh.finest_error_m << " m, certified "
+            << mesh.refinable_error_px << " of " << mesh.error_px;
+    }
+    return out.str();
+}
+
+bool is_morphing(const TerrainMesh& mesh) {
+    return std::any_of(mesh.chunks.begin(), mesh.chunks.end(),
+                       [](const MeshChunk& part) { return part.offsets != nullptr; });
+}
+
+class States : public testing::TestWithParam<int> {};
+
+TEST_P(States, KeepBudgetCertificateAndBitsAndAreWatertight) {
+    const auto seed = static_cast<std::uint64_t>(GetParam());
+    Random random(seed);
+    int counted = 0, with_error = 0, morphing = 0;
+    for (int w = 0; w < kWorlds; ++w) {
+        const RandomWorld world(random, 12);
+        RandomResidence residence(world);
+        for (int flight = 0; flight < kFlights; ++flight) {
+            const TriangulatorSettings settings = random_settings(random, world);
+            Triangulator kept = Triangulator::create(world.source(), settings).value();
+            View view;
+            for (int frame = 0; frame < kFrames; ++frame) {
+                const bool is_jump = frame == 0 || random.below(6) == 0;
+                if (is_jump) {
+                    residence.jump(random);
+                } else if (random.below(3) != 0) {
+                    residence.step(random);
+                }
+                view = is_jump || random.below(8) == 0 ? random_view(random, world)
+                                                       : moved_view(random, world, view);
+                SCOPED_TRACE(testing::Message()
+                             << "seed " << seed << ", world " << w << " (" << world.describe()
+                             << "), flight " << flight << ", frame " << frame << ", budget "
+                             << settings.triangle_budget << ", target " << settings.max_error_px
+                             << " px, morph ratio " << settings.morph_ratio << ", eye "
+                             << view.eye_world.transpose() << ", field of view "
+                             << view.vertical_fov);
+                if (random.below(40) == 0) {
+                    View broken = view;
+                    broken.eye_world.x() = std::numeric_limits<double>::quiet_NaN();
+                    EXPECT_EQ(kept.update(residence.resident(), broken).status,
+                              MeshStatus::invalid_view);
+                }
+                const TerrainMesh mesh = kept.update(residence.resident(), view);
+                ASSERT_EQ(find_fault(mesh, world, view, settings), "");
+                ++counted;
+                with_error += mesh.error_px > 0.0 ? 1 : 0;
+                morphing += is_morphing(mesh) ? 1 : 0;
+                if (random.below(2) == 0) continue;
+                TriangulatorSettings others = settings;
+                others.open_chunks = 1;
+                others.worker_count = random.below(16) == 0 ? 1 + random.below(4) : 1;
+                Triangulator fresh = Triangulator::create(world.source(), others).value();
+                const TerrainMesh again = fresh.update(residence.resident(), view);
+                ASSERT_EQ(find_difference(mesh, again), "") << "kept or fresh triangulator";
+            }
+        }
+    }
+    EXPECT_EQ(counted, kWorlds * kFlights * kFrames);
+    EXPECT_GT(with_error, counted / 2);  // not all of them look at the sky
+    EXPECT_GT(morphing, counted / 4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seed, States, testing::Range(1, 1 + kShards));
+
+}  // namespace states_test
+}  // namespace terrane::test

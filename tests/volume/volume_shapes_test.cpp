@@ -1,0 +1,494 @@
+// SPDX-License-Identifier: MIT
+#include "level_set/sampled_shape.h"
+#include "support/random.h"
+#include "volume/joined_mesh.h"
+#include "volume/volume_scenes.h"
+
+#include <terrane/volume/volumes.h>
+
+#include <gtest/gtest.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <random>
+#include <sstream>
+
+namespace terrane {
+namespace shapes_test {
+
+using namespace test;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+Lattice wide_world() {
+    Lattice lattice;
+    lattice.first_root_x = lattice.first_root_y = -8;
+    lattice.root_count_x = lattice.root_count_y = 16;
+    return lattice;
+}
+
+std::vector<VolumeShape> random_shapes(Random& random) {
+    VolumeTube tube{{}, random.between(1.0, 9.0)};
+    for (int i = 1 + random.below(12); i > 0; --i)
+        tube.path_shape.push_back(random.direction() * random.between(0.0, 60.0));
+    return {VolumeSphere{random.between(1.0, 30.0)},
+            VolumeCapsule{random.between(1.0, 9.0), random.between(0.0, 30.0)},
+            VolumeBox{
+                {random.between(1.0, 20.0), random.between(1.0, 20.0), random.between(1.0, 20.0)}},
+            tube};
+}
+
+TEST(VolumeShapes, HaveTheDistancesOfTheOracle) {
+    Random random(1);
+    for (int scene = 0; scene < 200; ++scene) {
+        for (const VolumeShape& shape : random_shapes(random)) {
+            VolumeOperation operation{.shape = shape, .voxel = 1.0};
+            operation.world_from_shape = {random.rotation(),
+                                          random.direction() * random.between(0.0, 400.0)};
+            const auto placed = PlacedVolume::create(wide_world(), 0, operation);
+            ASSERT_TRUE(placed.has_value()) << placed.error().message;
+            for (int i = 0; i < 50; ++i) {
+                const Eigen::Vector3d p = operation.world_from_shape.translation +
+                                          random.direction() * random.between(0.0, 90.0);
+                EXPECT_NEAR(placed->signed_distance(p), AnalyticSolid::distance(operation, p),
+                            1e-10);
+            }
+        }
+    }
+}
+
+TEST(VolumeShapes, ATubeOfOnePointIsASphereAndEqualPointsAreHarmless) {
+    VolumeOperation operation{.shape = VolumeTube{{{1, 2, 3}}, 4.0}, .voxel = 1.0};
+    const auto sphere = PlacedVolume::create(wide_world(), 0, operation).value();
+    operation.shape = VolumeTube{{{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, 4.0};
+    const auto tube = PlacedVolume::create(wide_world(), 0, operation).value();
+    for (const Eigen::Vector3d& p :
+         {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(9, 2, 3), Eigen::Vector3d(0, 0, 0)}) {
+        EXPECT_NEAR(sphere.signed_distance(p), (p - Eigen::Vector3d(1, 2, 3)).norm() - 4.0, 1e-12);
+        EXPECT_EQ(sphere.signed_distance(p), tube.signed_distance(p));
+    }
+}
+
+std::string refusal(const VolumeOperation& operation) {
+    const auto placed = PlacedVolume::create(wide_world(), 0, operation);
+    EXPECT_TRUE(placed.has_value() || placed.error().code == ErrorCode::invalid_argument);
+    return placed.has_value() ? "" : placed.error().message;
+}
+
+TEST(VolumeShapes, LegsOfATubeFarBeyondTheWorldCostNothing) {
+    VolumeTube tube{.radius = 1.0};
+    for (int i = 0; i < 1'000; ++i) {
+        const double side = i % 2 == 0 ? 1e5 : -1e5;
+        tube.path_shape.emplace_back(side, side, 0.0);
+    }
+    const auto placed = PlacedVolume::create(wide_world(), 0, {.shape = tube, .voxel = 1.0});
+    ASSERT_TRUE(placed) << placed.error().message;
+    EXPECT_LT(placed->tiles().size(), 10'000u);
+}
+
+TEST(VolumeShapes, RefusesSizesAndNumbersThatMakeNoSense) {
+    EXPECT_EQ(refusal({.shape = VolumeSphere{5.0}, .voxel = 1.0}), "");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{0.0}}),
+              "radius must be above 0 and at most 1e+05 m, got 0");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{-1.0}}),
+              "radius must be above 0 and at most 1e+05 m, got -1");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{kNan}}),
+              "radius must be above 0 and at most 1e+05 m, got nan");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{1e6}}),
+              "radius must be above 0 and at most 1e+05 m, got 1e+06");
+    EXPECT_EQ(refusal({.shape = VolumeCapsule{1.0, -0.1}}),
+              "half_height must be 0 to 1e+05 m, got -0.1");
+    EXPECT_EQ(refusal({.shape = VolumeBox{{1.0, kNan, 1.0}}}),
+              "half_extents must be above 0 and at most 1e+05 m, got nan");
+    EXPECT_EQ(refusal({.shape = VolumeTube{{}, 1.0}}), "path must have 1 to 1048576 points, got 0");
+    EXPECT_EQ(refusal({.shape = VolumeTube{{{0, 0, 0}, {0, kNan, 0}}, 1.0}}),
+              "path[1] must be within 1e+05 m of the origin, got nan");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{5.0}, .voxel = 0.0}),
+              "voxel must be above 0 and at most 1e+05 m, got 0");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{5.0}, .voxel = -1.0}),
+              "voxel must be above 0 and at most 1e+05 m, got -1");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{5.0}, .voxel = kNan}),
+              "voxel must be above 0 and at most 1e+05 m, got nan");
+    EXPECT_EQ(refusal({.shape = VolumeSphere{0.001}}),
+              "the volume is 0.002 m thick, less than its voxel of 1 m");
+    VolumeOperation placed{.shape = VolumeSphere{5.0}};
+    placed.world_from_shape.translation.x() = kNan;
+    EXPECT_EQ(refusal(placed), "position must be within 2^38 m, got nan");
+    placed.world_from_shape.translation = {1e5, 0.0, 0.0};
+    EXPECT_EQ(refusal(placed), "the volume at (100000, 0) is outside the world");
+    placed.world_from_shape.translation = {0.0, 0.0, 1e9};
+    EXPECT_EQ(refusal(placed), "the volume reaches from 1e+09 to 1e+09 m, beyond 2^28 voxels");
+    placed.world_from_shape = {2.0 * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+    EXPECT_EQ(
+        refusal(placed),
+        "rotation must be orthonormal to 1e-6 with determinant 1, is off by 3 with determinant 8");
+    placed.world_from_shape = {-Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+    EXPECT_NE(refusal(placed), "");
+}
+
+TEST(Volumes, NameTheOperationThatIsRefused) {
+    const std::vector<VolumeOperation> operations = {{.shape = VolumeSphere{5.0}},
+                                                     {.shape = VolumeSphere{kNan}}};
+    const auto volumes = Volumes::create(wide_world(), operations);
+    ASSERT_FALSE(volumes.has_value());
+    EXPECT_EQ(volumes.error().message,
+              "volume 1: radius must be above 0 and at most 1e+05 m, got nan");
+    EXPECT_EQ(Volumes::create(wide_world(), {}).error().message, "the list of volumes is empty");
+    Lattice broken = wide_world();
+    broken.spacing = kNan;
+    EXPECT_FALSE(Volumes::create(broken, {operations.data(), 1}).has_value());
+}
+
+TEST(Volumes, ChooseTheLevelWhoseSpacingIsNearest) {
+    Lattice lattice = wide_world();
+    lattice.spacing = 0.25;
+    lattice.finest_level = 4;  // 4, 2, 1, 0.5 and 0.25 m
+    EXPECT_EQ(pinned_level(lattice, 1.0), 2);
+    EXPECT_EQ(pinned_level(lattice, 0.74), 2);
+    EXPECT_EQ(pinned_level(lattice, 0.68), 3);
+    EXPECT_EQ(pinned_level(lattice, 0.001), 4);
+    EXPECT_EQ(pinned_level(lattice, 1000.0), 0);
+    const std::vector<VolumeOperation> operations = {{.shape = VolumeSphere{5.0}, .voxel = 2.0},
+                                                     {.shape = VolumeSphere{5.0}, .voxel = 0.5}};
+    EXPECT_EQ(Volumes::create(lattice, operations)->spacing(), 0.5);
+}
+
+TEST(Volumes, TouchTilesAlongATunnelAndNotItsWholeBox) {
+    VolumeOperation tunnel{.shape = VolumeTube{{{-900, -900, -20}, {900, 900, -20}}, 5.0},
+                           .voxel = 1.0};
+    const std::vector<VolumeOperation> operations = {tunnel,
+                                                     {.shape = VolumeSphere{5.0}, .voxel = 1.0}};
+    const Volumes volumes = Volumes::create(wide_world(), operations).value();
+    EXPECT_GT(volumes.tiles().size(), 100u);  // of 57 * 57 in its box
+    EXPECT_LT(volumes.tiles().size(), 260u);
+    EXPECT_EQ(volumes.operations_at({20, -20}).size(), 0u);
+    ASSERT_EQ(volumes.operations_at({0, 0}).size(), 2u);
+    EXPECT_EQ(volumes.operations_at({0, 0})[0], 0u);
+    EXPECT_EQ(volumes.operations_at({5, 5}).size(), 1u);
+}
+
+}  // namespace shapes_test
+
+namespace mesh_volume_test {
+
+using namespace test;
+
+/// A sphere of radius 1: an octahedron, divided.
+VolumeMesh ball(int divisions, double radius) {
+    VolumeMesh mesh;
+    mesh.points_shape = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    for (int i = 0; i < divisions; ++i) {
+        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+            const auto [found, is_new] = middles.try_emplace(
+                std::minmax(a, b), static_cast<std::uint32_t>(mesh.points_shape.size()));
+            if (is_new)
+                mesh.points_shape.push_back(
+                    (mesh.points_shape[a] + mesh.points_shape[b]).normalized());
+            return found->second;
+        };
+        std::vector<std::array<std::uint32_t, 3>> finer;
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+        }
+        mesh.triangles = finer;
+    }
+    for (Eigen::Vector3d& p : mesh.points_shape) p *= radius;
+    return mesh;
+}
+
+TEST(MeshVolume, IsWatertightAndNearItsMeshWhereverItIsTurned) {
+    const VolumeWorld world = flat_world();
+    Random random(5);
+    for (const double z : {20.0, 38.0}) {
+        auto operation = place(ball(5, 15.0), {63.3, 64.4, z});
+        operation.world_from_shape.rotation = random.rotation();
+        const std::vector<VolumeOperation> list = {operation};
+        const Volumes volumes = Volumes::create(world.lattice, list).value();
+        const auto contours = contour_all(world, volumes);
+        const JoinedMesh mesh = join(world, volumes, contours);
+        EXPECT_EQ(find_leak(world, mesh), "");
+        double worst = 0.0;
+        for (const VolumeContour& contour : contours) {
+            for (std::size_t i = 0; i < contour.keys.size(); ++i) {
+                if (contour.keys[i].is_node()) continue;
+                const Eigen::Vector3d p =
+                    contour.positions_world[i] - operation.world_from_shape.translation;
+                worst = std::max(worst, std::abs(p.norm() - 15.0));
+            }
+        }
+        EXPECT_GT(worst, 0.0);
+        EXPECT_LT(worst, 0.06);
+    }
+}
+
+TEST(MeshVolume, HasTheSameBitsWithAnyNumberOfOpenVdbsThreads) {
+    std::vector<double> first;
+    for (const std::size_t threads : {1u, 3u, 8u}) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        const auto placed =
+            PlacedVolume::create(flat_world().lattice, 0, place(ball(4, 20.0), {63.3, 64.4, 30.0}))
+                .value();
+        std::vector<double> values;
+        Random random(9);
+        for (int i = 0; i < 20000; ++i) {
+            values.push_back(
+                placed.signed_distance(Eigen::Vector3d(63.3, 64.4, 30.0) +
+                                       random.direction() * random.between(14.0, 26.0)));
+        }
+        if (first.empty()) first = values;
+        EXPECT_EQ(values, first) << threads;
+    }
+}
+
+TEST(MeshVolume, RefusesMeshesThatBoundNoSolid) {
+    const Eigen::Vector3d at(64.0, 64.0, 30.0);
+    EXPECT_EQ(refusal(place(ball(3, 10.0), at)), "");
+    VolumeMesh open = ball(2, 10.0);
+    open.triangles.pop_back();
+    EXPECT_NE(refusal(place(open, at)).find("the mesh is not closed: its edge from point"),
+              std::string::npos);
+    VolumeMesh inside_out = ball(2, 10.0);
+    for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
+    EXPECT_NE(refusal(place(inside_out, at)).find("the mesh is inside out"), std::string::npos);
+    VolumeMesh crossing = ball(2, 10.0);
+    const VolumeMesh other = ball(2, 10.0);
+    const auto offset = static_cast<std::uint32_t>(crossing.points_shape.size());
+    for (const Eigen::Vector3d& p : other.points_shape)
+        crossing.points_shape.push_back(p + Eigen::Vector3d(7.1, 1.3, 0.4));
+    for (const auto& t : other.triangles)
+        crossing.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+    EXPECT_NE(refusal(place(crossing, at)).find("the mesh crosses itself"), std::string::npos);
+    EXPECT_EQ(refusal(place(VolumeMesh{}, at)), "a mesh must have 1 to 4194304 triangles, got 0");
+    VolumeMesh missing = ball(0, 10.0);
+    missing.triangles[3][1] = 6;
+    EXPECT_EQ(refusal(place(missing, at)), "triangle 3 of a mesh names point 6 of 6");
+    EXPECT_NE(refusal(place(ball(3, 0.4), at)).find("less than its voxel"), std::string::npos);
+    EXPECT_NE(
+        refusal(place(ball(3, 30.0), at), {.memory_bytes = 10'000}).find("more than memory_bytes"),
+        std::string::npos);
+    // A needle has little area, and its level set is around its edges.
+    const VolumeMesh needle{{{-50, 0, 0}, {50, 0, 0}, {0, 1.2, 0}, {0, 0, 1.2}},
+                            {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+    EXPECT_EQ(refusal(place(needle, at)), "");
+    EXPECT_NE(refusal(place(needle, at), {.memory_bytes = 100'000}).find("more than memory_bytes"),
+              std::string::npos);
+}
+
+}  // namespace mesh_volume_test
+}  // namespace terrane
+
+// OpenVDB's reader leaks the nodes that it has read when it throws.
+// NOLINTNEXTLINE(readability-identifier-naming): the sanitizer's name
+extern "C" const char* __lsan_default_suppressions();   // NOLINT(bugprone-reserved-identifier)
+extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)
+    return "leak:readTopology\nleak:readBuffers\n";
+}
+
+namespace terrane {
+namespace vdb_file_test {
+
+using namespace test;
+
+class VdbFile : public testing::Test {
+protected:
+    void SetUp() override {
+        openvdb::initialize();
+        std::random_device entropy;
+        folder_ = std::filesystem::temp_directory_path() /
+                  ("terrane_volume_" + std::to_string(entropy()));
+        std::filesystem::create_directory(folder_);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    std::string write(const openvdb::GridPtrVec& grids, const std::string& name = "a.vdb") {
+        const std::string path = (folder_ / name).string();
+        openvdb::io::File file(path);
+        file.write(grids);
+        file.close();
+        return path;
+    }
+    static openvdb::FloatGrid::Ptr sphere(double radius, double voxel, double half_width = 3.0) {
+        auto grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(
+            static_cast<float>(radius), openvdb::Vec3f(0.0f), static_cast<float>(voxel),
+            static_cast<float>(half_width));
+        grid->setName("ball");
+        return grid;
+    }
+    static std::string refused(const std::string& path, const std::string& grid = {},
+                               const VolumeSettings& settings = {}) {
+        return refusal(place(VolumeFile{path, grid}, {64.0, 64.0, 30.0}), settings);
+    }
+
+    std::filesystem::path folder_;
+};
+
+TEST_F(VdbFile, IsContouredNearItsSurface) {
+    const VolumeWorld world = flat_world();
+    for (const double voxel : {0.8, 1.0, 1.7}) {
+        const std::string path = write({sphere(15.0, voxel)});
+        const std::vector<VolumeOperation> list = {
+            place(VolumeFile{path, "ball"}, {63.3, 64.4, 36.0})};
+        const Volumes volumes = Volumes::create(world.lattice, list).value();
+        const JoinedMesh mesh = join(world, volumes, contour_all(world, volumes));
+        EXPECT_EQ(find_leak(world, mesh), "");
+        double worst = 0.0;
+        for (std::size_t i = 0; i < mesh.keys.size(); ++i) {
+            if (mesh.keys[i].is_node()) continue;
+            worst = std::max(
+                worst,
+                std::abs((mesh.positions[i] - Eigen::Vector3d(63.3, 64.4, 36.0)).norm() - 15.0));
+        }
+        EXPECT_LT(worst, 0.06 * voxel * voxel);
+    }
+}
+
+TEST_F(VdbFile, RefusesWhatIsNoLevelSetOfFloats) {
+    EXPECT_EQ(refused(write({sphere(15.0, 1.0)})), "");
+    EXPECT_NE(refused((folder_ / "none.vdb").string()).find("cannot read"), std::string::npos);
+    EXPECT_NE(refused(write({sphere(15.0, 1.0)}), "other").find("none is called \"other\""),
+              std::string::npos);
+    EXPECT_NE(refused(write({sphere(15.0, 1.0), sphere(9.0, 1.0)})).find("has 2 grids"),
+              std::string::npos);
+    EXPECT_NE(refused(write({})).find("has 0 grids"), std::string::npos);
+    auto fog = sphere(15.0, 1.0);
+    fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+    EXPECT_NE(refused(write({fog})).find("is no level set of floats"), std::string::npos);
+    auto other = openvdb::DoubleGrid::create(3.0);
+    other->setGridClass(openvdb::GRID_LEVEL_SET);
+    EXPECT_NE(refused(write({other})).find("is no level set of floats"), std::string::npos);
+    auto empty = openvdb::FloatGrid::create(3.0f);
+    empty->setGridClass(openvdb::GRID_LEVEL_SET);
+    EXPECT_NE(refused(write({empty})).find("has no active voxels"), std::string::npos);
+    EXPECT_NE(refused(write({sphere(15.0, 1.0, 1.5)})).find("less than two spacings"),
+              std::string::npos);
+    EXPECT_NE(refused(write({sphere(15.0, 1.0)}), "", {.memory_bytes = 1000})
+                  .find("more than memory_bytes"),
+              std::string::npos);
+    auto tiled = sphere(15.0, 1.0);
+    tiled->tree().addTile(3, openvdb::Coord(8192, 0, 0), tiled->background(), true);
+    EXPECT_NE(refused(write({tiled})).find("more than memory_bytes"), std::string::npos);
+    auto stretched = sphere(15.0, 1.0);
+    stretched->setTransform(openvdb::math::Transform::createLinearTransform(
+        openvdb::math::Mat4d(1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)));
+    EXPECT_NE(refused(write({stretched})).find("not cubes"), std::string::npos);
+}
+
+TEST_F(VdbFile, RefusesValuesThatAreNoDistances) {
+    auto steep = sphere(15.0, 1.0);
+    steep->setTransform(openvdb::math::Transform::createLinearTransform(0.4));
+    EXPECT_NE(refused(write({steep})).find("does not hold signed distances"), std::string::npos);
+    auto broken = sphere(15.0, 1.0);
+    broken->tree().setValue(openvdb::Coord(15, 0, 0), std::numeric_limits<float>::quiet_NaN());
+    EXPECT_NE(refused(write({broken})).find("does not hold signed distances"), std::string::npos);
+    auto turned = sphere(40.0, 1.0);
+    turned->tree().addTile(1, openvdb::Coord(0, 0, 0), turned->background(), false);
+    EXPECT_NE(refused(write({turned})).find("does not hold signed distances"), std::string::npos);
+    auto open = sphere(15.0, 1.0);
+    for (auto leaf = open->tree().beginLeaf(); leaf; ++leaf) {
+        if (leaf->origin().z() < 8) continue;
+        for (auto value = leaf->beginValueAll(); value; ++value) value.setValue(open->background());
+    }
+    EXPECT_NE(refused(write({open})).find("does not hold signed distances"), std::string::npos);
+}
+
+TEST_F(VdbFile, RefusesVoxelsAtTheEndsOfTheRangeOfIndices) {
+    const int last = std::numeric_limits<int>::max();
+    for (const int end : {last, -last - 1}) {
+        auto tiled = sphere(15.0, 1.0);
+        tiled->tree().addTile(3, openvdb::Coord(0, end, 0), -tiled->background(), false);
+        EXPECT_NE(refused(write({tiled})).find("indices beyond 2^30"), std::string::npos);
+        auto voxel = sphere(15.0, 1.0);
+        voxel->tree().setValue(openvdb::Coord(end, 0, end), voxel->background());
+        EXPECT_NE(refused(write({voxel})).find("indices beyond 2^30"), std::string::npos);
+    }
+}
+
+TEST_F(VdbFile, RefusesTruncatedAndForeignFiles) {
+    const std::string path = write({sphere(15.0, 1.0)});
+    std::ifstream in(path, std::ios::binary);
+    const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
+    for (std::size_t part = 0; part < 40; ++part) {
+        const std::string cut = (folder_ / "cut.vdb").string();
+        std::ofstream(cut, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(bytes.size() * part / 40));
+        EXPECT_NE(refused(cut), "") << part;
+        EXPECT_EQ(refused(cut).find('\n'), std::string::npos);
+    }
+    const std::string foreign = (folder_ / "foreign.vdb").string();
+    std::ofstream(foreign) << "# not a file of OpenVDB\n" << std::string(5000, 'x');
+    EXPECT_NE(refused(foreign).find("cannot read"), std::string::npos);
+    EXPECT_NE(refused(folder_.string()), "");
+}
+
+std::optional<internal::VdbOffsets> check_lengths(const std::string& bytes) {
+    std::istringstream in(bytes, std::ios::binary);
+    return internal::check_vdb_lengths(in, bytes.size());
+}
+
+// OpenVDB would allocate and clear as many bytes as a length says.
+TEST_F(VdbFile, RefusesLengthsThatDoNotFitInTheFile) {
+    auto ball = sphere(15.0, 1.0);
+    ball->insertMeta("author", openvdb::StringMetadata("somebody"));
+    std::ostringstream of_stream(std::ios::binary);
+    openvdb::io::Stream(of_stream).write(openvdb::GridCPtrVec{ball});
+    std::ifstream in(write({ball, sphere(9.0, 1.0)}), std::ios::binary);
+    const std::string of_file((std::istreambuf_iterator<char>(in)), {});
+    EXPECT_EQ(check_lengths(of_stream.str()), internal::VdbOffsets::absent);
+    EXPECT_EQ(check_lengths(of_file), internal::VdbOffsets::present);
+    for (const std::string& bytes : {of_stream.str(), of_file}) {
+        int lengths = 0;
+        for (const std::string text : {"ball", "Tree_float_5_4_3", "author", "string", "somebody",
+                                       "class", "level set", "file_mem_bytes", "UniformScaleMap"}) {
+            const std::string counted =
+                std::string{static_cast<char>(text.size()), '\0', '\0', '\0'} + text;
+            for (std::size_t at = bytes.find(counted); at != std::string::npos;
+                 at = bytes.find(counted, at + 1)) {
+                std::string longer = bytes;
+                longer[at + 3] = '\x7f';
+                EXPECT_FALSE(check_lengths(longer)) << text;
+                ++lengths;
+            }
+        }
+        EXPECT_GT(lengths, 8);
+        const std::string path = (folder_ / "longer.vdb").string();
+        std::string longer = bytes;
+        longer[bytes.find("somebody") - 1] = '\x7f';
+        std::ofstream(path, std::ios::binary) << longer;
+        EXPECT_EQ(refused(path), "cannot read \"" + path + "\": it is damaged");
+        // Every end before the first voxels.
+        for (std::size_t size = 0; size < bytes.find("UniformScaleMap"); ++size) {
+            EXPECT_TRUE(size < 12 || !check_lengths(bytes.substr(0, size))) << size;
+        }
+    }
+    // Descriptors that go back in the file: it would never end.
+    std::string back = of_file;
+    const std::size_t descriptor = back.find("Tree_float_5_4_3");
+    const std::size_t end = back.find('\0', descriptor) + 4 + 16;
+    for (std::size_t i = 0; i < 8; ++i) back[end + i] = '\0';
+    EXPECT_FALSE(check_lengths(back));
+}
+
+TEST_F(VdbFile, ReadsWhatAStreamWrote) {
+    const std::string path = (folder_ / "stream.vdb").string();
+    std::ofstream out(path, std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{sphere(15.0, 1.0)});
+    out.close();
+    EXPECT_EQ(refused(path, "ball"), "");
+    EXPECT_NE(refused(path, "other").find("none is called \"other\""), std::string::npos);
+    EXPECT_NE(refused(path, "ball", {.memory_bytes = 400'000}).find("more than memory_bytes"),
+              std::string::npos);
+}
+
+}  // namespace vdb_file_test
+}  // namespace terrane
