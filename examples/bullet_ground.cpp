@@ -31,16 +31,16 @@ int main(int argc, char** argv) {
     world.setGravity(btVector3(0, 0, btScalar(-9.81)));
 
     // Before anything stands on it, load the ground around the start, which is the origin of Bullet's frame.
-    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
+    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    const Ground first(pager.resident(), pager.contact_level());
+    const Ground first = pager.ground();
     const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
     adapters::BulletGround ground({.origin_world = origin});
     ground.set_ground(first);
     btRigidBody ground_body(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &ground));
     world.addRigidBody(&ground_body);
-    pager.release(start);
+    start.release();
 
     btSphereShape ball(btScalar(0.4));
     btBoxShape chassis_box(btVector3(2, 1, btScalar(0.4)));
@@ -76,7 +76,7 @@ int main(int argc, char** argv) {
     for (int frame = 0; frame < 300; ++frame) {
         // 1. What the bodies need. 2. The newest ground. 3. Bodies whose ground is absent are held. 4. The step.
         pager.update({}, keeper.needs(world, ground), frame * dt);
-        ground.set_ground(Ground(pager.resident(), pager.contact_level()));
+        ground.set_ground(pager.ground());
         keeper.hold(world, ground, dt);
         for (int wheel = 0; wheel < 4; ++wheel) vehicle.applyEngineForce(1000, wheel);
         world.stepSimulation(btScalar(dt), 0);

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
                                  source->height(p_world.x(), p_world.y()));
         const BodyNeed need{.centre_world = on_ground, .radius = 50.0};
         pager.update({}, {&need, 1}, step * 0.5);
-        const Ground now(pager.resident(), pager.contact_level());
+        const Ground now = pager.ground();
         ground.set_ground(now);
         probe.set_ground(now);
         probe.set_origin(WorldPos(p_world.x(), p_world.y(), 0.0));

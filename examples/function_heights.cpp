@@ -20,10 +20,10 @@ double volcano(double x, double y) {
 
 void print_height(std::shared_ptr<const HeightSource> source, double x, double y) {
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({x - 10.0, y - 10.0, x + 10.0, y + 10.0}, 0.0);
+    const RequiredRegion region = pager.require({x - 10.0, y - 10.0, x + 10.0, y + 10.0}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    const HeightAnswer answer = Ground(pager.resident(), pager.contact_level()).height(x, y);
+    const HeightAnswer answer = pager.ground().height(x, y);
     std::printf("%.2f m, within %.2f m\n", answer.height, answer.error_m);
 }
 

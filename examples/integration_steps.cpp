@@ -18,25 +18,24 @@ using namespace terrane;
 struct Teleport {
     BodyId body;
     WorldPos goal_world = WorldPos::Zero();
-    Pager::Ticket ticket = 0;
+    RequiredRegion region;
 
     void begin(Pager& pager, double deadline_s) {
         const double reach = 50.0;  // what it may touch in its first frames
-        ticket = pager.require({.west = goal_world.x() - reach,
+        region = pager.require({.west = goal_world.x() - reach,
                                 .south = goal_world.y() - reach,
                                 .east = goal_world.x() + reach,
                                 .north = goal_world.y() + reach},
                                deadline_s);
     }
     bool finish(Pager& pager, World& world) {
-        if (!pager.is_ready(ticket)) return false;
-        const HeightAnswer at =
-            Ground(pager.resident(), pager.contact_level()).height(goal_world.x(), goal_world.y());
+        if (!region.is_ready()) return false;
+        const HeightAnswer at = pager.ground().height(goal_world.x(), goal_world.y());
         if (at.status != GroundStatus::ok) return false;
         BodyState state;
         state.pose.translation = {goal_world.x(), goal_world.y(), at.height + 1.5};
         const bool moved = world.teleport(body, state).has_value();
-        pager.release(ticket);  // from the next update() on needs() keep its ground
+        region.release();  // from the next update() on needs() keep its ground
         return moved;
     }
 };
@@ -65,7 +64,7 @@ bool step_or_wait(Pager& pager, World& world, double& time_s, double dt) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return false;  // the clock stands still; loads go on
     }
-    const StepReport report = world.step(Ground(pager.resident(), pager.contact_level()), dt);
+    const StepReport report = world.step(pager.ground(), dt);
     time_s += dt;
     return report.parked == 0;
 }
@@ -106,7 +105,7 @@ int main() {
     pager.update({}, world.needs(), time_s);
     pager.finish();
 
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     const WorldPos eye = world.states()[0].pose.translation;
     std::vector<WorldPos> ends;
     for (int i = -2; i <= 2; ++i) ends.push_back(eye + Eigen::Vector3d(i, 1.0, -6.0));

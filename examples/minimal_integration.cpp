@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: MIT
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <cstdio>
 
 int main() {
     using namespace terrane;  // value() throws where a setting is out of range
-    const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 1}).value();
+    Terrain terrain = Terrain::create(FractalHeights::create({.seed = 7}).value()).value();
     World world = World::create({}).value();
-    Pose start;  // 1.5 m above the ground: a truck that drives by itself
-    start.translation = {0, 0, source->height(0, 0) + 1.5};
-    const BodyId truck = world.add_vehicle(make_truck(), start).value();
+    const WorldPos start(0, 0, terrain.source().height(0, 0) + 1.5);
+    const BodyId truck = world.add_vehicle(make_truck(), {.translation = start}).value();
     if (!world.set_controls(truck, VehicleControls{.throttle = 0.3})) return 1;
-    for (int frame = 0; frame < 300; ++frame) {
-        pager.update({}, world.needs(),
-                     frame / 60.0);      // requests the ground around it; does not wait
-        if (frame == 0) pager.finish();  // waits, once, until the first ground is there
-        world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0);
+    const View view = look_at(start + WorldPos(-30, 0, 20), start, 1.0, 1280, 720).value();
+    terrain.load({{.view = view}}, world.needs(), 0.0);  // blocks, once, for the first ground
+    for (int i = 1; i <= 300; ++i) {
+        const Frame& frame = terrain.update({{.view = view}}, world.needs(), i / 60.0);
+        world.step(frame.ground, 1.0 / 60.0);
+        if (i == 300) std::printf("%zu triangles\n", frame.meshes[0].triangle_count);  // draw it
     }
-    const WorldPos end = world.vehicle(truck)->chassis.pose.translation;
-    std::printf("drove to (%.1f, %.1f, %.1f)\n", end.x(), end.y(), end.z());
+    std::printf("drove %.1f m east\n", world.state(truck).pose.translation.x());
 }

@@ -18,10 +18,10 @@ int main(int argc, char** argv) {
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
+    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    const Ground first(pager.resident(), pager.contact_level());
+    const Ground first = pager.ground();
     const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
 
     // The model: the hfield on a mocap body, 128 x 128 cells, and balls above the ground.
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
     Window window =
         Window::create(*model, mj_name2id(model, mjOBJ_GEOM, "ground"), {.origin_world = origin})
             .value();
-    pager.release(start);
+    start.release();
 
     int held = 0, uploads = 0;
     std::vector<Aabb> boxes;
@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
             needs.push_back({.centre_world = origin + 0.5 * (box.low + box.high), .radius = 0.4});
         }
         pager.update({}, needs, data->time);
-        const Ground now(pager.resident(), pager.contact_level());
+        const Ground now = pager.ground();
         const adapters::MujocoWindowUpdate update = window.update(*model, *data, now, boxes);
         if (update.has_changed) ++uploads;  // mjr_uploadHField(model, context, window.hfield_id())
         if (update.status != adapters::MujocoWindowStatus::ok || update.unsupported_boxes > 0) {
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
     }
 
     int below = 0;
-    const Ground last(pager.resident(), pager.contact_level());
+    const Ground last = pager.ground();
     Window::find_body_boxes(*model, *data, boxes);
     for (const Aabb& box : boxes) {
         const WorldPos p = origin + 0.5 * (box.low + box.high);

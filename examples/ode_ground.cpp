@@ -41,10 +41,10 @@ int main(int argc, char** argv) {
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
+    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    const Ground first(pager.resident(), pager.contact_level());
+    const Ground first = pager.ground();
 
     dInitODE2(0);
     dAllocateODEDataForThread(dAllocateFlagCollisionData);
@@ -69,13 +69,13 @@ int main(int argc, char** argv) {
                          dReal(first.height(x, y).height + 4.0 - origin.z()));
         bodies.push_back(body);
     }
-    pager.release(start);
+    start.release();
 
     const double dt = 1.0 / 60.0;
     for (int frame = 0; frame < 300; ++frame) {
         // 1. What the bodies need. 2. The newest ground, which releases held bodies. 3. Contacts. 4. The step.
         pager.update({}, ground->needs(), frame * dt);
-        ground->update(Ground(pager.resident(), pager.contact_level()), dt);
+        ground->update(pager.ground(), dt);
         dSpaceCollide2(ground->geom(), reinterpret_cast<dGeomID>(space), &simulation,
                        &near_callback);
         dSpaceCollide(space, &simulation, &near_callback);

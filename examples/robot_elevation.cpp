@@ -24,8 +24,7 @@ int main(int argc, char** argv) {
         const double x = 0.02 * step, y = 0.01 * step;
         const BodyNeed need{.centre_world = {x, y, source->height(x, y)}, .radius = 6.0};
         pager.update({}, {&need, 1}, step * 0.02);
-        const adapters::ElevationMapUpdate update =
-            map.update(Ground(pager.resident(), pager.contact_level()), x, y);
+        const adapters::ElevationMapUpdate update = map.update(pager.ground(), x, y);
         read += update.read_cells;
         absent += update.absent_cells;
         const auto [lowest, highest] = std::minmax_element(map.layer().begin(), map.layer().end());

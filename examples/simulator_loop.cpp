@@ -2,8 +2,7 @@
 // The whole loop of a simulator: paging, ground, a truck among bodies, and the mesh, in the order of a frame.
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/terrain.h>
 
 #include <cstdio>
 
@@ -24,21 +23,21 @@ int main() {
     // Once. value() throws where a setting is out of range; check error() where settings are user data.
     const auto source = FractalHeights::create({.seed = 7}).value();
     // 0 loads inside update(), so that every run is the same; a real-time simulator uses threads.
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    Triangulator triangulator =
-        Triangulator::create(*source, {.triangle_budget = 100'000, .max_error_px = 1.0}).value();
+    Terrain terrain =
+        Terrain::create(source, {.paging = {.worker_count = 0},
+                                 .meshes = {.triangle_budget = 100'000, .max_error_px = 1.0}})
+            .value();
     World world = World::create({}).value();
 
     // Before anything stands on it, load the ground around the start, at contact level.
-    const Pager::Ticket start = pager.require({-60, -60, 60, 60}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();  // blocks: only before the loop
-    if (!pager.is_ready(start)) {
-        std::printf("no ground to start on: %s\n", pager.last_failure().c_str());
+    RequiredRegion start = terrain.require({-60, -60, 60, 60}, 0.0);
+    terrain.load({}, {}, 0.0);  // blocks: only before the loop
+    if (!start.is_ready()) {
+        std::printf("no ground to start on: %s\n", terrain.pager().last_failure().c_str());
         return 1;
     }
     const auto above_ground = [&](double x, double y, double clearance) {
-        const HeightAnswer at = Ground(pager.resident(), pager.contact_level()).height(x, y);
+        const HeightAnswer at = terrain.frame().ground.height(x, y);
         Pose pose;  // world_from_body
         pose.translation = {x, y, at.height + clearance};
         return pose;
@@ -50,32 +49,25 @@ int main() {
         state.pose = above_ground(20 + 3 * i, 0, 5);
         world.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, state).value();
     }
-    pager.release(start);  // from here on needs() keep the ground
+    start.release();  // from here on needs() keep the ground
 
     const double dt = 1.0 / 60.0;
-    CameraNeed camera{.view = follow(world.vehicle(truck)->chassis.pose), .threshold_px = 1.0};
     std::uint64_t parked = 0, too_deep = 0;
-    TerrainMesh mesh;
-    for (int frame = 0; frame < 300; ++frame) {
-        // 1. and 2. The needs of all bodies. Adopt loaded chunks and request the next ones. Never waits for a thread.
-        pager.update({&camera, 1}, world.needs(), frame * dt);
+    for (int i = 0; i < 300; ++i) {
+        // 1. The camera and the needs of all bodies. Adopts loaded chunks, requests the next ones, triangulates the
+        //    view. Never waits for a thread.
+        const BodyState& chassis = world.state(truck);
+        const Camera camera{.view = follow(chassis.pose), .velocity = chassis.velocity};
+        const Frame& frame = terrain.update({camera}, world.needs(), i * dt);
 
-        // 3. A new Ground for each step: the previous one is a snapshot of older chunks.
-        const Ground ground(pager.resident(), pager.contact_level());
-
-        // 4. Step. A body without resident ground is parked and counted, never dropped.
-        const StepReport report = world.step(ground, dt);
+        // 2. Step on the ground of this frame. A body without resident ground is parked and counted, never dropped.
+        const StepReport report = world.step(frame.ground, dt);
         parked += report.parked;
         too_deep += report.too_deep;
 
-        // 5. The mesh of what the camera sees now, from the same resident set.
-        camera.view = follow(world.vehicle(truck)->chassis.pose);
-        camera.velocity = world.vehicle(truck)->chassis.velocity;
-        mesh = triangulator.update(pager.resident(), camera.view);
-        camera.threshold_px = mesh.threshold_px;  // the pager fetches no finer than this
-
-        // 6. Draw mesh (mesh_uploader.cpp), the wheels of world.vehicle(truck) and the bodies' world.states().
+        // 3. Draw frame.meshes[0] (mesh_uploader.cpp), the wheels of world.vehicle(truck) and the bodies' states.
     }
+    const TerrainMesh& mesh = terrain.frame().meshes[0];
     std::printf("%zu triangles, off by %.2f px at most; %llu parked, %llu too deep\n",
                 mesh.triangle_count, mesh.error_px, static_cast<unsigned long long>(parked),
                 static_cast<unsigned long long>(too_deep));

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
                             .velocity = {speed, 0.0, 0.0},
                             .radius = 3.0};
         pager.update({}, {&need, 1}, step * dt);
-        terrain.tyre_ground().set_ground(Ground(pager.resident(), pager.contact_level()));
+        terrain.tyre_ground().set_ground(pager.ground());
         for (const double wheel : {-1.5, 1.5}) {
             const Vector below(x + wheel, 0.9, 1e4);
             const double height = as_chrono_sees_it.GetHeight(below);

@@ -166,7 +166,19 @@ void bind_resident(py::module_& module) {
 
 namespace {
 
-using PagerUse = Guarded<Pager>;
+// A pager and its required regions by ticket: Python releases them by call.
+struct TicketedPager : Pager {
+    explicit TicketedPager(Pager&& pager) : Pager(std::move(pager)) {}
+
+    std::map<std::uint64_t, RequiredRegion> regions = {};
+    std::uint64_t next_ticket = 1;
+
+    RegionState state_of(std::uint64_t ticket) const {
+        const auto found = regions.find(ticket);
+        return found == regions.end() ? RegionState::released : found->second.state();
+    }
+};
+using PagerUse = Guarded<TicketedPager>;
 
 constexpr std::array<std::pair<const char*, PagingPolicy>, 2> kPolicies{
     {{"deadline", PagingPolicy::deadline}, {"distance", PagingPolicy::distance}}};
@@ -184,8 +196,8 @@ std::shared_ptr<PagerUse> make_pager(const Source& source, std::size_t memory_by
                                  .distance_radius = distance_radius,
                                  .load_timeout = load_timeout};
     return std::make_shared<PagerUse>(
-        "Pager",
-        value_or_raise(without_lock([&] { return Pager::create(source.heights, settings); })));
+        "Pager", TicketedPager(value_or_raise(without_lock(
+                     [&] { return Pager::create(source.heights, settings); }))));
 }
 
 BodyNeeds make_needs(const py::object& centre, const py::object& velocity,
@@ -303,8 +315,11 @@ bodies   a World, BodyNeeds or None)")
         .def(
             "require",
             [](PagerUse& pager, const std::array<double, 4>& region, double deadline_s) {
-                return pager.change()->require({region[0], region[1], region[2], region[3]},
-                                               deadline_s);
+                const auto use = pager.change();
+                const std::uint64_t ticket = use->next_ticket++;
+                use->regions[ticket] =
+                    use->require({region[0], region[1], region[2], region[3]}, deadline_s);
+                return ticket;
             },
             py::arg("region"), py::arg("deadline_s") = 0.0,
             R"(Requests all ground of a rectangle at contact level, and keeps it until release(). Returns a ticket.
@@ -312,17 +327,19 @@ bodies   a World, BodyNeeds or None)")
 region  west, south, east, north, metres)")
         .def(
             "state_of",
-            [](PagerUse& pager, Pager::Ticket ticket) {
+            [](PagerUse& pager, std::uint64_t ticket) {
                 return make_answer("TicketState", static_cast<int>(pager.read()->state_of(ticket)));
             },
             py::arg("ticket"), "The TicketState of a required region.")
         .def(
             "is_ready",
-            [](PagerUse& pager, Pager::Ticket ticket) { return pager.read()->is_ready(ticket); },
+            [](PagerUse& pager, std::uint64_t ticket) {
+                return pager.read()->state_of(ticket) == RegionState::ready;
+            },
             py::arg("ticket"), "Whether all of a required region is resident.")
         .def(
             "release",
-            [](PagerUse& pager, Pager::Ticket ticket) { pager.change()->release(ticket); },
+            [](PagerUse& pager, std::uint64_t ticket) { pager.change()->regions.erase(ticket); },
             py::arg("ticket"), "Lets go of a required region.")
         .def(
             "finish",
@@ -336,7 +353,7 @@ region  west, south, east, north, metres)")
             "ground",
             [](PagerUse& pager) {
                 const auto use = pager.read();
-                return Ground(use->resident(), use->contact_level());
+                return use->ground();
             },
             "The Ground of the chunks that are resident now: a snapshot.")
         .def_property_readonly(

@@ -40,8 +40,8 @@ struct MadeBody {
     internal::CentredShape shape;
 };
 
-Result<MadeBody> make_body(const BodySettings& settings, const BodyState& state) {
-    if (auto ok = internal::check_body(settings, state); !ok) {
+Result<MadeBody> make_body(const BodySettings& settings, const BodyPlacement& placement) {
+    if (auto ok = internal::check_body(settings, placement); !ok) {
         return tl::unexpected<Error>(ok.error());
     }
     MadeBody made{settings, {settings.shape, {}}};
@@ -67,10 +67,10 @@ Result<World> World::create(const WorldSettings& settings) {
     return World(std::make_unique<State>(settings));
 }
 
-Result<BodyId> World::add(const BodySettings& settings, const BodyState& state) {
-    Result<MadeBody> made = make_body(settings, state);
+Result<BodyId> World::add(const BodySettings& settings, const BodyPlacement& placement) {
+    Result<MadeBody> made = make_body(settings, placement);
     if (!made) return tl::unexpected<Error>(made.error());
-    return state_->add(made->settings, std::move(made->shape), state);
+    return state_->add(made->settings, std::move(made->shape), placement);
 }
 
 Result<void> World::State::check_body_id(BodyId body) const {
@@ -198,10 +198,10 @@ Result<void> World::change(BodyId body, const BodySettings& settings) {
     return {};
 }
 
-Result<void> World::teleport(BodyId body, const BodyState& state) {
+Result<void> World::teleport(BodyId body, const BodyPlacement& placement) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
-    if (auto ok = internal::check_body(state_->body_settings[body.index], state); !ok) return ok;
-    state_->place(body.index, state);
+    if (auto ok = internal::check_body(state_->body_settings[body.index], placement); !ok) return ok;
+    state_->place(body.index, placement);
     return {};
 }
 
@@ -345,6 +345,21 @@ void World::wake(const Aabb& box_world) {
 bool World::contains(BodyId body) const { return state_->ids.contains(body); }
 
 BodyId World::id(std::size_t index) const { return state_->ids.id(index); }
+
+const BodyState& World::state(BodyId body) const {
+    static const BodyState absent = [] {
+        BodyState state;
+        state.condition = BodyCondition::removed;
+        return state;
+    }();
+    return contains(body) ? state_->states[body.index] : absent;
+}
+
+const BodySettings& World::settings(BodyId body) const {
+    TERRANE_ASSERT(contains(body), "the id names no body of this world");
+    static const BodySettings absent{};
+    return contains(body) ? state_->body_settings[body.index] : absent;
+}
 
 std::span<const BodyState> World::states() const { return state_->states; }
 

@@ -59,21 +59,21 @@ void World::State::resize(std::size_t count) {
 }
 
 BodyId World::State::add(const BodySettings& own_settings, internal::CentredShape&& shape,
-                         const BodyState& state, const internal::MassProperties* mass) {
+                         const BodyPlacement& placement, const internal::MassProperties* mass) {
     const BodyId id = ids.acquire();
     resize(ids.slot_count());
     sleep_groups[id.index] = id.index;
     states[id.index].condition = BodyCondition::awake;
     set_up(id.index, own_settings, std::move(shape), mass);
-    place(id.index, state);
+    place(id.index, placement);
     return id;
 }
 
 BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
                                  const BodySettings& own_settings, Compound&& shape,
-                                 const BodyState& state) {
+                                 const BodyPlacement& placement) {
     const internal::MassProperties mass = vehicle->mass();
-    const BodyId id = add(own_settings, {std::move(shape), {}}, state, &mass);
+    const BodyId id = add(own_settings, {std::move(shape), {}}, placement, &mass);
     bodies[id.index].first_wheel_part = vehicle->first_wheel_part();
     vehicles[id.index] = std::move(vehicle);
     vehicles[id.index]->place(states[id.index]);
@@ -83,8 +83,8 @@ BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
 }
 
 BodyId World::State::add_character(const CharacterSettings& character,
-                                   const BodySettings& own_settings, const BodyState& state) {
-    const BodyId id = add(own_settings, {own_settings.shape, {}}, state);
+                                   const BodySettings& own_settings, const BodyPlacement& placement) {
+    const BodyId id = add(own_settings, {own_settings.shape, {}}, placement);
     characters[id.index] = std::make_unique<internal::Character>(character);
     characters[id.index]->place(states[id.index]);
     character_slots.insert(
@@ -135,24 +135,24 @@ void World::State::remove(BodyId body) {
 }
 
 void World::State::change(std::size_t index, const BodySettings& own_settings,
-                          internal::CentredShape&& shape, const BodyState& state) {
+                          internal::CentredShape&& shape, const BodyPlacement& placement) {
     wake(index);
     forces[index] = torques[index] = Eigen::Vector3d::Zero();
     set_up(index, own_settings, std::move(shape), nullptr);
-    place(index, state);
+    place(index, placement);
 }
 
-void World::State::place(std::size_t index, const BodyState& state) {
+void World::State::place(std::size_t index, const BodyPlacement& placement) {
     wake(index);
     forget_contacts(index);
-    Pose pose = internal::to_centred(state.pose, frames[index]);
+    Pose pose = internal::to_centred(placement.pose, frames[index]);
     pose.rotation = orthonormalized(pose.rotation);
     static_cast<internal::BodyMotion&>(bodies[index]) = {
-        .pose = pose, .velocity = {state.velocity, state.angular_velocity}};
+        .pose = pose, .velocity = {placement.velocity, placement.angular_velocity}};
     ground_contacts[index].reset();
     targets[index].reset();
     is_placed_anew[index] = 1;
-    states[index] = state;
+    static_cast<BodyPlacement&>(states[index]) = placement;
     states[index].condition =
         type(index) == BodyType::static_body ? BodyCondition::fixed : BodyCondition::awake;
     if (vehicles[index] != nullptr) vehicles[index]->place(states[index]);

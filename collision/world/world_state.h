@@ -33,14 +33,14 @@ struct World::State {
 
     /// @param shape centred
     /// @param mass  null: that of the shape with uniform density
-    BodyId add(const BodySettings& settings, internal::CentredShape&& shape, const BodyState& state,
+    BodyId add(const BodySettings& settings, internal::CentredShape&& shape, const BodyPlacement& placement,
                const internal::MassProperties* mass = nullptr);
     BodyId add_vehicle(std::unique_ptr<internal::Vehicle> vehicle, const BodySettings& settings,
-                       Compound&& shape, const BodyState& state);
+                       Compound&& shape, const BodyPlacement& placement);
     void remove(BodyId body);
     void change(std::size_t index, const BodySettings& settings, internal::CentredShape&& shape,
-                const BodyState& state);
-    void place(std::size_t index, const BodyState& state);
+                const BodyPlacement& placement);
+    void place(std::size_t index, const BodyPlacement& placement);
     void set_velocity(std::size_t index, const internal::Twist& velocity);
     BodyMove move_to(std::size_t index, const Pose& world_from_shape, const Ground& ground);
     /// Wakes the body and its sleep group.
@@ -57,7 +57,7 @@ struct World::State {
                       const Eigen::Vector3d& angular_impulse);
 
     BodyId add_character(const CharacterSettings& settings, const BodySettings& body_settings,
-                         const BodyState& state);
+                         const BodyPlacement& placement);
     internal::Character* character(BodyId body) const {
         return ids.contains(body) ? characters[body.index].get() : nullptr;
     }

@@ -28,6 +28,29 @@ double View::pixels_per_radian() const {
     return static_cast<double>(height_px) / (2.0 * tangent(0.5 * vertical_fov));
 }
 
+std::array<float, 16> View::view_matrix() const {
+    std::array<float, 16> matrix{};
+    const Eigen::Vector3d axes[3] = {right(), up, -forward};
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column)
+            matrix[4 * column + row] = static_cast<float>(axes[row][static_cast<int>(column)]);
+    }
+    matrix[15] = 1.0f;
+    return matrix;
+}
+
+std::array<float, 16> View::projection_matrix(double near_plane, double far_plane) const {
+    const double scale = 2.0 * pixels_per_radian() / height_px;  // 1 / tan(vertical_fov / 2)
+    const double ratio = near_plane / far_plane;                 // 0 for an infinite far plane
+    std::array<float, 16> matrix{};
+    matrix[0] = static_cast<float>(scale * height_px / width_px);
+    matrix[5] = static_cast<float>(scale);
+    matrix[10] = static_cast<float>(-(1.0 + ratio) / (1.0 - ratio));
+    matrix[11] = -1.0f;
+    matrix[14] = static_cast<float>(-2.0 * near_plane / (1.0 - ratio));
+    return matrix;
+}
+
 Result<void> check(const View& view) {
     const auto refuse = [](const std::string& message) -> Result<void> {
         return fail(ErrorCode::invalid_argument, message);

@@ -32,7 +32,7 @@ public:
     void begin_update(std::span<const FadeObserver> observers, bool skips_fades);
     /// Call when needs were found, before admit().
     ///
-    /// @param has_contact there are bodies or tickets, so that contact's share is reserved
+    /// @param has_contact there are bodies or required regions, so that contact's share is reserved
     void begin_plan(std::span<const PredictedView> predicted_views, bool has_contact,
                     PagerStats& stats);
 

@@ -81,11 +81,11 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                                   ? lattice.level_for_spacing(settings.contact_spacing)
                                   : lattice.finest_level;
     auto state =
-        std::make_unique<State>(std::move(source), settings, contact_level, std::move(loader));
+        std::make_shared<State>(std::move(source), settings, contact_level, std::move(loader));
     return Pager(std::move(state));
 }
 
-Pager::Pager(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Pager::Pager(std::shared_ptr<State> state) : state_(std::move(state)) {}
 Pager::Pager(Pager&&) noexcept = default;
 Pager& Pager::operator=(Pager&&) noexcept = default;
 Pager::~Pager() = default;
@@ -138,50 +138,70 @@ bool Pager::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
     return state_->replace(chunks, changed, switch_source);
 }
 
-Pager::Ticket Pager::require(const WorldRect& region, double deadline_s) {
-    const Ticket ticket = state_->next_ticket++;
+RequiredRegion Pager::require(const WorldRect& region, double deadline_s) {
     const bool is_finite = std::isfinite(region.west) && std::isfinite(region.south) &&
                            std::isfinite(region.east) && std::isfinite(region.north);
     if (!is_finite || std::isnan(deadline_s)) {
         ++state_->stats.refused_needs;
-        return ticket;
+        return {};
     }
-    state_->tickets[ticket] = {region, deadline_s};
+    const std::uint64_t id = state_->next_region_id++;
+    state_->required_regions[id] = {region, deadline_s};
     state_->must_plan = true;
-    return ticket;
+    return {state_, id};
 }
 
-TicketState Pager::state_of(Ticket ticket) const {
-    const auto found = state_->tickets.find(ticket);
-    if (found == state_->tickets.end()) return TicketState::unknown;
+Ground Pager::ground(std::shared_ptr<const SurfaceMap> surface_map) const {
+    return {state_->set, state_->contact_level, std::move(surface_map)};
+}
+
+RequiredRegion::RequiredRegion(RequiredRegion&& other) noexcept
+    : pager_(std::move(other.pager_)), id_(std::exchange(other.id_, 0)) {}
+
+RequiredRegion& RequiredRegion::operator=(RequiredRegion&& other) noexcept {
+    if (this != &other) {
+        release();
+        pager_ = std::move(other.pager_);
+        id_ = std::exchange(other.id_, 0);
+    }
+    return *this;
+}
+
+RequiredRegion::~RequiredRegion() { release(); }
+
+void RequiredRegion::release() {
+    if (const auto pager = pager_.lock()) {
+        if (pager->required_regions.erase(id_) > 0) pager->must_plan = true;
+    }
+    pager_.reset();
+}
+
+RegionState RequiredRegion::state() const {
+    const auto pager = pager_.lock();
+    if (!pager) return RegionState::released;
+    const auto found = pager->required_regions.find(id_);
+    if (found == pager->required_regions.end()) return RegionState::released;
     // from the roots down: every chunk over the region must be resident
-    const internal::ChunkTree& tree = state_->tree;
+    const internal::ChunkTree& tree = pager->tree;
     const Lattice& lattice = tree.lattice();
     std::vector<ChunkKey> open = tree.roots();
     bool is_failing = false;
     bool is_ready =
-        internal::is_in_window(found->second.region, state_->source->extent(), tree.window());
+        internal::is_in_window(found->second.region, pager->source->extent(), tree.window());
     while (!open.empty()) {
         const ChunkKey key = open.back();
         open.pop_back();
         if (!internal::overlaps(lattice, key, found->second.region)) continue;
         if (tree.find(key) == internal::ChunkTree::kNone) {
             is_ready = false;
-            is_failing = is_failing || state_->retries.count(key) > 0;
+            is_failing = is_failing || pager->retries.count(key) > 0;
             continue;
         }
-        if (key.level == state_->contact_level) continue;
+        if (key.level == pager->contact_level) continue;
         for (int quadrant = 0; quadrant < 4; ++quadrant) open.push_back(key.child(quadrant));
     }
-    if (is_ready) return TicketState::ready;
-    return is_failing ? TicketState::failing : TicketState::loading;
-}
-
-bool Pager::is_ready(Ticket ticket) const { return state_of(ticket) == TicketState::ready; }
-
-void Pager::release(Ticket ticket) {
-    state_->tickets.erase(ticket);
-    state_->must_plan = true;
+    if (is_ready) return RegionState::ready;
+    return is_failing ? RegionState::failing : RegionState::loading;
 }
 
 std::shared_ptr<const ResidentSet> Pager::resident() const { return state_->set; }
@@ -255,8 +275,8 @@ using internal::ChunkTree;
 std::optional<WorldVec2> Pager::State::window_place() const {
     if (!predicted_views.empty()) return predicted_views.front().states.front().eye_world.head<2>();
     if (!bodies.empty()) return bodies.front().centre_world.head<2>();
-    if (tickets.empty()) return std::nullopt;
-    const WorldRect& region = tickets.begin()->second.region;
+    if (required_regions.empty()) return std::nullopt;
+    const WorldRect& region = required_regions.begin()->second.region;
     return WorldVec2(0.5 * (region.west + region.east), 0.5 * (region.south + region.north));
 }
 

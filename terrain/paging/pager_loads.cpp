@@ -357,7 +357,7 @@ double Pager::State::contact_horizon() const {
 
 void Pager::State::plan() {
     std::vector<internal::RegionNeed> regions;
-    for (const auto& [ticket, region] : tickets) regions.push_back(region);
+    for (const auto& [id, region] : required_regions) regions.push_back(region);
     contact.find(bodies, regions, time_s, contact_horizon());
     const internal::NeedFinder::Bytes found =
         needs.find(tree, predicted_views, contact, times, time_s, !waits_for_all());
@@ -378,7 +378,7 @@ void Pager::State::plan() {
     count_late();
     count_groundless();
     count_waits();
-    budget.begin_plan(predicted_views, !bodies.empty() || !tickets.empty(), stats);
+    budget.begin_plan(predicted_views, !bodies.empty() || !required_regions.empty(), stats);
     if (wanted_replacement_bytes > 0) budget.make_room(wanted_replacement_bytes);
 }
 

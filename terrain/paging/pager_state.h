@@ -75,7 +75,7 @@ struct Pager::State {
     // clients
     double time_s = 0.0;
     double planned_s = -std::numeric_limits<double>::infinity();  // time of the last plan
-    bool must_plan = false;                                       // tickets have changed
+    bool must_plan = false;                                       // required regions have changed
     bool is_clock_stalled = false;  // time has not advanced since the update before
     std::size_t body_count = 0;
     std::vector<internal::CameraMotion> motions;  // by index in the list
@@ -85,8 +85,8 @@ struct Pager::State {
     std::vector<internal::PredictedView> predicted_views;
     std::vector<BodyNeed> bodies;
     std::vector<BodyMoment> trajectory_moments;  // of all bodies, concatenated
-    std::map<Ticket, internal::RegionNeed> tickets;
-    Ticket next_ticket = 1;
+    std::map<std::uint64_t, internal::RegionNeed> required_regions;  // by id
+    std::uint64_t next_region_id = 1;
 
     // loads
     std::map<ChunkKey, internal::LoadInProgress> in_flight;  // begun and not taken

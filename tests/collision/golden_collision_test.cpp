@@ -42,7 +42,7 @@ TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     }
     for (int step = 0; step < 60; ++step) {
         pager.update({}, world.needs(), step / 60.0);
-        world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0);
+        world.step(pager.ground(), 1.0 / 60.0);
     }
     EXPECT_EQ(world.state_hash(), 0x653de30922f4de9bu) << std::hex << world.state_hash();
 }
@@ -76,7 +76,7 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     for (int step = 0; step < 60; ++step) {
         pager.update({}, world.needs(), step / 60.0);
         pairs +=
-            world.step(Ground(pager.resident(), pager.contact_level()), 1.0 / 60.0).touching_pairs;
+            world.step(pager.ground(), 1.0 / 60.0).touching_pairs;
     }
     EXPECT_GT(pairs, 100u);
     EXPECT_EQ(world.state_hash(), 0x1741451deec80cfdu) << std::hex << world.state_hash();
@@ -99,7 +99,7 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
         PathDriver::create({{0.0, 0.0}, {20.0, 2.0}, {30.0, 15.0}, {25.0, 60.0}}, {}).value();
     for (int step = 0; step < 240; ++step) {
         pager.update({}, world.needs(), step / 60.0);
-        const Ground ground(pager.resident(), pager.contact_level());
+        const Ground ground = pager.ground();
         const double turn = step < 120 ? 0.3 : -0.6;
         ASSERT_TRUE(world.set_controls(
             truck, driver.drive(*world.vehicle_settings(truck), *world.vehicle(truck))));

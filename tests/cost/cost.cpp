@@ -293,16 +293,16 @@ Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
     auto world = World::create({});
     if (!world) return tl::unexpected(world.error());
 
-    const Pager::Ticket start = pager->require({-60.0, -60.0, 60.0, 60.0}, 0.0);
+    RequiredRegion start = pager->require({-60.0, -60.0, 60.0, 60.0}, 0.0);
     pager->update({}, {}, 0.0);
     pager->finish();
     const double ground_z = scene.source->height(0.0, 0.0);
     {
-        const Ground ground(pager->resident(), pager->contact_level());
+        const Ground ground = pager->ground();
         if (const auto added = add_bodies(*world, ground, scene.body_count); !added)
             return tl::unexpected(added.error());
     }
-    pager->release(start);
+    start.release();
 
     CostRun run;
     Hash hash;
@@ -312,7 +312,7 @@ Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
         camera.view = flight_view(ground_z, frame);
         pager->update({&camera, 1}, world->needs(), frame * kStep);
 
-        const Ground ground(pager->resident(), pager->contact_level());
+        const Ground ground = pager->ground();
         const StepReport report = world->step(ground, kStep);
         run.awake_bodies += report.awake;
         run.fell_through += report.too_deep;

@@ -62,10 +62,10 @@ int main(int argc, char** argv) {
                                                 .root_size_log2 = 10})
                             .value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({-100, -100, 100, 100}, 0.0);
+    const RequiredRegion region = pager.require({-100, -100, 100, 100}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     Columns out(numbers.size() / 2);
     ask(ground, numbers, out);
     double sum = 0.0;

@@ -384,7 +384,7 @@ struct Flight {
     Pager pager;
     WorldPos eye_world{0.0, 0.0, 600.0};
     double time_s = 0.0;
-    std::optional<Pager::Ticket> around = {};
+    RequiredRegion around = {};
 
     explicit Flight(std::size_t chunks)
         : pager(Pager::create(hills(), {.memory_bytes = Chunk::max_bytes() * chunks,
@@ -396,10 +396,8 @@ struct Flight {
         constexpr double kReach = 1500.0;
         eye_world.x() += metres;
         time_s += 0.1;
-        const Pager::Ticket next = pager.require(
-            {eye_world.x() - kReach, -kReach, eye_world.x() + kReach, kReach}, time_s);
-        if (around) pager.release(*around);
-        around = next;
+        around = pager.require({eye_world.x() - kReach, -kReach, eye_world.x() + kReach, kReach},
+                               time_s);
         pager.update({}, {}, time_s);
         return pager.resident();
     }

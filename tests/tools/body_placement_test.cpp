@@ -35,7 +35,7 @@ const std::shared_ptr<const HeightSource>& source() {
 Ground load(const CrateLayout& layout) {
     Pager pager = Pager::create(source(), {.worker_count = 0}).value();
     pager.update({}, crate_needs(layout, *source()), 0.0);
-    return {pager.resident(), pager.contact_level()};
+    return pager.ground();
 }
 
 TEST(Crates, LieOnTheGroundFreeOfEachOtherAndOfTheStart) {
@@ -93,7 +93,7 @@ TEST(Crates, WithoutGroundAreAFailureThatSaysWhy) {
     const World empty = World::create({}).value();
     Pager pager = Pager::create(source(), {.worker_count = 0}).value();
     pager.update({}, {}, 0.0);
-    const Ground absent(pager.resident(), pager.contact_level());
+    const Ground absent = pager.ground();
     const auto crates = lay_out_crates(layout_of(1), absent, empty);
     ASSERT_FALSE(crates);
     EXPECT_NE(crates.error().message.find("120 crates"), std::string::npos);
@@ -122,9 +122,9 @@ Ground load_area(const DropLayout& layout) {
     const std::shared_ptr<const HeightSource> source = FractalHeights::create({.seed = 9}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const WorldRect area = drop_area(layout, source->extent());
-    pager.require({area.west - 10.0, area.south - 10.0, area.east + 10.0, area.north + 10.0}, 0.0);
+    const RequiredRegion region = pager.require({area.west - 10.0, area.south - 10.0, area.east + 10.0, area.north + 10.0}, 0.0);
     pager.update({}, {}, 0.0);
-    return Ground(pager.resident(), pager.contact_level());
+    return pager.ground();
 }
 
 const World& nothing() {
@@ -186,7 +186,7 @@ TEST(LayOut, FollowsItsSeedAndNothingElse) {
 TEST(LayOut, LeavesBodiesOutWhereThereIsNoGround) {
     const std::shared_ptr<const HeightSource> source = FractalHeights::create({.seed = 9}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const Ground absent(pager.resident(), pager.contact_level());
+    const Ground absent = pager.ground();
     EXPECT_TRUE(lay_out({.count = 3}, absent, nothing()).empty());
 }
 
@@ -241,14 +241,14 @@ constexpr double kDt = 1.0 / 60.0;
 class Boulders : public ::testing::Test {
 protected:
     Boulders() {
-        pager_.require({-500.0, -500.0, 500.0, 500.0}, 0.0);
+        region_ = pager_.require({-500.0, -500.0, 500.0, 500.0}, 0.0);
         pager_.update({}, {}, 0.0);
         objects_.meshes = {test::make_rock(2, 1)};
         objects_.files = {"rock.obj"};
         objects_.scatters = {{0, {.per_km2 = 2500.0, .seed = 2}, 0.1}};
     }
 
-    Ground ground() const { return {pager_.resident(), pager_.contact_level()}; }
+    Ground ground() const { return pager_.ground(); }
     ObjectBodies make() const { return ObjectBodies::create(source_, &objects_).value(); }
 
     // A ball that rolls over the hills.
@@ -275,6 +275,7 @@ protected:
                                                                           .root_size_log2 = 11})
                                                       .value();
     Pager pager_ = Pager::create(source_, {.worker_count = 0}).value();
+    RequiredRegion region_;
     SceneObjects objects_;
 };
 
@@ -312,7 +313,7 @@ TEST_F(Boulders, AreThereBeforeABodyCanReachThem) {
     const BodyId ball = add_ball(world, above(-200.0, 10.0, 2.0), 60.0);
     for (int step = 0; step < 240; ++step) {
         ASSERT_TRUE(objects.follow(world, ground()));
-        const BodyState& state = world.states()[ball.index];
+        const BodyState& state = world.state(ball);
         const double reach = 0.3 + 1.0 + kDt * state.velocity.norm();
         const ScatterRange range = scatter.squares_within(state.pose.translation, reach).value();
         for (std::int32_t y = range.low.y; y <= range.high.y; ++y) {

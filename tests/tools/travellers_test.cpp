@@ -13,9 +13,9 @@ namespace vehicle_traveller_test {
 TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
     const auto source = FractalHeights::create({.seed = 9, .amplitude = 20.0}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
+    const RequiredRegion region = pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
     pager.update({}, {}, 0.0);
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     for (std::size_t i = 0; i < vehicle_names().size(); ++i) {
         SCOPED_TRACE(vehicle_names()[i]);
         World world = World::create({}).value();
@@ -27,14 +27,14 @@ TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
         const Result<BodyId> body = vehicle.enter(world, ground, nothing);
         ASSERT_TRUE(body) << body.error().message;
         EXPECT_LT(
-            compute_lift(world.settings()[body->index].shape, vehicle.pose(world), ground).lift,
+            compute_lift(world.settings(*body).shape, vehicle.pose(world), ground).lift,
             -0.04);
         for (int step = 0; step < 120; ++step) {
             vehicle.control(world, false);
             EXPECT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);
         }
         EXPECT_TRUE(vehicle.is_supported(world));
-        EXPECT_LT(world.states()[body->index].velocity.norm(), 0.1);
+        EXPECT_LT(world.state(*body).velocity.norm(), 0.1);
         EXPECT_LT(
             (vehicle.pose(world).translation - WorldPos(0.0, 0.0, source->height(0.0, 0.0))).norm(),
             settings.centre_of_mass_height + 0.5);
@@ -48,9 +48,9 @@ TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
 TEST(VehicleTraveller, RefusesAStartInsideABodyOfTheScene) {
     const auto source = FractalHeights::create({.seed = 9}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
+    const RequiredRegion region = pager.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
     pager.update({}, {}, 0.0);
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     World world = World::create({}).value();
     World scene = World::create({}).value();
     BodyState state;
@@ -78,11 +78,11 @@ protected:
           pager_(Pager::create(source_, {.worker_count = 0}).value()),
           world_(World::create({}).value()),
           walk_({}, Polyline({{0.0, 0.0}, {20.0, 0.0}}), 2.0, *source_) {
-        pager_.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
+        region_ = pager_.require({-50.0, -50.0, 50.0, 50.0}, 0.0);
         pager_.update({}, {}, 0.0);
     }
 
-    Ground ground() const { return {pager_.resident(), pager_.contact_level()}; }
+    Ground ground() const { return pager_.ground(); }
 
     /// Until it has ended; the seconds that takes, at most 60.
     double walk() {
@@ -98,6 +98,7 @@ protected:
 
     std::shared_ptr<const HeightSource> source_;
     Pager pager_;
+    RequiredRegion region_;
     World world_;
     CharacterTraveller walk_;
 };

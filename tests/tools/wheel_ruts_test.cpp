@@ -23,7 +23,7 @@ Terrain make_terrain(int spacing_log2) {
     return terrain;
 }
 
-Ground ground_of(const Pager& pager) { return {pager.resident(), pager.contact_level()}; }
+Ground ground_of(const Pager& pager) { return pager.ground(); }
 
 TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
     Terrain terrain = make_terrain(-2);
@@ -31,7 +31,7 @@ TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
     const auto ruts = WheelRuts::create(terrain, 0).value();
     ASSERT_NE(terrain.source, undisturbed);
     Pager pager = Pager::create(terrain.source, {.worker_count = 0}).value();
-    pager.require(kAround, 0.0);
+    const RequiredRegion region = pager.require(kAround, 0.0);
     pager.update({}, {}, 0.0);
 
     World world = World::create({}).value();
@@ -55,7 +55,7 @@ TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
         const VehicleControls controls =
             i < 90 ? VehicleControls{.brake = 1.0} : VehicleControls{.throttle = 0.6};
         ASSERT_TRUE(world.set_controls(truck, controls));
-        const bool sleeps = world.states()[stone.index].condition == BodyCondition::asleep;
+        const bool sleeps = world.state(stone).condition == BodyCondition::asleep;
         was_asleep |= sleeps;
         was_woken |= was_asleep && has_changed && !sleeps;
         EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);

@@ -24,7 +24,7 @@ struct SavedWorld {
 
     explicit SavedWorld(int count = 30, std::uint64_t seed = 9) {
         VolumeEditor editor = open(world).value();
-        Pager pager = whole_world(world.source, 0);
+        WholePager pager = whole_world(world.source, 0);
         settle(pager);
         Random random(seed);
         for (int i = 0; i < count; ++i) {
@@ -46,7 +46,7 @@ struct SavedWorld {
         auto editor = open(again);
         EXPECT_TRUE(editor) << editor.error().message;
         if (!editor) return {};
-        Pager pager = whole_world(again.source, 0);
+        WholePager pager = whole_world(again.source, 0);
         settle(pager);
         EXPECT_EQ(pager.stats().failed, 0u) << pager.last_failure();
         EXPECT_EQ(difference(*pager.resident(), *set), "");
@@ -84,7 +84,7 @@ TEST(EditFiles, OfAnEarlierPositionHaveTheLaterEditsApplied) {
     }
     EditedWorld again;
     auto editor = saved.open(again).value();
-    Pager pager = whole_world(again.source, 0);
+    WholePager pager = whole_world(again.source, 0);
     settle(pager);
     EXPECT_EQ(difference(*pager.resident(), again.volumes_with(saved.edits)), "");
     EXPECT_EQ(editor.stats().files_read, saved.folder.chunk_files().size());
@@ -104,7 +104,7 @@ TEST(EditFiles, WithAnEditThatWasUndoneAreNotUsed) {
     }
     EditedWorld again;
     auto editor = saved.open(again).value();
-    Pager pager = whole_world(again.source, 0);
+    WholePager pager = whole_world(again.source, 0);
     settle(pager);
     EXPECT_EQ(difference(*pager.resident(), again.volumes_with(saved.edits)), "");
     EXPECT_LT(editor.stats().files_read, saved.folder.chunk_files().size());
@@ -222,7 +222,7 @@ TEST(EditFiles, AFullDiskLosesNothingAndLeavesNoPartOfAFile) {
     const std::vector<char> log = read_bytes(saved.folder.log());
     const int file_count = saved.folder.file_count();
     auto editor = saved.open(saved.world).value();
-    Pager pager = whole_world(saved.world.source, 0);
+    WholePager pager = whole_world(saved.world.source, 0);
     settle(pager);
     Random random(12);
     for (int i = 0; i < 5; ++i) {
@@ -315,14 +315,14 @@ TEST(EditedBits, AreThoseOfAFreshLoadAfterTheWholeLog) {
     const std::uint64_t seed = 2026;
     EditedWorld resident, fresh;
     VolumeEditor editor = VolumeEditor::create(resident.source, {.worker_count = 0}).value();
-    Pager pager = whole_world(resident.source, 0);
+    WholePager pager = whole_world(resident.source, 0);
     settle(pager);
     const auto edits = play(resident, editor, &pager, seed, kEdits);
     EXPECT_EQ(pager.stats().failed, 0u) << pager.last_failure();
 
     VolumeEditor other = VolumeEditor::create(fresh.source, {.worker_count = 0}).value();
     play(fresh, other, nullptr, seed, kEdits);
-    Pager loaded = whole_world(fresh.source, 0);
+    WholePager loaded = whole_world(fresh.source, 0);
     settle(loaded);
     ASSERT_EQ(loaded.resident()->chunks().size(), 21u);
     EXPECT_EQ(difference(*pager.resident(), *loaded.resident()), "") << "seed " << seed;
@@ -335,7 +335,7 @@ TEST(EditedBits, DoNotDependOnThreads) {
     const int count = kEdits / 10;
     EditedWorld one;
     VolumeEditor editor = VolumeEditor::create(one.source, {.worker_count = 0}).value();
-    Pager pager = whole_world(one.source, 0);
+    WholePager pager = whole_world(one.source, 0);
     const auto edits = play(one, editor, &pager, seed, count);
     for (const int loaders : {1, 2, 3, 4, 5, 6, 7, 8}) {
         EditedWorld world;
@@ -344,7 +344,7 @@ TEST(EditedBits, DoNotDependOnThreads) {
                                             .memory_bytes = std::size_t{1} << (18 + loaders),
                                             .undo_depth = loaders % 3};
         VolumeEditor threaded = VolumeEditor::create(world.source, settings).value();
-        Pager with_threads = whole_world(world.source, loaders);
+        WholePager with_threads = whole_world(world.source, loaders);
         play(world, threaded, &with_threads, seed, count);
         ASSERT_EQ(with_threads.resident()->chunks().size(), 21u) << with_threads.last_failure();
         ASSERT_EQ(difference(*pager.resident(), *with_threads.resident()), "")

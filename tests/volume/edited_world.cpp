@@ -86,12 +86,11 @@ std::uint32_t apply(VolumeEditor& editor, const VolumeOperation& operation) {
     return number.value_or(0);
 }
 
-Pager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
+WholePager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
                   std::size_t memory_bytes) {
-    Pager pager =
-        Pager::create(source, {.memory_bytes = memory_bytes, .worker_count = worker_count}).value();
-    pager.require(whole_extent(source->lattice()), 0.0);
-    return pager;
+    return {
+        Pager::create(source, {.memory_bytes = memory_bytes, .worker_count = worker_count}).value(),
+        whole_extent(source->lattice())};
 }
 
 void settle(Pager& pager) {

@@ -39,7 +39,13 @@ Pose at(double x, double y, double z);
 std::uint32_t apply(VolumeEditor& editor, const VolumeOperation& operation);
 
 /// A pager that keeps the whole world resident.
-Pager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
+struct WholePager : Pager {
+    WholePager(Pager&& pager, const WorldRect& world)
+        : Pager(std::move(pager)), region(require(world, 0.0)) {}
+
+    RequiredRegion region;
+};
+WholePager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
                   std::size_t memory_bytes = std::size_t{1} << 30);
 /// Updates until everything is resident.
 void settle(Pager& pager);

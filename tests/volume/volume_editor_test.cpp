@@ -19,12 +19,12 @@ namespace volume_editor_test {
 using namespace test;
 
 double height_at(const Pager& pager, double x, double y) {
-    return Ground(pager.resident(), pager.contact_level()).height(x, y).height;
+    return pager.ground().height(x, y).height;
 }
 
 TEST(VolumeEditor, ADigIsInForceInThePagersNextUpdateAndAnUndoTakesItBack) {
     EditedWorld world(false);
-    Pager pager = whole_world(world.source, 0);
+    WholePager pager = whole_world(world.source, 0);
     settle(pager);
     VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 0}).value();
     const double before = height_at(pager, 100.0, 100.0);
@@ -62,7 +62,7 @@ TEST(VolumeEditor, LoadsAfterADigHaveIt) {
         apply(editor, edits.back());
     }
     EXPECT_EQ(editor.update(), 20u);
-    Pager pager = whole_world(world.source, 0);
+    WholePager pager = whole_world(world.source, 0);
     settle(pager);
     EXPECT_EQ(pager.resident()->chunks().size(), 21u);
     EXPECT_EQ(difference(*pager.resident(), world.volumes_with(edits)), "");
@@ -75,7 +75,7 @@ TEST(VolumeEditor, ALoadInFlightDoesNotBringOldGroundBack) {
     settle(pager);  // the root
     world.hills->is_held = true;
     const int before = world.hills->sample_count;
-    pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);  // no volume touches it yet
+    const RequiredRegion region = pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);  // no volume touches it yet
     for (int i = 0; i < 1000 && world.hills->sample_count < before + 2; ++i) {
         pager.update({}, {}, 10.0 + 0.1 * i);  // a chunk of each level
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -115,11 +115,11 @@ TEST(VolumeEditor, AChunkThatArrivesWhileAChangeIsOnItsWayIsMadeAgainFirst) {
                          .voxel = 1.0});
         apply(editor, edits.back());
     }
-    pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);
+    const RequiredRegion region = pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);
     settle(pager);
     editor.update(pager);
     editor.wait();
-    pager.require({10.0, 10.0, 200.0, 200.0}, 0.0);
+    const RequiredRegion wide = pager.require({10.0, 10.0, 200.0, 200.0}, 0.0);
     settle(pager);
     EXPECT_EQ(difference(*pager.resident(), world.volumes_with({})), "");
     EXPECT_EQ(editor.update(pager), 0u);
@@ -217,7 +217,7 @@ TEST(VolumeEditor, ABodyOnAFillAboveAllGroundHasItResident) {
     const auto height = [&] {
         editor.update(pager);
         pager.update({}, {&body, 1}, time_s += 1.0);
-        return Ground(pager.resident(), pager.contact_level()).height(300.0, 300.0);
+        return pager.ground().height(300.0, 300.0);
     };
     EXPECT_EQ(height().status, GroundStatus::not_resident);
     apply(editor, {.op = VolumeOp::add,
@@ -239,7 +239,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(EditInput, WhatCannotBeDugIsRefusedWithOneLineAndChangesNothing) {
     EditedWorld world;
-    Pager pager = whole_world(world.source, 0);
+    WholePager pager = whole_world(world.source, 0);
     settle(pager);
     const auto before = pager.resident();
     VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 0}).value();
@@ -313,7 +313,7 @@ TEST(EditInput, SettingsOutOfRangeAreRefused) {
 
 TEST(EditInput, AKilometreIsDug) {
     EditedWorld world;
-    Pager pager = whole_world(world.source, 0);
+    WholePager pager = whole_world(world.source, 0);
     settle(pager);
     VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 1}).value();
     const VolumeOperation big{.op = VolumeOp::remove,
@@ -337,7 +337,7 @@ TEST(EditInput, AKilometreIsDug) {
 TEST(EditInput, TenThousandDigsInOnePlace) {
     constexpr int kCount = TERRANE_ASSERTS ? 1000 : 10000;
     EditedWorld world;
-    Pager pager = whole_world(world.source, 0);
+    WholePager pager = whole_world(world.source, 0);
     settle(pager);
     VolumeEditor editor = VolumeEditor::create(world.source, {.worker_count = 1}).value();
     Random random(21);
@@ -367,7 +367,7 @@ TEST(EditInput, DigsStayBelowTheCeiling) {
         EditedWorld world;
         std::size_t all_bytes = 0;
         {
-            Pager whole = whole_world(world.source, 0);
+            WholePager whole = whole_world(world.source, 0);
             settle(whole);
             all_bytes = whole.stats().resident_bytes;
         }

@@ -95,7 +95,7 @@ TEST(VolumeHeights, BodiesInATunnelHaveItsChunksResident) {
     body.radius = 2.0;
     body.velocity = {10.0, 0.0, 0.0};
     for (int i = 0; i < 5; ++i) pager.update({}, {&body, 1}, 0.1 * i);
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     const HeightAnswer floor = ground.height_below(500.0, 500.0, -60.0);
     ASSERT_EQ(floor.status, GroundStatus::ok);
     EXPECT_NEAR(floor.height, -64.0, 0.1);
@@ -140,7 +140,7 @@ TEST(VolumeHeights, ClaimsWhatChunksNeed) {
         body.centre_world = {20.0 + 4.8 * i, 500.0, -60.0};
         pager.update({}, {&body, 1}, 0.1 * i);
         ASSERT_LE(pager.stats().peak_bytes, ceiling);
-        const Ground ground(pager.resident(), pager.contact_level());
+        const Ground ground = pager.ground();
         const HeightAnswer below = ground.height_below(body.centre_world.x(), 500.0, 0.0);
         ASSERT_EQ(below.status, GroundStatus::ok) << i << ": " << pager.last_failure();
     }

@@ -238,19 +238,19 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
     const double margin = 10.0;  // metres: widest shape plus a cell
-    const Pager::Ticket ticket = pager.require(
+    RequiredRegion ticket = pager.require(
         {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
     if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
-    if (!pager.is_ready(ticket)) {
+    if (!ticket.is_ready()) {
         return failure(fmt::format(
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
     const std::vector<PlacedBody> bodies =
-        lay_out(options.layout, Ground(pager.resident(), pager.contact_level()), *obstacles);
-    pager.release(ticket);
+        lay_out(options.layout, pager.ground(), *obstacles);
+    ticket.release();
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
             "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the start",
@@ -283,7 +283,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
         const double time = options.dt * static_cast<double>(step);
         pager.update({}, world.needs(), time);
-        const Ground ground(pager.resident(), pager.contact_level(), terrain.surface);
+        const Ground ground = pager.ground(terrain.surface);
         if (const Result<void> followed = objects.follow(world, ground); !followed)
             return pass_on(followed.error());
         const Clock::time_point begin = Clock::now();

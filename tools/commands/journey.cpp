@@ -131,7 +131,7 @@ std::vector<std::string> Journey::columns(const Traveller& traveller) {
 }
 
 Ground Journey::ground_of(const FrameMaker& maker) const {
-    return {maker.pager().resident(), maker.pager().contact_level(), terrain_.surface};
+    return maker.pager().ground(terrain_.surface);
 }
 
 // Puts the traveller and the crates on the ground, waits until springs and crates are at rest, and adds the bodies of
@@ -169,7 +169,7 @@ void Journey::step(const Ground& ground, double dt) {
     totals_.simulated_time += last_.simulated_time;
     totals_.lost_time += last_.lost_time;
     ++totals_.steps;
-    const bool is_parked = world_.states()[body_.index].condition == BodyCondition::parked;
+    const bool is_parked = world_.state(body_).condition == BodyCondition::parked;
     if (!is_parked && !traveller_.is_supported(world_)) ++totals_.airborne;
 }
 
@@ -195,12 +195,12 @@ void Journey::count_touched() {
 CommandResult<void> Journey::advance(const Ground& ground, double dt) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
-        const WorldPos before = world_.states()[body_.index].pose.translation;
+        const WorldPos before = world_.state(body_).pose.translation;
         if (const Result<void> followed = scene_objects_.follow(world_, ground); !followed)
             return pass_on(followed.error());
         traveller_.control(world_, true);
         step(ground, dt / steps);
-        const BodyState& state = world_.states()[body_.index];
+        const BodyState& state = world_.state(body_);
         if (state.condition != BodyCondition::left_world) {
             totals_.distance_m += (state.pose.translation - before).norm();
         }
@@ -249,7 +249,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         traveller_.change_ground(world_, maker.pager());
         MadeFrame frame =
             maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
-        const BodyState& body = world_.states()[body_.index];
+        const BodyState& body = world_.state(body_);
         const WorldPos& place = body.pose.translation;
         frame.record.extra = {body.velocity.norm(), last_.max_depth_m, place.x(), place.y(),
                               place.z()};

@@ -69,7 +69,7 @@ Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const
     if (!pose) return tl::unexpected(pose.error());
     const Result<BodyId> added = world.add_vehicle(settings_, *pose);
     if (!added) return added;
-    if (!is_free(obstacles, ground, world.settings()[added->index].shape, *pose)) {
+    if (!is_free(obstacles, ground, world.settings(*added).shape, *pose)) {
         return fail(ErrorCode::invalid_argument,
                     fmt::format("a body of the scene is at x {:.6g} m, y {:.6g} m, where the "
                                 "vehicle starts",
@@ -169,7 +169,7 @@ Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Gr
         lift = std::max(lift, answer.lift);
         is_complete = is_complete && answer.status == QueryStatus::complete;
     };
-    add(world->settings()[vehicle->index].shape, pose);
+    add(world->settings(*vehicle).shape, pose);
     for (const WheelState& wheel : world->vehicle(*vehicle)->wheels) {
         Pose at;
         at.translation = wheel.centre_world;

@@ -58,13 +58,13 @@ CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact
     if (!pager) return pass_on(pager.error());
     pager->update({}, {}, 0.0);
     const WorldRect area = trade_area(terrain);
-    const Pager::Ticket ticket = pager->require(
+    RequiredRegion ticket = pager->require(
         {area.west - kAround, area.south - kAround, area.east + kAround, area.north + kAround},
         0.0);
     pager->update({}, {}, 0.0);
     pager->finish();
-    if (!pager->is_ready(ticket)) return failure("the terrain's heights could not be read");
-    return Ground(pager->resident(), pager->contact_level());
+    if (!ticket.is_ready()) return failure("the terrain's heights could not be read");
+    return pager->ground();
 }
 
 std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere,

@@ -24,7 +24,7 @@ Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> sour
     if (!pager) return tl::unexpected<Error>(pager.error());
     QueryGround made(std::move(source), std::move(*pager), settings);
     made.pager_.update({}, {}, made.time_s_);
-    made.ground_.emplace(made.pager_.resident(), made.pager_.contact_level(), made.surface_);
+    made.ground_ = made.pager_.ground(made.surface_);
     return made;
 }
 
@@ -41,24 +41,22 @@ bool QueryGround::load(const WorldRect& region) {
                                std::floor((wanted.north - wanted.south) / side);
     if (chunk_count > static_cast<double>(max_chunks_)) return false;
 
-    const Pager::Ticket ticket = pager_.require(wanted, time_s_);
-    held_.push_back(ticket);
+    const RequiredRegion& held = held_.emplace_back(pager_.require(wanted, time_s_));
     const int level = ground_->level();
     // release the old set first: chunks that only it refers to count against the memory ceiling
     ground_.reset();
     time_s_ += 1.0;
     pager_.update({}, {}, time_s_);
-    if (pager_.state_of(ticket) == TicketState::failing) {
+    if (held.state() == RegionState::failing) {
         // a chunk with volumes may turn out larger than its claim; the next load claims what it needs
         time_s_ += 1.0;
         pager_.update({}, {}, time_s_);
     }
     ground_.emplace(pager_.resident(), level, surface_);
-    return pager_.is_ready(ticket);
+    return held.is_ready();
 }
 
 void QueryGround::release() {
-    for (const Pager::Ticket ticket : held_) pager_.release(ticket);
     held_.clear();
 }
 

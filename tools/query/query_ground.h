@@ -51,7 +51,7 @@ private:
     Pager pager_;
     std::shared_ptr<const SurfaceMap> surface_;
     std::optional<Ground> ground_;
-    std::vector<Pager::Ticket> held_;
+    std::vector<RequiredRegion> held_;
     std::size_t max_chunks_ = 0;  ///< capacity of the memory ceiling
     double time_s_ = 0.0;         ///< number of loads: only the order matters
 };

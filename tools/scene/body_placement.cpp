@@ -308,7 +308,7 @@ bool overlaps_dynamic(const World& world, const Ground& ground, const PlacedBody
         if (answer.touching_count <= touching.size()) {
             touching.resize(answer.count);
             return std::any_of(touching.begin(), touching.end(), [&](BodyId id) {
-                return world.settings()[id.index].type == BodyType::dynamic_body;
+                return world.settings(id).type == BodyType::dynamic_body;
             });
         }
         touching.resize(answer.touching_count);

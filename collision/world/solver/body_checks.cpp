@@ -92,25 +92,25 @@ Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double
     return {};
 }
 
-Result<void> check_state(const BodyState& state) {
-    if (auto ok = check_vector("pose.translation", state.pose.translation, kMaxPlace, "m"); !ok) {
+Result<void> check_state(const BodyPlacement& placement) {
+    if (auto ok = check_vector("pose.translation", placement.pose.translation, kMaxPlace, "m"); !ok) {
         return ok;
     }
-    if (auto ok = check_rotation(state.pose.rotation); !ok) return ok;
-    if (auto ok = check_vector("velocity", state.velocity, kMaxSpeed, "m/s"); !ok) return ok;
-    return check_vector("angular_velocity", state.angular_velocity, kMaxSpin, "rad/s");
+    if (auto ok = check_rotation(placement.pose.rotation); !ok) return ok;
+    if (auto ok = check_vector("velocity", placement.velocity, kMaxSpeed, "m/s"); !ok) return ok;
+    return check_vector("angular_velocity", placement.angular_velocity, kMaxSpin, "rad/s");
 }
 
-Result<void> check_body(const BodySettings& settings, const BodyState& state) {
+Result<void> check_body(const BodySettings& settings, const BodyPlacement& placement) {
     if (auto ok = check_settings(settings); !ok) return ok;
-    if (auto ok = check_state(state); !ok) return ok;
+    if (auto ok = check_state(placement); !ok) return ok;
     if (settings.type == BodyType::static_body) {
-        if (auto ok = check_vector("velocity of a static body", state.velocity, 0.0, "m/s"); !ok) {
+        if (auto ok = check_vector("velocity of a static body", placement.velocity, 0.0, "m/s"); !ok) {
             return ok;
         }
     }
     if (settings.rotates && settings.type != BodyType::static_body) return {};
-    return check_vector("angular_velocity of a body that does not rotate", state.angular_velocity,
+    return check_vector("angular_velocity of a body that does not rotate", placement.angular_velocity,
                         0.0, "rad/s");
 }
 

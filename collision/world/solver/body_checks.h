@@ -79,11 +79,11 @@ Result<void> check_value(const char* name, double value, double low, double high
 /// @param limit of the absolute value of each component
 Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double limit,
                           const char* unit = "");
-Result<void> check_state(const BodyState& state);
+Result<void> check_state(const BodyPlacement& placement);
 /// "static", "kinematic" or "dynamic".
 std::string to_string(BodyType type);
 /// A body's settings, its state, and whether they go together.
-Result<void> check_body(const BodySettings& settings, const BodyState& state);
+Result<void> check_body(const BodySettings& settings, const BodyPlacement& placement);
 Result<void> check_world(const WorldSettings& settings);
 
 /// Largest component of a body's place, metres. A body that would move beyond it is parked.

@@ -261,7 +261,7 @@ private:
     std::vector<Lane> column_lanes_, row_lanes_;
 };
 
-/// A rectangle required by a ticket.
+/// A required rectangle.
 struct RegionNeed {
     WorldRect region;
     double deadline_s = 0.0;

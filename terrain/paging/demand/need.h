@@ -13,7 +13,7 @@ namespace terrane::internal {
 /// Why a chunk is needed, in order of priority: the smallest is loaded first.
 enum class NeedClass : std::uint8_t {
     root,         ///< nothing can be drawn or stood on without it
-    contact,      ///< a body or a ticket touches it, or will
+    contact,      ///< a body or a required region touches it, or will
     drawn,        ///< a camera's error will be above its threshold without it
     speculation,  ///< a camera's error would be, if it turned or moved in an unpredicted direction
     none,

@@ -58,12 +58,12 @@ public:
             }
         }
         scene_.world.addVehicle(&vehicle_);
-        const Pager::Ticket start = pager_.require({-200, -200, 200, 200}, 0.0);
+        RequiredRegion start = pager_.require({-200, -200, 200, 200}, 0.0);
         pager_.update({}, {}, 0.0);
         pager_.finish();
         take_ground();
         put({0.0, 0.0, 0.0}, 0.0);
-        pager_.release(start);
+        start.release();
     }
     ~Drive() { scene_.world.removeVehicle(&vehicle_); }
     Drive(const Drive&) = delete;
@@ -110,7 +110,7 @@ public:
     int held_steps = 0, resets = 0, frames = 0;
 
 private:
-    void take_ground() { scene_.set_ground(Ground(pager_.resident(), pager_.contact_level())); }
+    void take_ground() { scene_.set_ground(pager_.ground()); }
     double frame_distance() const {
         return double(chassis_.getWorldTransform().getOrigin().length());
     }

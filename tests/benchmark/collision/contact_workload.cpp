@@ -82,15 +82,15 @@ ContactMap make_map(const HeightTable& heights) {
     settings.memory_bytes = std::size_t{2} << 30;
     settings.worker_count = 0;
     Pager pager = value_or_exit(Pager::create(source, settings));
-    const Pager::Ticket ticket = pager.require(source->extent(), 0.0);
+    RequiredRegion ticket = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    if (!pager.is_ready(ticket)) {
+    if (!ticket.is_ready()) {
         std::fprintf(stderr, "contact_benchmark: %d x %d samples are not all resident\n", side,
                      side);
         std::exit(1);
     }
-    ContactMap map{Ground(pager.resident(), pager.contact_level()), {}};
+    ContactMap map{pager.ground(), {}};
     map.table.columns = map.table.rows = side;
     map.table.spacing = heights.spacing;
     const double quantum = map.ground.lattice().quantum;

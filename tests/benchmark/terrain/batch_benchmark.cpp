@@ -28,14 +28,14 @@ const Ground& fractal_ground() {
         paging.contact_spacing = 1.0;
         paging.worker_count = 0;
         Pager pager = value_or_exit(Pager::create(source, paging));
-        const Pager::Ticket ticket = pager.require(source->extent(), 0.0);
+        RequiredRegion ticket = pager.require(source->extent(), 0.0);
         pager.update({}, {}, 0.0);
         pager.finish();
-        if (!pager.is_ready(ticket)) {
+        if (!ticket.is_ready()) {
             std::fprintf(stderr, "batch_benchmark: the ground is not resident\n");
             std::exit(1);
         }
-        return Ground(pager.resident(), pager.contact_level());
+        return pager.ground();
     }();
     return ground;
 }

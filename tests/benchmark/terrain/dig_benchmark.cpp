@@ -66,7 +66,7 @@ void measure_one_dig(int repetitions) {
     const auto source = ground();
     Pager pager =
         Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0}).value();
-    pager.require({400.0, 400.0, 600.0, 600.0}, 0.0);
+    const RequiredRegion region = pager.require({400.0, 400.0, 600.0, 600.0}, 0.0);
     pager.update({}, {}, 0.0);
     VolumeEditor editor = VolumeEditor::create(source, {.worker_count = 0}).value();
     std::vector<double> dig, publish;

@@ -332,19 +332,19 @@ TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
             ASSERT_EQ(report.too_deep, 0u) << name_of(shape) << " at " << time;
             ASSERT_EQ(report.parked, 0u);
             for (const BodyId body : bodies) {
-                const Pose& pose = world.states()[body.index].pose;
+                const Pose& pose = world.state(body).pose;
                 if ((pose.translation.head<2>() - Eigen::Vector2d(64.0, 64.0))
                         .cwiseAbs()
                         .maxCoeff() > 60.0) {
                     continue;  // it flew to the border of the world
                 }
-                ASSERT_LT(scene.depth(world.settings()[body.index].shape, pose), tolerance + 1e-9)
+                ASSERT_LT(scene.depth(world.settings(body).shape, pose), tolerance + 1e-9)
                     << name_of(shape) << ' ' << body.index << " at " << time << ": "
                     << pose.translation.transpose();
             }
         }
         for (const BodyId body : bodies) {
-            const WorldPos& p = world.states()[body.index].pose.translation;
+            const WorldPos& p = world.state(body).pose.translation;
             if (p.z() < 20.0) ++in_cavern;
         }
         EXPECT_GE(in_cavern, body_count() / 2) << name_of(shape);
@@ -362,9 +362,9 @@ TEST(BodiesOnAMesh, ComeToRestOnTheFloor) {
         const BodyId body =
             world.add({.shape = shape, .restitution = 0.0}, at({55.3, 43.2, 12.0})).value();
         for (int i = 0; i < 1200; ++i) world.step(scene.ground, 1.0 / 60.0);
-        EXPECT_EQ(world.states()[body.index].condition, BodyCondition::asleep) << name_of(shape);
-        EXPECT_LT(std::abs(scene.depth(world.settings()[body.index].shape,
-                                       world.states()[body.index].pose)),
+        EXPECT_EQ(world.state(body).condition, BodyCondition::asleep) << name_of(shape);
+        EXPECT_LT(std::abs(scene.depth(world.settings(body).shape,
+                                       world.state(body).pose)),
                   default_contact_tolerance(shape))
             << name_of(shape);
     }
@@ -380,7 +380,7 @@ TEST(BodiesOnAMesh, ABoxSlidesOverInnerEdgesWithoutTurning) {
                             .value();
     for (int i = 0; i < 240; ++i) {
         world.step(scene.ground, 1.0 / 60.0);
-        const BodyState& state = world.states()[body.index];
+        const BodyState& state = world.state(body);
         ASSERT_LT(state.angular_velocity.norm(), 1e-6) << i;
         ASSERT_NEAR(state.velocity.x(), 3.0, 1e-6) << i;
         ASSERT_NEAR(state.velocity.y(), 0.37, 1e-6) << i;
@@ -396,15 +396,15 @@ TEST(BodiesOnAMesh, ASphereRollsOverTheRimAndFalls) {
             .value();
     for (int i = 0; i < 600; ++i) {
         ASSERT_EQ(world.step(scene.ground, 1.0 / 60.0).too_deep, 0u);
-        const Pose& pose = world.states()[body.index].pose;
+        const Pose& pose = world.state(body).pose;
         ASSERT_LT(scene.depth(Sphere{0.5}, pose), 0.01) << i;
         // Nothing hits it before the rim.
         if (pose.translation.x() < 45.9) {
             ASSERT_NEAR(pose.translation.z(), 40.5, 0.01) << i;
-            ASSERT_GT(world.states()[body.index].velocity.x(), 1.9) << i;
+            ASSERT_GT(world.state(body).velocity.x(), 1.9) << i;
         }
     }
-    EXPECT_LT(world.states()[body.index].pose.translation.z(), 11.0);
+    EXPECT_LT(world.state(body).pose.translation.z(), 11.0);
 }
 
 TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
@@ -413,17 +413,17 @@ TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
         World world = make_world();
         const BodyId body = world.add({.shape = shape}, at({55.0, 43.0, 8.0})).value();
         double deepest =
-            scene.depth(world.settings()[body.index].shape, world.states()[body.index].pose);
+            scene.depth(world.settings(body).shape, world.state(body).pose);
         for (int i = 0; i < 400; ++i) {
             world.step(scene.ground, 1.0 / 60.0);
             const double depth =
-                scene.depth(world.settings()[body.index].shape, world.states()[body.index].pose);
+                scene.depth(world.settings(body).shape, world.state(body).pose);
             ASSERT_LT(depth, std::max(deepest, default_contact_tolerance(shape)) + 1e-6)
                 << name_of(shape) << i;
             deepest = std::min(deepest, depth);
         }
         EXPECT_LT(deepest, default_contact_tolerance(shape)) << name_of(shape);
-        EXPECT_GT(world.states()[body.index].pose.translation.z(), 10.0) << name_of(shape);
+        EXPECT_GT(world.state(body).pose.translation.z(), 10.0) << name_of(shape);
     }
 }
 
@@ -506,10 +506,10 @@ TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
         bool is_parked = false;
         for (int i = 0; i < 120; ++i) {
             is_parked = world.step(ground, 1.0 / 60.0).parked > 0;
-            ASSERT_LT(world.states()[body.index].pose.translation.x(), 128.0) << name_of(shape);
+            ASSERT_LT(world.state(body).pose.translation.x(), 128.0) << name_of(shape);
         }
         EXPECT_TRUE(is_parked) << name_of(shape);
-        EXPECT_GT(world.states()[body.index].pose.translation.x(), 120.0) << name_of(shape);
+        EXPECT_GT(world.state(body).pose.translation.x(), 120.0) << name_of(shape);
     }
 }
 

@@ -162,8 +162,8 @@ TEST(VolumeBodies, StayInACavernOfTwoShapes) {
             for (double time = 0.0; time < 4.0; time += dt) {
                 ASSERT_EQ(world.step(ground, dt).too_deep, 0u) << speed << ' ' << dt;
                 for (const BodyId body : bodies) {
-                    const Pose& pose = world.states()[body.index].pose;
-                    for (const auto& [p, r] : balls_of(world.settings()[body.index].shape)) {
+                    const Pose& pose = world.state(body).pose;
+                    for (const auto& [p, r] : balls_of(world.settings(body).shape)) {
                         const Eigen::Vector3d q = pose * p;
                         for (const Eigen::Vector3d& out : directions) {
                             const Eigen::Vector3d x = q + r * out;
@@ -268,10 +268,10 @@ TEST(VolumeBodies, NeitherFallThroughABridgeNorFlyIntoItFromBelow) {
                 for (int i = 0; i < 40; ++i) {
                     ASSERT_EQ(world.step(ground, dt).too_deep, 0u);
                     const auto z = [&](BodyId body) {
-                        return world.states()[body.index].pose.translation.z();
+                        return world.state(body).pose.translation.z();
                     };
                     const auto x = [&](BodyId body) {
-                        return (world.states()[body.index].pose.translation -
+                        return (world.state(body).pose.translation -
                                 Eigen::Vector3d(64.0, 64.0, 0.0))
                             .head<2>()
                             .cwiseAbs()
@@ -301,12 +301,12 @@ TEST(VolumeBodies, ABoxSlidesOverTheBorderOfTwoChunks) {
             .value();
     for (int i = 0; i < 330; ++i) {
         ASSERT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);
-        const BodyState& state = world.states()[body.index];
+        const BodyState& state = world.state(body);
         ASSERT_LT(state.angular_velocity.norm(), 0.02) << i;
         ASSERT_NEAR(state.velocity.x(), 4.0, 0.02) << i;
         ASSERT_NEAR(state.pose.translation.z(), -25.7, 0.02) << i;
     }
-    EXPECT_GT(world.states()[body.index].pose.translation.x(), 136.0);
+    EXPECT_GT(world.state(body).pose.translation.x(), 136.0);
 }
 
 }  // namespace volume_contact_test
@@ -432,8 +432,8 @@ TEST(RandomVolumes, NobodyGetsIntoTheSolid) {
             ASSERT_EQ(report.too_deep, 0u) << "scene " << scene << " at " << time;
             ASSERT_EQ(report.placed_deep, 0u) << "scene " << scene << " at " << time;
             for (const BodyId body : bodies) {
-                const Shape& shape = world.settings()[body.index].shape;
-                const Pose& pose = world.states()[body.index].pose;
+                const Shape& shape = world.settings(body).shape;
+                const Pose& pose = world.state(body).pose;
                 const double inside = 1.01 * default_contact_tolerance(shape) + 1e-6;
                 for (const auto& [p, r] : inner_points(shape, inside)) {
                     ASSERT_FALSE(is_solid(ground, pose * p) &&

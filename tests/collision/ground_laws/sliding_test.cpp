@@ -46,11 +46,11 @@ Ground make_paged_ground(const Height& height) {
     PagerSettings settings;
     settings.worker_count = 0;
     Pager pager = *Pager::create(source, settings);
-    const Pager::Ticket ticket = pager.require(source->extent(), 0.0);
+    RequiredRegion ticket = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    EXPECT_TRUE(pager.is_ready(ticket));
-    return Ground(pager.resident(), pager.contact_level());
+    EXPECT_TRUE(ticket.is_ready());
+    return pager.ground();
 }
 
 // Slides from 10 m before a seam to 10 m behind it, along x, y or both, with and without gravity onto the plane.

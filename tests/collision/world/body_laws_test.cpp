@@ -332,7 +332,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
 TEST(WorldForces, AccelerateByForceOverMassForOneStep) {
     const Ground ground = make_flat();

@@ -26,7 +26,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) {
@@ -303,7 +303,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u);
@@ -366,10 +366,10 @@ TEST(WorldChange, OfEachFieldTakesEffect) {
     BodySettings sensor{.shape = Sphere{1.0}, .type = BodyType::static_body};
     sensor.is_sensor = true;
     ASSERT_TRUE(world.change(floor, sensor));
-    EXPECT_TRUE(world.settings()[floor.index].is_sensor);
+    EXPECT_TRUE(world.settings(floor).is_sensor);
     sensor.type = BodyType::dynamic_body;
     EXPECT_FALSE(world.change(floor, sensor));
-    EXPECT_TRUE(world.settings()[floor.index].is_sensor);
+    EXPECT_TRUE(world.settings(floor).is_sensor);
 }
 
 TEST(WorldChange, OfTheTypeMakesABodyStopMoveAndFall) {

@@ -271,7 +271,7 @@ TEST(ParkedBody, GetsItsGroundHoweverShortThePagersHorizon) {
         std::uint64_t parked = 0;
         for (int step = 0; step < 60 * 30; ++step) {
             pager.update({}, world.needs(), step * kStep);
-            parked += world.step(Ground(pager.resident(), pager.contact_level()), kStep).parked;
+            parked += world.step(pager.ground(), kStep).parked;
         }
         EXPECT_LE(parked, 2u) << above;
         const WorldPos& end = world.states()[0].pose.translation;

@@ -30,7 +30,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
 const ContactEvent* find(const World& world, BodyId a, BodyId b = {}) {
     for (const ContactEvent& event : world.contact_events()) {
@@ -263,7 +263,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.states()[body.index]; }
+const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
 /// Height of a box after it was dropped on a table whose top is at z = 10, of those filters.
 double dropped_height(const CollisionFilter& table, const CollisionFilter& box,

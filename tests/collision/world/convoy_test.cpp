@@ -93,7 +93,7 @@ public:
 
     StepReport step(double time) {
         pager_->update({}, world_->needs(), time);
-        const Ground ground(pager_->resident(), pager_->contact_level());
+        const Ground ground = pager_->ground();
         for (std::size_t i = 0; i < kVehicles; ++i) {
             const VehicleState& state = *world_->vehicle(vehicles_[i]);
             EXPECT_TRUE(world_->set_controls(
@@ -136,7 +136,7 @@ public:
         double farthest = 0.0;
         for (const BodyId vehicle : vehicles_) {
             farthest = std::max(farthest,
-                                world_->states()[vehicle.index].pose.translation.head<2>().norm());
+                                world_->state(vehicle).pose.translation.head<2>().norm());
         }
         return farthest;
     }

@@ -89,7 +89,7 @@ public:
     BodyId id() const { return id_; }
     const CharacterState& state() const { return *world_.character(id_); }
     const WorldPos& place() const { return state().body.pose.translation; }
-    const BodyState& of(BodyId body) const { return world_.states()[body.index]; }
+    const BodyState& of(BodyId body) const { return world_.state(body); }
 
 private:
     World world_;

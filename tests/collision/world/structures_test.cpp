@@ -143,7 +143,7 @@ TEST(Structures, ABallLiesOnAHundredPlates) {
     const BodyId ball = stack.add({.shape = Sphere{0.3}, .mass = 50.0, .restitution = 0.0},
                                   at({kX, kY, kFloor + 4.0 + 0.3}));
     stack.moved_in(standing_time());
-    const WorldPos& place = stack.world().states()[ball.index].pose.translation;
+    const WorldPos& place = stack.world().state(ball).pose.translation;
     EXPECT_GT(place.z(), kFloor + 4.0);
     EXPECT_LT((place.head<2>() - Eigen::Vector2d(kX, kY)).norm(), 0.1);
 }

@@ -101,9 +101,9 @@ TEST(VehicleAmongBodies, PushesCratesAsideAndPassesThroughNone) {
         }
         drive(vehicle, ground, {.throttle = 0.6}, 12.0);
         int moved = 0;
-        const Shape& chassis = vehicle.world().settings()[vehicle.id().index].shape;
+        const Shape& chassis = vehicle.world().settings(vehicle.id()).shape;
         for (std::size_t i = 0; i < crates.size(); ++i) {
-            const BodyState& crate = vehicle.world().states()[crates[i].index];
+            const BodyState& crate = vehicle.world().state(crates[i]);
             moved += (crate.pose.translation.head<2>() -
                       Eigen::Vector2d(90.0 + 6.0 * static_cast<double>(i),
                                       100.0 + 0.6 * (static_cast<double>(i % 4) - 1.5)))
@@ -149,7 +149,7 @@ TEST(VehicleAmongBodies, RidesOnAPlatformThatMoves) {
     const double x = truck.chassis().pose.translation.x();
     ASSERT_TRUE(truck.world().set_velocity(ferry, {2.0, 0.0, 0.0}, {0.0, 0.0, 0.0}));
     drive(truck, ground, {.brake = 1.0}, 10.0);
-    const double gone = truck.world().states()[ferry.index].pose.translation.x() - 100.0;
+    const double gone = truck.world().state(ferry).pose.translation.x() - 100.0;
     EXPECT_NEAR(gone, 20.0, 1e-6);
     EXPECT_NEAR(truck.chassis().pose.translation.x() - x, gone, 0.5);
     EXPECT_EQ(truck.wheels()[0].body, ferry);

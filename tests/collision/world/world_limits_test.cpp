@@ -185,7 +185,7 @@ TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
         } else {
             const auto moved =
                 static_cast<std::size_t>(random.below(static_cast<int>(bodies.size())));
-            BodyState state = world.states()[bodies[moved].index];
+            BodyState state = world.state(bodies[moved]);
             state.pose.translation.x() = random.between(50.0, 75.0);
             ASSERT_TRUE(world.teleport(bodies[moved], state));
         }
@@ -198,8 +198,8 @@ TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
         std::vector<BodyId> expected;
         double nearest = kInfinite;
         for (const BodyId body : bodies) {
-            const Shape& shape = world.settings()[body.index].shape;
-            const Pose& other = world.states()[body.index].pose;
+            const Shape& shape = world.settings(body).shape;
+            const Pose& other = world.state(body).pose;
             if (test_contact(probe, pose, shape, other).is_touching) expected.push_back(body);
             nearest = std::min(nearest, signed_distance(probe, pose, shape, other).distance);
         }

@@ -42,13 +42,13 @@ void add_body(World& world, fuzz::Input& input, const Ground& ground, std::vecto
 /// The middle of a body is in it: it is at most about the body's tolerance below the surface.
 void check_above(const World& world, const Ground& ground, std::vector<BodyId>& bodies) {
     std::erase_if(bodies, [&](BodyId id) {
-        return world.states()[id.index].condition == BodyCondition::left_world;
+        return world.state(id).condition == BodyCondition::left_world;
     });
     for (const BodyId id : bodies) {
-        const WorldPos& p = world.states()[id.index].pose.translation;
+        const WorldPos& p = world.state(id).pose.translation;
         require(fuzz::is_finite(p), "a body's position is finite");
         const HeightAnswer height = ground.height(p.x(), p.y());
-        const double tolerance = default_contact_tolerance(world.settings()[id.index].shape);
+        const double tolerance = default_contact_tolerance(world.settings(id).shape);
         require(height.status != GroundStatus::ok ||
                     p.z() >= height.height - 2.0 * (1.0 + kSteepest) * tolerance,
                 "no body is below the ground");

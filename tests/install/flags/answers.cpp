@@ -85,7 +85,7 @@ int main() {
         camera.view =
             look_at(WorldPos(-30, 3.0 * frame, 400), WorldPos(500, 100, 0), 1.0, 640, 360).value();
         pager.update({&camera, 1}, world.needs(), frame / 60.0);
-        const Ground ground(pager.resident(), pager.contact_level());
+        const Ground ground = pager.ground();
         const StepReport report = world.step(ground, 1.0 / 60.0);
         if (report.parked + report.too_deep > 0) return 1;
         for (const BodyState& body : world.states()) {

@@ -35,13 +35,13 @@ int main() {
     for (int step = 0; step < 180; ++step) {
         pager->update({}, world->needs(), step / 60.0);
         const StepReport report =
-            world->step(Ground(pager->resident(), pager->contact_level()), 1.0 / 60.0);
+            world->step(pager->ground(), 1.0 / 60.0);
         if (report.too_deep + report.parked + report.left_world > 0) {
             return fail("the ball fell through, was parked or left the world");
         }
     }
     const BodyState& end = world->states()[0];
-    const Ground ground(pager->resident(), pager->contact_level());
+    const Ground ground = pager->ground();
     const DistanceAnswer answer = signed_distance(ball, end.pose, ground, 10.0);
     if (answer.status != QueryStatus::complete || !answer.has_ground) {
         return fail("there is no ground below the ball");

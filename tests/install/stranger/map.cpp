@@ -10,7 +10,7 @@ int main() {
     using namespace terrane;
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({.west = 50, .south = 150, .east = 150, .north = 250}, 0.0);
+    const RequiredRegion region = pager.require({.west = 50, .south = 150, .east = 150, .north = 250}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
     adapters::ElevationMapSettings settings;
@@ -21,7 +21,7 @@ int main() {
         std::printf("%s\n", map.error().message.c_str());
         return 1;
     }
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     const auto update = map->update(ground, 100.0, 200.0);
     std::printf("%td cells, %td of them absent\n", static_cast<std::ptrdiff_t>(update.read_cells),
                 static_cast<std::ptrdiff_t>(update.absent_cells));

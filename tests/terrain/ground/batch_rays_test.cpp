@@ -207,10 +207,10 @@ Ground make_hills(int spacing_log2, double amplitude) {
     Pager pager =
         Pager::create(source, {.worker_count = 0, .contact_spacing = std::ldexp(1.0, spacing_log2)})
             .value();
-    pager.require(source->extent(), 0.0);
+    const RequiredRegion region = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    return Ground(pager.resident(), pager.contact_level());
+    return pager.ground();
 }
 
 TEST(RayFan, HasTheBitsOfSingleRaysOverHills) {

@@ -37,7 +37,7 @@ World rough_world(std::int32_t first_root = -1) {
     if (!source) return world;
     world.source = *source;
     Pager pager = Pager::create(world.source, {.worker_count = 0}).value();
-    pager.require(world.source->extent(), 0.0);
+    const RequiredRegion region = pager.require(world.source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     world.set = pager.resident();
     world.level = pager.contact_level();
@@ -153,9 +153,9 @@ TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
 TEST(Ground, AnswersNotResidentOverAbsentChunks) {
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({10, 10, 20, 20}, 0.0);
+    const RequiredRegion region = pager.require({10, 10, 20, 20}, 0.0);
     pager.update({}, {}, 0.0);
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     EXPECT_EQ(ground.height(15, 15).status, GroundStatus::ok);
     EXPECT_EQ(ground.height(-600, 15).status, GroundStatus::not_resident);
     EXPECT_EQ(ground.cell(-600, 15).status, GroundStatus::not_resident);
@@ -171,9 +171,9 @@ TEST(GroundReader, GivesTheAnswersOfTheGround) {
     constexpr std::uint64_t kSeed = 12;
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    pager.require({-200, -100, 300, 200}, 0.0);
+    const RequiredRegion region = pager.require({-200, -100, 300, 200}, 0.0);
     pager.update({}, {}, 0.0);
-    const Ground ground(pager.resident(), pager.contact_level());
+    const Ground ground = pager.ground();
     GroundReader reader(ground);
     Random random(kSeed);
     std::array<int, 5> counts{};
@@ -209,7 +209,7 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
     const Ground alone = world.ground();
     for (const int workers : {0, 2}) {
         Pager pager = Pager::create(world.source, {.worker_count = workers}).value();
-        const Pager::Ticket ticket = pager.require({-60, -60, 60, 60}, 0.0);
+        RequiredRegion ticket = pager.require({-60, -60, 60, 60}, 0.0);
         Random random(6);
         for (int frame = 0; frame < 40; ++frame) {
             SCOPED_TRACE(testing::Message() << workers << " workers, seed 6, frame " << frame);
@@ -217,8 +217,8 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
             const CameraNeed camera{.view = look_at(eye, {0, 0, 0}, 1.0, 640, 360).value()};
             pager.update({&camera, 1}, {}, 0.02 * frame);
             if (frame == 0) pager.finish();
-            ASSERT_TRUE(pager.is_ready(ticket));
-            const Ground ground(pager.resident(), pager.contact_level());
+            ASSERT_TRUE(ticket.is_ready());
+            const Ground ground = pager.ground();
             for (int i = 0; i < 20; ++i) {
                 const double x = random.between(-60, 60), y = random.between(-60, 60);
                 ASSERT_EQ(ground.height(x, y).height, alone.height(x, y).height);
@@ -333,11 +333,11 @@ TEST(Ground, AnswersTheSameFarFromTheOrigin) {
     const auto answer_at = [](const Lattice& lattice, double x, double y) {
         const auto source = std::make_shared<test::WaveHeights>(lattice, 20.0, 250.0);
         Pager pager = Pager::create(source, {.worker_count = 0}).value();
-        pager.require(
+        const RequiredRegion region = pager.require(
             {lattice.origin_x, lattice.origin_y, lattice.origin_x + 60, lattice.origin_y + 60},
             0.0);
         pager.update({}, {}, 0.0);
-        return Ground(pager.resident(), pager.contact_level())
+        return pager.ground()
             .height(lattice.origin_x + x, lattice.origin_y + y);
     };
     const HeightAnswer a = answer_at(near_lattice, 13.25, 40.5);

@@ -150,17 +150,17 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
         const auto source = std::make_shared<FaultyHeights>(
             ground, std::vector<FaultRule>{{.fault = Fault::exception}});
         Pager pager = Pager::create(source, {.worker_count = workers}).value();
-        const Pager::Ticket ticket = pager.require({10, 10, 20, 20}, 1.0);
+        RequiredRegion ticket = pager.require({10, 10, 20, 20}, 1.0);
         play(pager, 0.0);
         EXPECT_EQ(pager.stats().resident_chunks, 0u);
         EXPECT_GE(pager.stats().failed, 4u);
         EXPECT_EQ(pager.stats().resident_bytes, 0u);
-        EXPECT_EQ(pager.state_of(ticket), TicketState::failing);
+        EXPECT_EQ(ticket.state(), RegionState::failing);
         EXPECT_EQ(draw(pager, *ground).status, MeshStatus::not_resident);
         source->set_plan({});
         play(pager, 0.2);
         play(pager, 20.0);
-        EXPECT_TRUE(pager.is_ready(ticket));
+        EXPECT_TRUE(ticket.is_ready());
         expect_all_there(pager, *ground);
     }
 }

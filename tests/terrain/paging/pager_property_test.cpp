@@ -148,7 +148,7 @@ public:
         EXPECT_EQ(pager_->stats().in_flight_bytes, 0u);
         if (ceiling_ > kWorldChunks * Chunk::max_bytes()) {
             EXPECT_EQ(pager_->stats().late_chunks, 0u);
-            for (const Pager::Ticket ticket : tickets_) EXPECT_TRUE(pager_->is_ready(ticket));
+            for (const RequiredRegion& region : regions_) EXPECT_TRUE(region.is_ready());
         }
     }
 
@@ -187,16 +187,13 @@ private:
             case 5: {
                 const double west = random_.between(-1100, 1000);
                 const double south = random_.between(-1100, 1000);
-                tickets_.push_back(pager_->require(
+                regions_.push_back(pager_->require(
                     {west, south, west + random_.between(0, 200), south + random_.between(0, 200)},
                     time_s_ + random_.between(-1, 4)));
                 break;
             }
             case 6:
-                if (!tickets_.empty()) {
-                    pager_->release(tickets_.front());
-                    tickets_.erase(tickets_.begin());
-                }
+                if (!regions_.empty()) regions_.erase(regions_.begin());
                 break;
             default:
                 break;
@@ -271,7 +268,7 @@ private:
     std::vector<Mover> movers_;
     std::vector<CameraNeed> cameras_;
     std::vector<BodyNeed> bodies_;
-    std::vector<Pager::Ticket> tickets_;
+    std::vector<RequiredRegion> regions_;
     std::array<std::shared_ptr<const ResidentSet>, 2> held_;  // as drawing and contact hold them
     std::set<ChunkKey> stood_on_;
     std::set<ChunkKey> made_now_;

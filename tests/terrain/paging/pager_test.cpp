@@ -170,25 +170,25 @@ TEST(Pager, LoadsARequiredRegionAtContactLevelAndKeepsIt) {
         Pager::create(hills(), {.memory_bytes = 30 * Chunk::max_bytes(), .worker_count = 0})
             .value();
     const WorldRect region{-200.0, 100.0, -100.0, 250.0};
-    const Pager::Ticket ticket = pager.require(region, 1.0);
-    EXPECT_FALSE(pager.is_ready(ticket));
+    RequiredRegion ticket = pager.require(region, 1.0);
+    EXPECT_FALSE(ticket.is_ready());
     pager.update({}, {}, 0.0);
-    EXPECT_TRUE(pager.is_ready(ticket));
+    EXPECT_TRUE(ticket.is_ready());
     // cameras elsewhere with more needs than fit do not evict it
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
         pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
                      0.1 * frame);
-        ASSERT_TRUE(pager.is_ready(ticket));
+        ASSERT_TRUE(ticket.is_ready());
     }
-    pager.release(ticket);
-    EXPECT_FALSE(pager.is_ready(ticket));
+    ticket.release();
+    EXPECT_FALSE(ticket.is_ready());
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
         pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
                      4.0 + frame);
     }
-    EXPECT_FALSE(pager.is_ready(pager.require(region, 1.0)));
+    EXPECT_FALSE(pager.require(region, 1.0).is_ready());
 }
 
 TEST(Pager, LoadsTheGroundAlongABodysTrajectory) {
@@ -259,7 +259,8 @@ TEST(Pager, RefusesNeedsThatAreNotFinite) {
     pager.update(std::vector<CameraNeed>{camera}, bodies, 0.0);
     EXPECT_EQ(pager.stats().refused_needs, 2u);
     EXPECT_EQ(pager.stats().resident_chunks, 4u);
-    pager.require({0, 0, std::numeric_limits<double>::quiet_NaN(), 1}, 0.0);
+    EXPECT_EQ(pager.require({0, 0, std::numeric_limits<double>::quiet_NaN(), 1}, 0.0).state(),
+              RegionState::released);
     EXPECT_EQ(pager.stats().refused_needs, 3u);
 }
 
@@ -537,7 +538,7 @@ TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
     const auto waves = std::make_shared<const WaveHeights>(lattice, 10.0, 100.0);
     const std::size_t ceiling = 3 * Chunk::max_bytes();
     Pager pager = Pager::create(waves, {.memory_bytes = ceiling, .worker_count = 0}).value();
-    const Pager::Ticket all = pager.require(whole_extent(lattice), 0.0);
+    RequiredRegion all = pager.require(whole_extent(lattice), 0.0);
     pager.update({}, {}, 0.0);
     ASSERT_GE(pager.resident()->chunks().size(), 3u) << "as many as fit";
     const std::shared_ptr<const Chunk> root = copy_of(*pager.resident()->find_chunk({0, 0, 0}));
@@ -550,7 +551,7 @@ TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
     EXPECT_EQ(switches, 0);
     EXPECT_EQ(pager.resident()->find_chunk({0, 0, 0})->change, 0u);
     EXPECT_EQ(pager.stats().postponed_replacements, 2u);
-    pager.release(all);
+    all.release();
     pager.update({}, {}, 2.0);
     EXPECT_TRUE(replace());
     EXPECT_EQ(switches, 1);

@@ -352,17 +352,17 @@ TEST(RootWindow, FollowsABodyAndThenARegion) {
             BodyNeed{.centre_world = {x, 5.0, ground->height(x, 5.0)}, .radius = 1.0}};
         pager.update({}, body, time_s += 0.1);
         ASSERT_EQ(pager.stats().groundless_bodies, 0u) << x;
-        const Ground solid(pager.resident(), pager.contact_level());
+        const Ground solid = pager.ground();
         ASSERT_EQ(solid.height(x, 5.0).status, GroundStatus::ok);
         ASSERT_EQ(solid.height(x + 20.0 * kSide, 5.0).status, GroundStatus::not_resident)
             << "ground that is there, and not loaded";
     }
-    const Pager::Ticket ticket = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
+    RequiredRegion ticket = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
     const std::array body{BodyNeed{.centre_world = {0.0, 0.0, 0.0}, .radius = 1.0}};
     pager.update({}, body, time_s += 0.1);
-    EXPECT_EQ(pager.state_of(ticket), TicketState::loading) << "it is not in the body's window";
+    EXPECT_EQ(ticket.state(), RegionState::loading) << "it is not in the body's window";
     pager.update({}, {}, time_s += 0.1);
-    EXPECT_TRUE(pager.is_ready(ticket));
+    EXPECT_TRUE(ticket.is_ready());
 }
 
 TEST(RootWindow, StaysUnderTheCeilingWhileItMoves) {

@@ -143,7 +143,7 @@ Scene look_over(std::shared_ptr<const HeightSource> source, double max_error_px,
         Triangulator::create(*source, {.triangle_budget = 300'000, .max_error_px = max_error_px})
             .value();
     Scene scene{std::move(source), std::move(pager), std::move(triangulator), {}};
-    scene.pager.require({-10.0, -2010.0, 10.0, -1990.0}, 0.0);
+    const RequiredRegion region = scene.pager.require({-10.0, -2010.0, 10.0, -1990.0}, 0.0);
     CameraNeed camera{.view = view, .threshold_px = max_error_px};
     for (int frame = 0; frame < 40; ++frame) {
         scene.pager.update({&camera, 1}, {}, frame);

@@ -71,12 +71,16 @@ enum class BodyCondition : std::uint8_t {
     removed,     ///< there is no body of this index
 };
 
-/// Where a body is and how it moves.
-struct BodyState {
+/// The pose and the velocities that a body is given.
+struct BodyPlacement {
     Pose pose;                                                   ///< world_from_shape
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre of mass, m/s
     Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< world axes, rad/s
-    BodyCondition condition = BodyCondition::awake;              ///< read only
+};
+
+/// The state of a body after a step. It can be given back as the placement of a body.
+struct BodyState : BodyPlacement {
+    BodyCondition condition = BodyCondition::awake;  ///< how it took part in the step
 };
 
 /// A walking upright capsule.

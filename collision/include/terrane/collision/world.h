@@ -9,7 +9,7 @@
 #include <terrane/collision/world_query.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/ground_batch.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/body_need.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -115,7 +115,7 @@ public:
     /// Fails:     also invalid_argument for a static body that has a velocity, a dynamic sensor
     /// Allocates: the body; and a copy of a dynamic hull or compound whose origin is not its centre of mass, or whose
     ///            axes are not its principal axes
-    Result<BodyId> add(const BodySettings& settings, const BodyState& state);
+    Result<BodyId> add(const BodySettings& settings, const BodyPlacement& placement);
 
     /// Removes a body; wakes those that touch it.
     Result<void> remove(BodyId body);
@@ -125,9 +125,9 @@ public:
     /// Counts as placed anew: see teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
-    /// Replaces a body's state: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
+    /// Replaces a body's pose and velocities: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
     /// ground than its tolerance, the next step counts it as placed_deep, and it recovers.
-    Result<void> teleport(BodyId body, const BodyState& state);
+    Result<void> teleport(BodyId body, const BodyPlacement& placement);
 
     /// Moves a dynamic body along the straight motion to a pose, until the ground stops it. Bodies do not stop it. Its
     /// velocity is kept. Wakes it.
@@ -170,7 +170,15 @@ public:
     /// The id of the body with an index; none where there is no body.
     BodyId id(std::size_t index) const;
 
-    /// One entry for each index that ever had a body. Valid until the next call that is not const.
+    /// The state of a body. An id of no body gets a state of BodyCondition::removed. Valid until the next call that is
+    /// not const.
+    const BodyState& state(BodyId body) const;
+    /// The settings of a body. Valid until the next call that is not const. Requires contains(body); default settings
+    /// otherwise.
+    const BodySettings& settings(BodyId body) const;
+
+    /// All states, to iterate over: one for each index that ever had a body. Valid until the next call that is not
+    /// const.
     std::span<const BodyState> states() const;
     /// The settings of the same bodies, in the same order and for as long.
     std::span<const BodySettings> settings() const;

@@ -1,38 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/base/math.h>
+#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/ground.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <string>
 
 namespace terrane {
-
-/// A future position of a body.
-struct BodyMoment {
-    double time_s = 0.0;                       ///< on the clock of Pager::update()
-    WorldPos centre_world = WorldPos::Zero();  ///< of the bounding sphere
-};
-
-/// A body that touches ground, or may soon; the pager keeps that ground resident.
-struct BodyNeed {
-    WorldPos centre_world = WorldPos::Zero();            ///< of the bounding sphere
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, world axes
-    double radius = 1.0;                                 ///< bounding, metres
-    /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
-    std::span<const BodyMoment> trajectory = {};
-    /// Whether the body is parked on ground that is not resident. The pager then loads the chunks under and over it at
-    /// once, whatever their heights: contact bounds absent ground by coarser chunks, which may be far above the
-    /// interval of the source.
-    bool is_waiting = false;
-};
 
 /// A future state of a camera.
 struct CameraMoment {
@@ -120,12 +103,14 @@ struct PagerStats {
 };
 
 /// The state of a required region.
-enum class TicketState {
-    loading,  ///< some of it is absent or in flight
-    ready,    ///< all of it is resident
-    failing,  ///< some loads have failed; they are retried
-    unknown,  ///< released, or the region was refused
+enum class RegionState {
+    loading,   ///< some of it is absent or in flight
+    ready,     ///< all of it is resident
+    failing,   ///< some loads have failed; they are retried
+    released,  ///< not required (any more), refused, or the pager is gone
 };
+
+class RequiredRegion;
 
 /// Keeps the chunks resident that cameras draw and bodies touch, under a hard ceiling of bytes.
 ///
@@ -180,24 +165,21 @@ public:
 
     /// Inserts arrived chunks, requests what is needed next, evicts. With workers it never waits for a load.
     /// Needs are found twenty times a second of the clock, and at once when a camera jumps or the number of
-    /// cameras, bodies or tickets changes.
+    /// cameras, bodies or required regions changes.
     ///
     /// @param time_s the present, seconds, on any clock that does not go back
     void update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
                 double time_s);
+    /// The same with a list of cameras: `pager.update({camera}, world.needs(), time_s)`.
+    void update(std::initializer_list<CameraNeed> cameras, std::span<const BodyNeed> bodies,
+                double time_s) {
+        update(std::span(cameras.begin(), cameras.size()), bodies, time_s);
+    }
 
-    /// Names a required region.
-    using Ticket = std::uint64_t;
-
-    /// Requests all ground of a rectangle at contact level, as before a teleport, and keeps it resident until
-    /// release(). Contact has priority over drawing, the earliest deadline first.
-    Ticket require(const WorldRect& region, double deadline_s);
-    /// What has become of a requirement.
-    TicketState state_of(Ticket ticket) const;
-    /// Whether all of it is resident. False for a released ticket.
-    bool is_ready(Ticket ticket) const;
-    /// Ends a requirement; its ground may be evicted from then on.
-    void release(Ticket ticket);
+    /// Requests all ground of a rectangle at contact level, as before a teleport, and keeps it resident while the
+    /// returned object lives. Contact has priority over drawing, the earliest deadline first. A region or deadline that
+    /// is not finite is refused and counted.
+    [[nodiscard]] RequiredRegion require(const WorldRect& region, double deadline_s);
 
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents
     /// it, and completes all fades. Blocks: not for use in a frame.
@@ -223,15 +205,47 @@ public:
 
     /// The level that ground queries answer at.
     int contact_level() const;
+    /// The contact surface of the resident chunks: a snapshot, to be taken after each update().
+    ///
+    /// @param surface_map friction, restitution and material by place; null: none
+    Ground ground(std::shared_ptr<const SurfaceMap> surface_map = nullptr) const;
     /// Counts, and what is resident at present.
     PagerStats stats() const;
     /// The message of the last failed load, one sentence; empty if none has failed.
     std::string last_failure() const;
 
 private:
+    friend class RequiredRegion;
     struct State;
-    explicit Pager(std::unique_ptr<State> state);
-    std::unique_ptr<State> state_;
+    explicit Pager(std::shared_ptr<State> state);
+    std::shared_ptr<State> state_;  // owned here alone; required regions observe it
+};
+
+/// A region whose ground a pager keeps resident while this object lives: see Pager::require(). May outlive the pager.
+///
+/// Threads: the pager's
+class RequiredRegion {
+public:
+    /// Requires nothing.
+    RequiredRegion() = default;
+    RequiredRegion(RequiredRegion&& other) noexcept;
+    RequiredRegion& operator=(RequiredRegion&& other) noexcept;
+    ~RequiredRegion();
+
+    /// What has become of the requirement. Cost: O(chunks over the region)
+    RegionState state() const;
+    /// Whether all of its ground is resident.
+    bool is_ready() const { return state() == RegionState::ready; }
+    /// Ends the requirement; its ground may be evicted from then on.
+    void release();
+
+private:
+    friend class Pager;
+    RequiredRegion(const std::shared_ptr<Pager::State>& pager, std::uint64_t id)
+        : pager_(pager), id_(id) {}
+
+    std::weak_ptr<Pager::State> pager_;
+    std::uint64_t id_ = 0;
 };
 
 }  // namespace terrane

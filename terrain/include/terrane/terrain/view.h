@@ -28,6 +28,17 @@ struct View {
     Eigen::Vector3d right() const;
     /// Pixels of the picture's centre that one radian spans: height / (2 tan(vertical_fov / 2)).
     double pixels_per_radian() const;
+
+    /// Matrix from world axes, relative to eye_world, to eye axes: x right, y up, z backward. [4][4] column-major, as
+    /// OpenGL reads it. It has no translation: subtract the eye in double, or as integers of the lattice, before the
+    /// position becomes float.
+    std::array<float, 16> view_matrix() const;
+    /// Perspective matrix from eye axes to OpenGL's clip space: depth -1 at near_plane, 1 at far_plane. [4][4]
+    /// column-major.
+    ///
+    /// @param near_plane, far_plane distances along `forward`, metres, 0 < near_plane < far_plane; far_plane may be
+    ///     infinite
+    std::array<float, 16> projection_matrix(double near_plane, double far_plane) const;
 };
 
 /// A view from an eye to a point; up is north for vertical directions.

@@ -5,7 +5,7 @@
 // ground is resident. One object for each world and BulletGround; see bullet_ground.h for units and frames.
 //
 // Each frame:  pager.update(cameras, bodies.needs(world, ground), time);
-//              ground.set_ground(Ground(pager.resident(), pager.contact_level()));
+//              ground.set_ground(pager.ground());
 //              bodies.hold(world, ground, dt);
 //              world.stepSimulation(dt, 0);
 //

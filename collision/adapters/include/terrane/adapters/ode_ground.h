@@ -16,7 +16,7 @@
 //           update() finds its ground resident. So nothing falls while a pager loads; needs() says what it should load.
 //
 // Each frame:  pager.update(cameras, ground.needs(), time);
-//              ground.update(Ground(pager.resident(), pager.contact_level()), dt);
+//              ground.update(pager.ground(), dt);
 //              dSpaceCollide2(ground.geom(), dGeomID(space), data, &near);   // or dSpaceCollide, with it in the space
 //              dWorldQuickStep(world, dt);
 //
