@@ -195,9 +195,9 @@ std::shared_ptr<PagerUse> make_pager(const Source& source, std::size_t memory_by
                                  .policy = read_choice(policy, "policy", kPolicies),
                                  .distance_radius = distance_radius,
                                  .load_timeout = load_timeout};
-    return std::make_shared<PagerUse>(
-        "Pager", TicketedPager(value_or_raise(without_lock(
-                     [&] { return Pager::create(source.heights, settings); }))));
+    return std::make_shared<PagerUse>("Pager", TicketedPager(value_or_raise(without_lock([&] {
+                                          return Pager::create(source.heights, settings);
+                                      }))));
 }
 
 BodyNeeds make_needs(const py::object& centre, const py::object& velocity,

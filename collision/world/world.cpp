@@ -200,7 +200,8 @@ Result<void> World::change(BodyId body, const BodySettings& settings) {
 
 Result<void> World::teleport(BodyId body, const BodyPlacement& placement) {
     if (auto ok = state_->check_body_id(body); !ok) return ok;
-    if (auto ok = internal::check_body(state_->body_settings[body.index], placement); !ok) return ok;
+    if (auto ok = internal::check_body(state_->body_settings[body.index], placement); !ok)
+        return ok;
     state_->place(body.index, placement);
     return {};
 }

@@ -83,7 +83,8 @@ BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
 }
 
 BodyId World::State::add_character(const CharacterSettings& character,
-                                   const BodySettings& own_settings, const BodyPlacement& placement) {
+                                   const BodySettings& own_settings,
+                                   const BodyPlacement& placement) {
     const BodyId id = add(own_settings, {own_settings.shape, {}}, placement);
     characters[id.index] = std::make_unique<internal::Character>(character);
     characters[id.index]->place(states[id.index]);

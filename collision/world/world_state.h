@@ -33,8 +33,8 @@ struct World::State {
 
     /// @param shape centred
     /// @param mass  null: that of the shape with uniform density
-    BodyId add(const BodySettings& settings, internal::CentredShape&& shape, const BodyPlacement& placement,
-               const internal::MassProperties* mass = nullptr);
+    BodyId add(const BodySettings& settings, internal::CentredShape&& shape,
+               const BodyPlacement& placement, const internal::MassProperties* mass = nullptr);
     BodyId add_vehicle(std::unique_ptr<internal::Vehicle> vehicle, const BodySettings& settings,
                        Compound&& shape, const BodyPlacement& placement);
     void remove(BodyId body);

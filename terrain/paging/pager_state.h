@@ -84,7 +84,7 @@ struct Pager::State {
     std::vector<internal::FadeObserver> observers;
     std::vector<internal::PredictedView> predicted_views;
     std::vector<BodyNeed> bodies;
-    std::vector<BodyMoment> trajectory_moments;  // of all bodies, concatenated
+    std::vector<BodyMoment> trajectory_moments;                      // of all bodies, concatenated
     std::map<std::uint64_t, internal::RegionNeed> required_regions;  // by id
     std::uint64_t next_region_id = 1;
 

@@ -75,8 +75,7 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     std::uint64_t pairs = 0;
     for (int step = 0; step < 60; ++step) {
         pager.update({}, world.needs(), step / 60.0);
-        pairs +=
-            world.step(pager.ground(), 1.0 / 60.0).touching_pairs;
+        pairs += world.step(pager.ground(), 1.0 / 60.0).touching_pairs;
     }
     EXPECT_GT(pairs, 100u);
     EXPECT_EQ(world.state_hash(), 0x1741451deec80cfdu) << std::hex << world.state_hash();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <span>
 
 namespace terrane::test {
@@ -75,5 +76,12 @@ public:
 private:
     std::uint64_t value_ = 0xcbf29ce484222325u;
 };
+
+/// The number of cases of a random test: that of the environment variable where it is set, as for long runs.
+inline int case_count(const char* variable, int otherwise) {
+    const char* text = std::getenv(variable);
+    const int count = text == nullptr ? 0 : std::atoi(text);
+    return count > 0 ? count : otherwise;
+}
 
 }  // namespace terrane::test

@@ -122,7 +122,8 @@ Ground load_area(const DropLayout& layout) {
     const std::shared_ptr<const HeightSource> source = FractalHeights::create({.seed = 9}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const WorldRect area = drop_area(layout, source->extent());
-    const RequiredRegion region = pager.require({area.west - 10.0, area.south - 10.0, area.east + 10.0, area.north + 10.0}, 0.0);
+    const RequiredRegion region = pager.require(
+        {area.west - 10.0, area.south - 10.0, area.east + 10.0, area.north + 10.0}, 0.0);
     pager.update({}, {}, 0.0);
     return pager.ground();
 }

@@ -26,9 +26,8 @@ TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
                                  {20.0, 10.0});
         const Result<BodyId> body = vehicle.enter(world, ground, nothing);
         ASSERT_TRUE(body) << body.error().message;
-        EXPECT_LT(
-            compute_lift(world.settings(*body).shape, vehicle.pose(world), ground).lift,
-            -0.04);
+        EXPECT_LT(compute_lift(world.settings(*body).shape, vehicle.pose(world), ground).lift,
+                  -0.04);
         for (int step = 0; step < 120; ++step) {
             vehicle.control(world, false);
             EXPECT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What is saved is there again, with the same bits; what is damaged is refused.
+#include "support/random.h"
 #include "volume/edited_world.h"
 
 #include <gtest/gtest.h>
@@ -277,7 +278,7 @@ namespace edit_bits_test {
 using namespace test;
 
 // A tenth where contracts are checked: such builds are slow.
-constexpr int kEdits = TERRANE_ASSERTS ? 100 : 1000;
+const int kEdits = test::case_count("TERRANE_EDITS", TERRANE_ASSERTS ? 100 : 300);
 
 /// Digs, fills and undos, one after the other; what is in force at the end.
 std::vector<VolumeOperation> play(EditedWorld& world, VolumeEditor& editor, Pager* pager,

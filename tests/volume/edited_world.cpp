@@ -87,7 +87,7 @@ std::uint32_t apply(VolumeEditor& editor, const VolumeOperation& operation) {
 }
 
 WholePager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
-                  std::size_t memory_bytes) {
+                       std::size_t memory_bytes) {
     return {
         Pager::create(source, {.memory_bytes = memory_bytes, .worker_count = worker_count}).value(),
         whole_extent(source->lattice())};

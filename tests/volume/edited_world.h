@@ -46,7 +46,7 @@ struct WholePager : Pager {
     RequiredRegion region;
 };
 WholePager whole_world(const std::shared_ptr<const HeightSource>& source, int worker_count,
-                  std::size_t memory_bytes = std::size_t{1} << 30);
+                       std::size_t memory_bytes = std::size_t{1} << 30);
 /// Updates until everything is resident.
 void settle(Pager& pager);
 

@@ -29,11 +29,8 @@ namespace scenes_test {
 
 using namespace test;
 
-#ifndef TERRANE_SCENE_FACTOR
-#define TERRANE_SCENE_FACTOR 1
-#endif
-// A tenth where contracts are checked: such builds are slow.
-constexpr std::uint64_t kScenes = (TERRANE_ASSERTS ? 100 : 1000) * TERRANE_SCENE_FACTOR;
+const auto kScenes =
+    static_cast<std::uint64_t>(case_count("TERRANE_JOINED_SCENES", TERRANE_ASSERTS ? 100 : 250));
 constexpr int kPoints = 300;
 
 struct Scene {

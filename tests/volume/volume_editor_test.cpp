@@ -75,7 +75,8 @@ TEST(VolumeEditor, ALoadInFlightDoesNotBringOldGroundBack) {
     settle(pager);  // the root
     world.hills->is_held = true;
     const int before = world.hills->sample_count;
-    const RequiredRegion region = pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);  // no volume touches it yet
+    const RequiredRegion region =
+        pager.require({10.0, 10.0, 20.0, 20.0}, 0.0);  // no volume touches it yet
     for (int i = 0; i < 1000 && world.hills->sample_count < before + 2; ++i) {
         pager.update({}, {}, 10.0 + 0.1 * i);  // a chunk of each level
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -248,8 +248,7 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
-    const std::vector<PlacedBody> bodies =
-        lay_out(options.layout, pager.ground(), *obstacles);
+    const std::vector<PlacedBody> bodies = lay_out(options.layout, pager.ground(), *obstacles);
     ticket.release();
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(

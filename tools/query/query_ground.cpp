@@ -56,9 +56,7 @@ bool QueryGround::load(const WorldRect& region) {
     return held.is_ready();
 }
 
-void QueryGround::release() {
-    held_.clear();
-}
+void QueryGround::release() { held_.clear(); }
 
 std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_world, double reach,
                                 double side, const WorldRect& extent) {

@@ -93,7 +93,8 @@ Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double
 }
 
 Result<void> check_state(const BodyPlacement& placement) {
-    if (auto ok = check_vector("pose.translation", placement.pose.translation, kMaxPlace, "m"); !ok) {
+    if (auto ok = check_vector("pose.translation", placement.pose.translation, kMaxPlace, "m");
+        !ok) {
         return ok;
     }
     if (auto ok = check_rotation(placement.pose.rotation); !ok) return ok;
@@ -105,13 +106,14 @@ Result<void> check_body(const BodySettings& settings, const BodyPlacement& place
     if (auto ok = check_settings(settings); !ok) return ok;
     if (auto ok = check_state(placement); !ok) return ok;
     if (settings.type == BodyType::static_body) {
-        if (auto ok = check_vector("velocity of a static body", placement.velocity, 0.0, "m/s"); !ok) {
+        if (auto ok = check_vector("velocity of a static body", placement.velocity, 0.0, "m/s");
+            !ok) {
             return ok;
         }
     }
     if (settings.rotates && settings.type != BodyType::static_body) return {};
-    return check_vector("angular_velocity of a body that does not rotate", placement.angular_velocity,
-                        0.0, "rad/s");
+    return check_vector("angular_velocity of a body that does not rotate",
+                        placement.angular_velocity, 0.0, "rad/s");
 }
 
 Result<void> check_world(const WorldSettings& settings) {

@@ -363,8 +363,7 @@ TEST(BodiesOnAMesh, ComeToRestOnTheFloor) {
             world.add({.shape = shape, .restitution = 0.0}, at({55.3, 43.2, 12.0})).value();
         for (int i = 0; i < 1200; ++i) world.step(scene.ground, 1.0 / 60.0);
         EXPECT_EQ(world.state(body).condition, BodyCondition::asleep) << name_of(shape);
-        EXPECT_LT(std::abs(scene.depth(world.settings(body).shape,
-                                       world.state(body).pose)),
+        EXPECT_LT(std::abs(scene.depth(world.settings(body).shape, world.state(body).pose)),
                   default_contact_tolerance(shape))
             << name_of(shape);
     }
@@ -412,12 +411,10 @@ TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
     for (const Shape& shape : all_shapes(0.5)) {
         World world = make_world();
         const BodyId body = world.add({.shape = shape}, at({55.0, 43.0, 8.0})).value();
-        double deepest =
-            scene.depth(world.settings(body).shape, world.state(body).pose);
+        double deepest = scene.depth(world.settings(body).shape, world.state(body).pose);
         for (int i = 0; i < 400; ++i) {
             world.step(scene.ground, 1.0 / 60.0);
-            const double depth =
-                scene.depth(world.settings(body).shape, world.state(body).pose);
+            const double depth = scene.depth(world.settings(body).shape, world.state(body).pose);
             ASSERT_LT(depth, std::max(deepest, default_contact_tolerance(shape)) + 1e-6)
                 << name_of(shape) << i;
             deepest = std::min(deepest, depth);

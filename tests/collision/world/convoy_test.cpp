@@ -135,8 +135,7 @@ public:
     double farthest() const {
         double farthest = 0.0;
         for (const BodyId vehicle : vehicles_) {
-            farthest = std::max(farthest,
-                                world_->state(vehicle).pose.translation.head<2>().norm());
+            farthest = std::max(farthest, world_->state(vehicle).pose.translation.head<2>().norm());
         }
         return farthest;
     }

@@ -41,9 +41,8 @@ void add_body(World& world, fuzz::Input& input, const Ground& ground, std::vecto
 
 /// The middle of a body is in it: it is at most about the body's tolerance below the surface.
 void check_above(const World& world, const Ground& ground, std::vector<BodyId>& bodies) {
-    std::erase_if(bodies, [&](BodyId id) {
-        return world.state(id).condition == BodyCondition::left_world;
-    });
+    std::erase_if(
+        bodies, [&](BodyId id) { return world.state(id).condition == BodyCondition::left_world; });
     for (const BodyId id : bodies) {
         const WorldPos& p = world.state(id).pose.translation;
         require(fuzz::is_finite(p), "a body's position is finite");

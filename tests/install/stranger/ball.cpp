@@ -34,8 +34,7 @@ int main() {
     }
     for (int step = 0; step < 180; ++step) {
         pager->update({}, world->needs(), step / 60.0);
-        const StepReport report =
-            world->step(pager->ground(), 1.0 / 60.0);
+        const StepReport report = world->step(pager->ground(), 1.0 / 60.0);
         if (report.too_deep + report.parked + report.left_world > 0) {
             return fail("the ball fell through, was parked or left the world");
         }

@@ -10,7 +10,8 @@ int main() {
     using namespace terrane;
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const RequiredRegion region = pager.require({.west = 50, .south = 150, .east = 150, .north = 250}, 0.0);
+    const RequiredRegion region =
+        pager.require({.west = 50, .south = 150, .east = 150, .north = 250}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
     adapters::ElevationMapSettings settings;

@@ -337,8 +337,7 @@ TEST(Ground, AnswersTheSameFarFromTheOrigin) {
             {lattice.origin_x, lattice.origin_y, lattice.origin_x + 60, lattice.origin_y + 60},
             0.0);
         pager.update({}, {}, 0.0);
-        return pager.ground()
-            .height(lattice.origin_x + x, lattice.origin_y + y);
+        return pager.ground().height(lattice.origin_x + x, lattice.origin_y + y);
     };
     const HeightAnswer a = answer_at(near_lattice, 13.25, 40.5);
     const HeightAnswer b = answer_at(far_lattice, 13.25, 40.5);

@@ -7,9 +7,9 @@
 #include <terrane/collision/query.h>
 #include <terrane/collision/vehicle.h>
 #include <terrane/collision/world_query.h>
+#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/ground_batch.h>
-#include <terrane/terrain/body_need.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -125,8 +125,8 @@ public:
     /// Counts as placed anew: see teleport().
     Result<void> change(BodyId body, const BodySettings& settings);
 
-    /// Replaces a body's pose and velocities: nothing is cast. The body, and those that touched it, wake. If it is then deeper in the
-    /// ground than its tolerance, the next step counts it as placed_deep, and it recovers.
+    /// Replaces a body's pose and velocities: nothing is cast. The body, and those that touched it, wake. If it is then
+    /// deeper in the ground than its tolerance, the next step counts it as placed_deep, and it recovers.
     Result<void> teleport(BodyId body, const BodyPlacement& placement);
 
     /// Moves a dynamic body along the straight motion to a pose, until the ground stops it. Bodies do not stop it. Its

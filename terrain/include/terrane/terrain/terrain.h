@@ -30,7 +30,7 @@ struct TerrainSettings {
 
 /// The terrain at one moment: the ground to stand on, and a mesh for each camera.
 struct Frame {
-    Ground ground;  ///< the contact surface of the resident chunks; a snapshot that may outlive the frame
+    Ground ground;  ///< the contact surface of the resident chunks: a snapshot
     /// [cameras] one for each camera of the update, in its order. Valid until the next update.
     std::span<const TerrainMesh> meshes;
     std::size_t late_chunks = 0;        ///< needed now, and absent
@@ -39,9 +39,9 @@ struct Frame {
 
 /// Ground to see and to stand on, for a simulator: a pager, a triangulator for each camera, and the contact surface.
 ///
-/// Each update() pages by the needs of cameras and bodies, triangulates the view of each camera over the resident chunks,
-/// and passes the threshold of each mesh to the pager, which then loads no detail that the budget cannot show. The parts
-/// may also be used by themselves: pager.h, triangulator.h, ground.h.
+/// Each update() pages by the needs of cameras and bodies, triangulates the view of each camera over the resident
+/// chunks, and passes the threshold of each mesh to the pager, which then loads no detail that the budget cannot show.
+/// The parts may also be used by themselves: pager.h, triangulator.h, ground.h.
 ///
 ///     Terrain terrain = Terrain::create(source).value();
 ///     World world = World::create({}).value();
@@ -76,8 +76,8 @@ public:
                         double time_s) {
         return update(std::span(cameras.begin(), cameras.size()), bodies, time_s);
     }
-    /// As update(), then loads until all needs are resident, or the ceiling or a failing source prevents it. Blocks: for
-    /// the first frame.
+    /// As update(), then loads until all needs are resident, or the ceiling or a failing source prevents it. Blocks:
+    /// for the first frame.
     const Frame& load(std::span<const Camera> cameras, std::span<const BodyNeed> bodies,
                       double time_s);
     /// The same with a list of cameras.
