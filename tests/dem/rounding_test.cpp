@@ -125,9 +125,11 @@ double check_answers(const std::string& path, const FileTruth& truth, std::mt199
     const Ground ground(resident, source.lattice().finest_level);
     const HeightInterval range = source.interval(source.extent());
     double largest_bound = 0.0, worst = 0.0;
+    long answered = 0;
     const auto check_at = [&](double x, double y) {
         const HeightAnswer answer = ground.height(x, y);
         if (answer.status != GroundStatus::ok) return;
+        ++answered;
         const long double wanted = truth.height(x, y);
         const auto off = static_cast<double>(std::fabs(answer.height - wanted));
         worst = std::max(worst, off / answer.error_m);
@@ -146,6 +148,7 @@ double check_answers(const std::string& path, const FileTruth& truth, std::mt199
         check_at(e.west + random_unit(random) * (e.east - e.west),
                  e.south + random_unit(random) * (e.north - e.south));
     }
+    EXPECT_GT(answered, info.rows * info.columns / 20);
 
     const TrueHeights truth_source(source, truth);
     const double width = e.east - e.west, middle = 0.5 * (range.low + range.high);

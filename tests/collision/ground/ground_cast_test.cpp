@@ -27,7 +27,7 @@ inline void expect_no_overlap(const Shape& shape, const Motion& motion, const Gr
 
 /// For a shape that starts separated: it stops outside the ground, within the tolerance of it.
 inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
-                                       const Ground& ground) {
+                                       const Ground& ground, long& hits) {
     const CastAnswer answer = cast(shape, motion, ground);
     ASSERT_EQ(answer.status, QueryStatus::complete);
     EXPECT_FALSE(answer.started_in_contact);
@@ -36,6 +36,7 @@ inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
         EXPECT_EQ(answer.fraction, 1.0);
         return;
     }
+    ++hits;
     const double distance =
         signed_distance(shape, motion.at(answer.fraction), ground, 1.0).distance;
     EXPECT_GE(distance, -1e-9);
@@ -128,15 +129,22 @@ INSTANTIATE_TEST_SUITE_P(All, ShapeCasts, testing::ValuesIn(make_named_shapes())
 TEST_P(ShapeCasts, StopBeforeTheGroundAndWithinTheTolerance) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
+    long cases = 0, hits = 0;
     for (const Scene& scene : make_scenes()) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        long apart = 0;
         for (int i = 0; i < 24; ++i) {
             const Motion motion = random_motion(random, ground, i);
             if (compute_lift(shape(), motion.start, ground).lift >= 0.0) continue;
-            expect_stops_at_the_ground(shape(), motion, ground);
+            ++apart;
+            expect_stops_at_the_ground(shape(), motion, ground, hits);
         }
+        EXPECT_GT(apart, 1);
+        cases += apart;
     }
+    EXPECT_GT(hits, cases / 20);
+    EXPECT_LT(hits, cases);
 }
 
 TEST_P(ShapeCasts, HitAThinWallAtAnySpeed) { expect_hits_a_thin_wall_at_any_speed(shape()); }
@@ -294,12 +302,14 @@ TEST(Cast, OfAHullOfTenThousandPointsIsThatOfItsSphere) {
     const ConvexHull hull = make_hull(sphere(random, 10'000));
     const Ground ground =
         make_test_ground([](double x, double y) { return hash_height(x, y); }, 1.0, 1);
+    long hits = 0;
     for (int i = 0; i < 10; ++i) {
         const Motion motion = random_motion(random, ground, 30.0, i % 2 == 0 ? 0.0 : 2.0);
         if (compute_lift(Sphere{1.0}, motion.start, ground).lift >= 0.0) continue;
         const CastAnswer answer = cast(hull, motion, ground);
         const CastAnswer of_sphere = cast(Sphere{1.0}, motion, ground);
         if (!answer.hit) continue;
+        ++hits;
         EXPECT_TRUE(of_sphere.hit);
         EXPECT_GE(answer.fraction, of_sphere.fraction - 1e-4 / 30.0);
         const double distance =
@@ -307,6 +317,7 @@ TEST(Cast, OfAHullOfTenThousandPointsIsThatOfItsSphere) {
         EXPECT_GE(distance, -1e-9);
         EXPECT_LE(distance, 1e-4);
     }
+    EXPECT_GT(hits, 0);
 }
 
 }  // namespace ground_cast_test

@@ -11,12 +11,13 @@
 namespace terrane::test {
 
 /// Contacts are sorted, deepest first, and the shortest translation that resolves them all separates the shape.
-inline void expect_separated_by_contacts(const Shape& shape, const Pose& pose,
-                                         const Ground& ground) {
+inline void expect_separated_by_contacts(const Shape& shape, const Pose& pose, const Ground& ground,
+                                         long& overlapping) {
     std::array<Contact, 256> contacts;
     const ContactAnswer answer = find_contacts(shape, pose, ground, 0.0, contacts);
     ASSERT_EQ(answer.status, QueryStatus::complete);
     if (answer.lift <= 0.0) return;
+    ++overlapping;
     EXPECT_NEAR(answer.lift, compute_lift(shape, pose, ground).lift, 1e-12);
     ASSERT_GT(answer.count, 0u);
     const Eigen::Vector3d d = resolve({contacts.data(), answer.count});

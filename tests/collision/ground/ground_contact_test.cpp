@@ -32,10 +32,12 @@ TEST_P(ShapeContacts, SeparateTheShapeWhenResolved) {
     for (const Scene& scene : make_scenes()) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        long overlapping = 0;
         for (int i = 0; i < 30; ++i) {
             const Pose pose = random_pose(random, ground, -1.0, 1.5);
-            expect_separated_by_contacts(shape(), pose, ground);
+            expect_separated_by_contacts(shape(), pose, ground, overlapping);
         }
+        EXPECT_GT(overlapping, 1);
     }
 }
 
@@ -45,9 +47,11 @@ TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
     for (const Scene& scene : make_scenes()) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        long apart = 0, compared = 0;
         for (int i = 0; i < 30; ++i) {
             const Pose pose = random_pose(random, ground, 0.0, 3.0);
             if (compute_lift(shape(), pose, ground).lift > -1e-6) continue;
+            ++apart;
             std::array<Contact, 64> contacts;
             const ContactAnswer touching = find_contacts(shape(), pose, ground, 0.0, contacts);
             for (std::size_t k = 0; k < touching.count; ++k) EXPECT_LE(contacts[k].depth, 1e-8);
@@ -55,9 +59,12 @@ TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
             const double gap = signed_distance(shape(), pose, ground, 5.0).distance;
             const ContactAnswer near = find_contacts(shape(), pose, ground, gap + 1e-6, contacts);
             if (gap > 4.9) continue;
+            ++compared;
             ASSERT_GE(near.count, 1u);
             EXPECT_NEAR(contacts[0].depth, -gap, 1e-6);
         }
+        EXPECT_GT(apart, 1);
+        EXPECT_GT(compared, 1);
     }
 }
 
@@ -154,10 +161,12 @@ TEST_P(ShapeDistances, ApartAreTheLargestDisplacementWithoutOverlap) {
     for (const Scene& scene : make_scenes()) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        long apart = 0;
         for (int i = 0; i < 20; ++i) {
             const Pose pose = random_pose(random, ground, 0.5, 4.0);
             const DistanceAnswer answer = signed_distance(shape(), pose, ground, 8.0);
             if (answer.distance <= 0.0) continue;
+            ++apart;
             ASSERT_TRUE(answer.has_ground);
             const double gap = answer.distance;
             const Pose touching = moved(pose, -gap * answer.normal);
@@ -167,6 +176,7 @@ TEST_P(ShapeDistances, ApartAreTheLargestDisplacementWithoutOverlap) {
                 EXPECT_LE(compute_lift(shape(), there, ground).lift, 0.0);
             }
         }
+        EXPECT_GT(apart, 1);
     }
 }
 
@@ -415,6 +425,7 @@ TEST(HullDistance, IsThatOfTheBoxWhoseCornersItHas) {
     for (const Scene& scene : make_scenes()) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
+        long compared = 0, touching = 0;
         for (int i = 0; i < 60; ++i) {
             const Box box{
                 {random.between(0.3, 2.0), random.between(0.3, 2.0), random.between(0.3, 2.0)}};
@@ -428,12 +439,17 @@ TEST(HullDistance, IsThatOfTheBoxWhoseCornersItHas) {
                 const DistanceAnswer of_hull = signed_distance(hull, pose, ground, 10.0);
                 ASSERT_EQ(of_hull.status, of_box.status);
                 if (of_box.distance < -0.1 * smallest_half_extent(box)) continue;
+                ++compared;
                 EXPECT_NEAR(of_hull.distance, of_box.distance, 1e-9);
                 std::array<Contact, 64> contacts;
                 const bool has_contacts = find_contacts(box, pose, ground, 0.0, contacts).count > 0;
                 EXPECT_EQ(find_contacts(hull, pose, ground, 0.0, contacts).count > 0, has_contacts);
+                touching += has_contacts;
             }
         }
+        EXPECT_GT(compared, 6);
+        EXPECT_GT(touching, 3);
+        EXPECT_LT(touching, compared);
     }
 }
 

@@ -196,6 +196,7 @@ TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
     Long widest = 0;
     for (const Plane& plane : planes()) {
         for (const Shape& shape : shapes()) {
+            long hits = 0;
             for (int i = 0; i < 60; ++i) {
                 const Motion motion = random_motion(random, plane, shape, i % 2 == 0 ? 1.0 : 10.0);
                 const CastAnswer answer = cast(shape, motion, plane.ground, settings);
@@ -205,10 +206,12 @@ TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
                     ASSERT_GE(gap_at(plane, shape, motion, t), -rounding) << "case " << i;
                 }
                 if (!answer.hit) continue;
+                ++hits;
                 const Long gap = gap_at(plane, shape, motion, answer.fraction);
                 ASSERT_LE(gap, 0.25L * settings.tolerance + rounding) << "case " << i;
                 widest = std::max(widest, gap);
             }
+            EXPECT_GT(hits, 3);
         }
     }
     std::printf("turning: gaps up to %.3Lf tolerances at the hit\n", widest / settings.tolerance);

@@ -90,6 +90,7 @@ TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
     SCOPED_TRACE("seed 12");
     constexpr double kMargin = 0.05;
     for (const Shape& shape : all_shapes()) {
+        long compared = 0;
         for (int i = 0; i < 200; ++i) {
             const double gap = random.between(-0.04, 0.04);
             const Pose pose = pose_near_walls(random, shape, gap, shift);
@@ -110,9 +111,11 @@ TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
             }
             for (std::size_t wall = 0; wall < 6; ++wall) {
                 if (gaps[wall] > kMargin - 1e-6) continue;
+                ++compared;
                 ASSERT_NEAR(deepest[wall], -gaps[wall], 1e-6) << name_of(shape) << i << ' ' << wall;
             }
         }
+        EXPECT_GT(compared, 50) << name_of(shape);
     }
 }
 
@@ -122,12 +125,14 @@ TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
     Random random(13);
     SCOPED_TRACE("seed 13");
     for (const Shape& shape : simple_shapes()) {
+        long overlapping = 0;
         for (int i = 0; i < 100; ++i) {
             const Pose pose = pose_near_walls(random, shape, -random.between(1e-3, 0.3), shift);
             const auto gaps = wall_gaps(shape, pose, shift);
             double square = 0.0;
             for (const double gap : gaps) square += std::min(gap, 0.0) * std::min(gap, 0.0);
             if (square == 0.0) continue;
+            ++overlapping;
             const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
             ASSERT_EQ(answer.status, QueryStatus::complete);
             ASSERT_NEAR(answer.distance, -std::sqrt(square), 1e-6 * std::sqrt(square) + 1e-8)
@@ -138,6 +143,7 @@ TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
             ASSERT_GT(*std::min_element(left.begin(), left.end()), -1e-8);
             ASSERT_TRUE(test_contact(shape, pose, scene.ground).is_touching);
         }
+        EXPECT_GT(overlapping, 5) << name_of(shape);
     }
 }
 
@@ -148,6 +154,7 @@ TEST_P(MeshQueries, CastsStopWithinTheToleranceAndNeverLate) {
     SCOPED_TRACE("seed 14");
     constexpr double kTolerance = 1e-4;
     for (const Shape& shape : all_shapes()) {
+        long hits = 0;
         for (int i = 0; i < 60; ++i) {
             Motion motion;
             motion.start = pose_near_walls(random, shape, random.between(0.01, 3.0), shift);
@@ -163,9 +170,12 @@ TEST_P(MeshQueries, CastsStopWithinTheToleranceAndNeverLate) {
                     << name_of(shape) << i << " at " << t << " of " << answer.fraction;
             }
             if (!answer.hit) continue;
+            ++hits;
             const auto gaps = wall_gaps(shape, motion.at(answer.fraction), shift);
             ASSERT_LT(*std::min_element(gaps.begin(), gaps.end()), kTolerance + 1e-9);
         }
+        EXPECT_GT(hits, 3) << name_of(shape);
+        EXPECT_LT(hits, 60) << name_of(shape);
     }
 }
 

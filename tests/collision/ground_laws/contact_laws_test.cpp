@@ -263,6 +263,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
     for (const LawShape& shape : law_shapes()) {
         std::map<std::string, long> strange;
         std::string example;
+        long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = shallow_depth(shape) * random.between(-0.5, 1.0);
@@ -274,6 +275,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
             const double reach = shallow_depth(shape) + 1e-6;
             for (std::size_t k = 0; k < answer.count; ++k) {
                 const Contact& contact = contacts[k];
+                ++compared;
                 ASSERT_NEAR(contact.normal.norm(), 1.0, 1e-12);
                 ASSERT_GT(contact.normal.z(), 0.0);
                 if (k > 0) {
@@ -304,6 +306,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
         for (const auto& [scene, times] : strange) {
             EXPECT_EQ(times, 0) << shape.name << ", " << scene << "; " << example;
         }
+        EXPECT_GT(compared, count / 20) << shape.name;
     }
 }
 
@@ -313,6 +316,7 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
     const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
+        long touching = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
@@ -328,9 +332,12 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
                 ASSERT_EQ(answer.count > 0, is_touching);
             }
             if (!is_touching) continue;
+            ++touching;
             ASSERT_LT(distance, 0.0);
             ASSERT_GT(contacts[0].depth, 0.0);
         }
+        EXPECT_GT(touching, count / 20) << shape.name;
+        EXPECT_LT(touching, count - count / 20) << shape.name;
     }
 }
 
@@ -343,6 +350,7 @@ TEST(LawsOfContacts, NoneIsDeeperThanTheMinimumTranslation) {
         std::map<std::string, long> deeper;
         double deepest = 0.0;
         std::string example;
+        long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
@@ -350,6 +358,7 @@ TEST(LawsOfContacts, NoneIsDeeperThanTheMinimumTranslation) {
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
             if (answer.count == 0) continue;
+            ++compared;
             const double over =
                 contacts[0].depth + signed_distance(shape.shape, pose, scene.ground, 1.0).distance;
             deeper[scene.name] += over > 1e-9;
@@ -362,6 +371,7 @@ TEST(LawsOfContacts, NoneIsDeeperThanTheMinimumTranslation) {
             EXPECT_EQ(times, 0) << shape.name << ", " << scene << ", by up to " << deepest << " m, "
                                 << example;
         }
+        EXPECT_GT(compared, count / 20) << shape.name;
     }
 }
 
@@ -373,6 +383,7 @@ TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
     for (const LawShape& shape : law_shapes()) {
         // A flat shape is deep at any overlap: the minimum translation may be shorter than the contact's depth.
         if (shape.name == "flat hull") continue;
+        long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
@@ -380,10 +391,12 @@ TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
             if (lift <= 0.0 || answer.count != 1) continue;
+            ++compared;
             EXPECT_NEAR(contacts[0].depth,
                         -signed_distance(shape.shape, pose, scene.ground, 1.0).distance, 1e-9)
                 << describe(scene, shape, pose);
         }
+        EXPECT_GT(compared, 0) << shape.name;
     }
 }
 
@@ -398,6 +411,7 @@ TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
             !std::holds_alternative<Capsule>(shape.shape)) {
             continue;
         }
+        long near = 0, apart = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double margin = random.between(0.0, 0.5);
@@ -408,9 +422,15 @@ TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
             const DistanceAnswer gap = signed_distance(shape.shape, pose, scene.ground, 1.0);
             if (!gap.has_ground || std::abs(gap.distance - margin) < 1e-8) continue;
             ASSERT_EQ(answer.count > 0, gap.distance < margin) << gap.distance << ' ' << margin;
-            if (answer.count == 0) continue;
+            if (answer.count == 0) {
+                ++apart;
+                continue;
+            }
+            ++near;
             ASSERT_NEAR(contacts[0].depth, -gap.distance, 1e-8);
         }
+        EXPECT_GT(near, count / 20) << shape.name;
+        EXPECT_GT(apart, count / 50) << shape.name;
     }
 }
 
@@ -420,15 +440,18 @@ TEST(LawsOfContacts, ReportNoGapsBeyondTheMargin) {
     const long count = count_of_cases(500, 20'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
+        long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const Pose pose = random_pose(random, scene, shape, random.between(0.0, 5.0));
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
             for (std::size_t k = 0; k < answer.count; ++k) {
+                ++compared;
                 EXPECT_GE(contacts[k].depth, -1e-8) << describe(scene, shape, pose);
             }
         }
+        EXPECT_GT(compared, count / 20) << shape.name;
     }
 }
 

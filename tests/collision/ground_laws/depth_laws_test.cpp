@@ -43,14 +43,15 @@ double check_answer(const LawScene& scene, const LawShape& shape, const Pose& po
     return found;
 }
 
-void expect_shortest(const LawScene& scene, const LawShape& shape, const Pose& pose,
+bool expect_shortest(const LawScene& scene, const LawShape& shape, const Pose& pose,
                      Random& random) {
     SCOPED_TRACE(describe(scene, shape, pose));
     const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 1.0);
     const double depth = -answer.distance;
-    if (!(depth > 0.0)) return;
+    if (!(depth > 0.0)) return false;
     EXPECT_GE(check_answer(scene, shape, pose, answer, random), least_of(depth));
     EXPECT_GE(answer.distance_lower_bound, least_of(depth));
+    return true;
 }
 
 TEST(LawsOfDepth, UpToHalfTheSmallestExtentNoShorterTranslationSeparates) {
@@ -65,8 +66,7 @@ TEST(LawsOfDepth, UpToHalfTheSmallestExtentNoShorterTranslationSeparates) {
                 random_pose(random, scene, shape, law_scale(shape) * random.between(0.0, 1.6));
             const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 1.0);
             if (-answer.distance > law_scale(shape)) continue;
-            expect_shortest(scene, shape, pose, random);
-            ++checked;
+            checked += expect_shortest(scene, shape, pose, random);
         }
         EXPECT_GT(checked, count / 3) << shape.name;
     }
@@ -84,13 +84,15 @@ TEST(LawsOfDepth, WithTheCoreAboveTheGroundNoShorterTranslationSeparates) {
              {"thick capsule", Capsule{2.0, 1.5}, Capsule{0.0, 1.5}}}) {
         const LawShape round{name, shape, make_oracle(shape)};
         const LawShape inside{name, core, make_oracle(core)};
+        long checked = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = noisy_scene(i);
             // The core is above the ground by less than the radius.
             const Pose pose = random_pose(random, scene, inside,
                                           -smallest_half_extent(shape) * random.between(0.01, 1.0));
-            expect_shortest(scene, round, pose, random);
+            checked += expect_shortest(scene, round, pose, random);
         }
+        EXPECT_GT(checked, count / 20) << name;
     }
 }
 
@@ -181,6 +183,7 @@ TEST(ShortestTranslation, InAPitIsNotLongerThanRandomSearchFinds) {
         "pit", [](double x, double y) { return x == 64.0 && y == 64.0 ? -4.0 : 0.0; },
         TableGroundSettings{});
     Random random(kSeed);
+    long overlapping = 0;
     for (const double z : {0.9, 0.5, 0.0, -0.5, -2.0}) {
         for (const char* name : {"sphere", "capsule", "box", "hull", "compound"}) {
             const LawShape& shape = shape_named(name);
@@ -189,12 +192,14 @@ TEST(ShortestTranslation, InAPitIsNotLongerThanRandomSearchFinds) {
             ASSERT_EQ(answer.status, QueryStatus::complete);
             const double depth = -answer.distance;
             if (depth <= 0.0) continue;
+            ++overlapping;
             const double found = sampled_depth(pit.soup, shape.oracle, pose, depth, {}, random);
             EXPECT_GE(found, depth * (1.0 - 1e-6) - 1e-9) << name << " at " << z;
             EXPECT_GE(answer.distance_lower_bound, depth * (1.0 - 1e-6) - 1e-9)
                 << name << " at " << z;
         }
     }
+    EXPECT_GT(overlapping, 3);
 }
 
 TEST(ShortestTranslation, OverCellsOfACentimetreIsExactForALargeShape) {
@@ -351,6 +356,7 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
     Random random(kSeed + 1);
     const long count = count_of_cases(300, 30'000);
     for (const LawShape& shape : law_shapes()) {
+        long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double deepest = shallow_depth(shape);
@@ -368,6 +374,7 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
                                         scene.ground, 4.0)
                             .distance;
                     if (now < -deepest) break;
+                    ++compared;
                     if (direction.z() == 1.0) {
                         ASSERT_GE(now, last - 1e-9) << k;
                     }
@@ -378,6 +385,7 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
                 }
             }
         }
+        EXPECT_GT(compared, count) << shape.name;
     }
 }
 
@@ -442,6 +450,7 @@ TEST(LawsOfDepth, ShallowIsTheMinimumTranslation) {
     const long count = count_of_cases(33, 50'000);
     for (const LawShape& shape : law_shapes()) {
         const DepthScore score = judge_depths(shape, count, kSeed + 4);
+        EXPECT_GT(score.shallow, count / 20) << shape.name;
         EXPECT_EQ(score.too_long, 0) << shape.name << ", " << score.example;
     }
 }

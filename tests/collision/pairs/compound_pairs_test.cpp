@@ -89,6 +89,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
     }
     RecordProperty("worst", std::to_string(worst));
     RecordProperty("overlapping", overlapping);
+    EXPECT_GT(overlapping, cases / 20);
     EXPECT_EQ(longer, 0) << "of " << overlapping << ", the worst " << 1.0 / worst
                          << " times as long";
 }
@@ -320,6 +321,7 @@ TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
 TEST(CompoundFacts, OnePartIsThePart) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);
+    long touching = 0, hits = 0, rays = 0;
     for (int i = 0; i < 2000; ++i) {
         const ConvexShape part = test::random_convex(random, i % 4);
         const Shape alone = test::as_shape(part);
@@ -342,6 +344,7 @@ TEST(CompoundFacts, OnePartIsThePart) {
         std::array<PairContact, 4> contacts, of_part;
         const std::size_t count = find_contacts(whole, pose, other, place, 0.1, contacts).count;
         ASSERT_EQ(count, find_contacts(alone, pose, other, place, 0.1, of_part).count);
+        touching += count > 0;
         for (std::size_t k = 0; k < count; ++k) {
             EXPECT_EQ(contacts[k].point_world, of_part[k].point_world);
         }
@@ -350,12 +353,17 @@ TEST(CompoundFacts, OnePartIsThePart) {
         thrown.translation = 2.0 * random.direction();
         thrown.rotation_vector = random.direction();
         still.start = place;
-        EXPECT_NEAR(cast(whole, thrown, other, still).fraction,
-                    cast(alone, thrown, other, still).fraction, 1e-12);
+        const PairCastAnswer met = cast(alone, thrown, other, still);
+        hits += met.hit;
+        EXPECT_NEAR(cast(whole, thrown, other, still).fraction, met.fraction, 1e-12);
         const Eigen::Vector3d from = 3.0 * random.direction();
-        EXPECT_EQ(cast_ray(whole, pose, from, -from).fraction,
-                  cast_ray(alone, pose, from, -from).fraction);
+        const ShapeRayAnswer ray = cast_ray(alone, pose, from, -from);
+        rays += ray.hit;
+        EXPECT_EQ(cast_ray(whole, pose, from, -from).fraction, ray.fraction);
     }
+    EXPECT_GT(touching, 100);
+    EXPECT_GT(hits, 40);
+    EXPECT_GT(rays, 0);
 }
 
 TEST(CompoundFacts, TilesAreTheBoxTheyFill) {

@@ -59,6 +59,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
     Random random(kSeed + 1);
     CastSettings passing;
     passing.skip_separating = true;
+    long touching = 0;
     for (int i = 0; i < kCases / 10 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         Case c = test::random_case(random, GetParam(), i);
@@ -68,6 +69,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
         }
         const PlacedCase placed(c);
         if (placed.gap.distance > 1e-13) continue;
+        ++touching;
         const Motion still = motion_of(c.pose_b, Eigen::Vector3d::Zero());
         const Motion parting = motion_of(c.pose_a, 5.0 * placed.gap.normal);
         const Motion closing = motion_of(c.pose_a, -0.5 * placed.gap.normal);
@@ -88,6 +90,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
         EXPECT_TRUE(met.hit);
         EXPECT_EQ(met.fraction, 0.0);
     }
+    EXPECT_GT(touching, kCases / 200);
 }
 
 TEST(PairCast, ReportsAContactThatOpensAndClosesAgain) {
@@ -257,11 +260,14 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
     Random random(kSeed + 2);
     CastSettings passing;
     passing.skip_separating = true;
-    for (int i = 0; i < test::case_count(1'000) && !HasFailure(); ++i) {
+    const int cases = test::case_count(1'000);
+    long overlapping = 0;
+    for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const CompoundCase c = test::random_compound_case(random, GetParam(), i);
         const double least = test::least_distance(c.a, c.pose_a, c.b, c.pose_b);
         if (least > -1e-9) continue;
+        ++overlapping;
         const Motion still = motion_of(c.pose_b, Eigen::Vector3d::Zero());
         const Motion any = motion_of(c.pose_a, random.direction(), random.direction());
         const PairCastAnswer at_once = cast(c.a, any, c.b, still, {});
@@ -275,6 +281,7 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
                           motion_of(c.pose_b, translation), passing)
                          .hit);
     }
+    EXPECT_GT(overlapping, cases / 20);
 }
 
 class CompoundRays : public testing::TestWithParam<int> {};

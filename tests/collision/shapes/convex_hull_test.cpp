@@ -549,15 +549,18 @@ double brute_force_width(const internal::Polyhedron& hull) {
 TEST(SmallestHalfExtent, OfAHullIsThatOfBruteForce) {
     SCOPED_TRACE("seed 9");
     test::Random random(9);
+    long compared = 0;
     for (int i = 0; i < 300; ++i) {
         Points points =
             i % 2 == 0 ? test::ball(random, 4 + i % 20) : test::integers(random, 4 + i % 20, 3);
         if (i % 3 == 0) points = test::stretched(points, {1.0, 0.1, 0.01});
         const ConvexHull hull = hull_of(points);
         if (hull.face_count() <= 2) continue;
+        ++compared;
         const double expected = brute_force_width(internal::polyhedron(hull));
         EXPECT_NEAR(2.0 * smallest_half_extent(hull), expected, 1e-12) << i;
     }
+    EXPECT_GT(compared, 50);
     // A regular tetrahedron is thinnest between two edges.
     const ConvexHull regular = hull_of({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}});
     EXPECT_NEAR(smallest_half_extent(regular), 1.0, 1e-15);

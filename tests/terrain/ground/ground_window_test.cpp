@@ -171,6 +171,7 @@ void expect_lists_changes(const GroundWindow& window, const Held& before, const 
 
 TEST(GroundWindow, HoldsTheGroundAfterRandomMotionsAndPaging) {
     const Pool& pool = shared_pool();
+    long compared = 0, covered = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
@@ -207,10 +208,12 @@ TEST(GroundWindow, HoldsTheGroundAfterRandomMotionsAndPaging) {
             const Ground ground = pool.ground(variants);
             const WindowUpdate update = window.update(ground, boxes);
             if (window.samples().is_empty()) continue;
+            ++compared;
             const Held now = expect_equals(window, ground);
             expect_lists_changes(window, before, now);
             for (const Aabb& box : boxes) {
                 if (!update.covers_boxes || !box.low.allFinite()) continue;
+                ++covered;
                 const WorldRect& e = ground.extent();
                 EXPECT_TRUE(
                     window.has_cell(ground.column_at(std::clamp(box.low.x(), e.west, e.east)),
@@ -219,6 +222,8 @@ TEST(GroundWindow, HoldsTheGroundAfterRandomMotionsAndPaging) {
             before = now;
         }
     }
+    EXPECT_GT(compared, 8);
+    EXPECT_GT(covered, 8);
 }
 
 TEST(GroundWindow, ReadsOnlyWhatEntersWhenItMoves) {

@@ -160,6 +160,7 @@ TEST(Scatter, SquaresWithinADistanceAreAllThatHaveGroundThere) {
     const auto source = hills(6);
     const Scatter scatter = make(source, {.per_km2 = 500.0});
     Random random(6);
+    long inside = 0;
     for (int i = 0; i < 200; ++i) {
         const WorldPos p(random.between(-3000.0, 3000.0), random.between(-3000.0, 3000.0), 0.0);
         const double distance = std::exp2(random.between(0.0, 14.0));
@@ -169,12 +170,14 @@ TEST(Scatter, SquaresWithinADistanceAreAllThatHaveGroundThere) {
             const double x = p.x() + random.between(-distance, distance);
             const double y = p.y() + random.between(-distance, distance);
             if (!extent.contains(x, y) || std::hypot(x - p.x(), y - p.y()) > distance) continue;
+            ++inside;
             ASSERT_TRUE(range.has_value());
             const ScatterSquare square = scatter.square_at(x, y);
             ASSERT_TRUE(square.x >= range->low.x && square.x <= range->high.x);
             ASSERT_TRUE(square.y >= range->low.y && square.y <= range->high.y);
         }
     }
+    EXPECT_GT(inside, 200);
     EXPECT_FALSE(scatter.squares_within(WorldPos(1e15, 0, 0), 1e3).has_value());
     EXPECT_TRUE(scatter.squares_within(WorldPos(1e15, 0, 0), INFINITY).has_value());
 }

@@ -253,12 +253,14 @@ TEST(JoinedSolid, NoRayLeavesACaveThroughAnEdge) {
     const Scene scene = make_scene();
     const WorldPos inside(36.9, 54.1, -27.3);
     const SolidTriangles& own = scene.solid->triangles();
+    long edges = 0;
     for (const auto& triangle : own.triangles) {
         for (int k = 0; k < 3; ++k) {
             const Eigen::Vector3d& a = own.vertices_world[triangle[static_cast<std::size_t>(k)]];
             const Eigen::Vector3d& b =
                 own.vertices_world[triangle[static_cast<std::size_t>((k + 1) % 3)]];
             if (std::max(a.z(), b.z()) > kCaveCeiling) continue;  // of the pit
+            ++edges;
             for (const double share : {0.0, 0.25, 0.5, 1.0 / 3.0}) {
                 const WorldPos target = a + share * (b - a);
                 const RayAnswer answer = scene.ground.ray(inside, inside + 1.5 * (target - inside));
@@ -267,6 +269,7 @@ TEST(JoinedSolid, NoRayLeavesACaveThroughAnEdge) {
             }
         }
     }
+    EXPECT_GT(edges, 9);
 }
 
 TEST(JoinedSolid, ARayOverAPitOfAnotherChunkIsNotDisturbed) {
