@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/ground_cases.h"
 #include "ground/heightfield/heightfield_queries.h"
-#include "ground_cases.h"
 #include "ground_checks.h"
 
 #include <terrane/collision/ground_queries.h>

@@ -4,7 +4,6 @@
 // derives.
 #include "collision/ground/ground_cases.h"
 #include "ground/heightfield/min_translation.h"
-#include "ground_cases.h"
 
 #include <terrane/collision/ground_queries.h>
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "collision/pairs/pair_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 #include "shapes/query_shapes.h"
 

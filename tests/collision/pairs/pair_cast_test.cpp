@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/pairs/pair_cases.h"
 #include "compound_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 
 #include <gtest/gtest.h>

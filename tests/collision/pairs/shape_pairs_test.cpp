@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/ground_oracle.h"
 #include "collision/pairs/pair_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 #include "support/allocation_counter.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/aabb_tree.h"
 #include "collision/shapes/point_clouds.h"
-#include "point_clouds.h"
 #include "shapes/query_shapes.h"
 #include "shapes/quickhull.h"
 #include "support/random.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/input.h"
 
 #include <terrane/base/math.h>
 #include <terrane/collision/query.h>

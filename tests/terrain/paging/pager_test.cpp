@@ -495,7 +495,7 @@ std::shared_ptr<const Chunk> copy_of(const Chunk& chunk) {
 TEST(PagerReplace, SwapsWhatIsResidentInOneSetAndIgnoresOtherChunks) {
     const auto waves = std::make_shared<const WaveHeights>(small_world(2, 1.0), 10.0, 100.0);
     Pager pager = Pager::create(waves, {.worker_count = 0}).value();
-    pager.require({-200.0, -200.0, 200.0, 200.0}, 0.0);
+    const RequiredRegion region = pager.require({-200.0, -200.0, 200.0, 200.0}, 0.0);
     pager.update({}, {}, 0.0);
     const auto before = pager.resident();
     std::vector<std::shared_ptr<const Chunk>> chunks;
