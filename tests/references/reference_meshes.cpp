@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference_meshes.h"
 
-
 #include <terrane/base/result.h>
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-
 #include <terrane/base/math.h>
 #include <terrane/collision/query.h>
 #include <terrane/collision/shapes.h>
