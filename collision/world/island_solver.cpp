@@ -102,7 +102,7 @@ namespace {
 
 constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Threads take pairs in blocks of this size.
-constexpr std::size_t kBlock = 32;
+constexpr std::size_t kBodyBlock = 32;
 /// A scene with more pairs per body, and more pairs in all, is a crowd, in which the number of pairs per body is
 /// limited.
 constexpr std::size_t kCrowdPairsPerBody = 32;
@@ -295,7 +295,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         broadphase_->update(bounds_, spheres_);
         collect_pairs(bodies, mobility, duration);
     }
-    team.run_blocks(manifolds_.size(), kBlock, [&](std::size_t i) {
+    team.run_blocks(manifolds_.size(), kBodyBlock, [&](std::size_t i) {
         if (previous_index_[i] == kNotFirst) return;  // belongs to the pair's first manifold
         const auto [a, b] = manifolds_[i].pair;
         const std::size_t most = PairManifold::max_count(bodies[a], bodies[b]);
