@@ -3,8 +3,8 @@
 //          boxes). B. Smits. Efficiency issues for ray tracing. 1998 (depth-first order, skip links).
 //          G. van den Bergen. Efficient collision detection of complex deformable models using AABB trees. Journal of
 //          Graphics Tools 1997 (refitting). C. Ericson. Real-time collision detection. 2005, section 5.3.3 (slabs).
-// Deviations: halves of equal count instead of a cost model: the depth is bounded, so that traversals need no
-//             allocation.
+// Deviations: splits into halves of equal count instead of by a cost model: this bounds the depth, so that traversals
+//             do not allocate.
 #include "base/aabb_tree.h"
 
 #include "base/vector_math.h"
@@ -38,7 +38,7 @@ public:
     }
 
 private:
-    // Twice the coordinate of the centre; infinity of an empty box.
+    // Twice the coordinate of the centre; infinity for an empty box.
     double centre(std::uint32_t item, int axis) const {
         const Aabb& box = bounds_[item];
         return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
@@ -94,8 +94,8 @@ private:
     std::vector<AabbNode>& nodes_;
 };
 
-/// Makes the same tree as AabbTreeBuilder in about half the time, with memory of its own: items are sorted along each
-/// axis once, and halves keep the order, without a branch that depends on them (J. L. Bentley. Multidimensional binary
+/// Builds the same tree as AabbTreeBuilder in about half the time, with temporary memory: items are sorted once along
+/// each axis; splits preserve the orders, without data-dependent branches (J. L. Bentley. Multidimensional binary
 /// search trees used for associative searching. CACM 18(9), 1975, with presorting).
 class PresortedBuilder {
 public:
@@ -108,13 +108,13 @@ public:
     std::vector<AabbNode> take() { return std::move(nodes_); }
 
 private:
-    // Twice the coordinate of the centre; infinity of an empty box.
+    // Twice the coordinate of the centre; infinity for an empty box.
     double centre(std::uint32_t item, int axis) const {
         const Aabb& box = bounds_[item];
         return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
     }
 
-    // By centre and index: a radix sort, stable, of numbers that have the order of the centres.
+    // Sorts by centre and index: a stable radix sort of integer keys that have the order of the centres.
     void sort(int axis) {
         struct Item {
             std::uint64_t key;
@@ -197,11 +197,11 @@ private:
     }
 
     std::span<const Aabb> bounds_;
-    std::array<std::vector<std::uint32_t>, 3> orders_;  // of the items of each node, by axis
+    std::array<std::vector<std::uint32_t>, 3> orders_;  // [axis] items of each node, sorted
     std::vector<std::uint32_t> spare_;
-    std::vector<std::uint8_t> is_left_;  // of each item
+    std::vector<std::uint8_t> is_left_;  // [items]
     std::vector<AabbNode> nodes_;
-    std::size_t next_ = 0;  // node
+    std::size_t next_ = 0;  // next node
 };
 
 }  // namespace
@@ -216,7 +216,7 @@ std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds) {
 }
 
 void refit_aabb_tree(std::span<const Aabb> bounds, std::span<AabbNode> nodes) {
-    // Children come after their parent.
+    // children come after their parent
     for (std::size_t i = nodes.size(); i-- > 0;) {
         AabbNode& node = nodes[i];
         node.bounds = node.item != AabbNode::kInner

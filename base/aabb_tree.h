@@ -15,12 +15,12 @@
 
 namespace terrane::internal {
 
-/// The empty box, from +infinity to -infinity; include() makes it the box around points.
+/// The empty box, from +infinity to -infinity; the identity of include().
 inline Aabb empty_box() {
     return {Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
 }
 
-/// Extends a box to contain a ball.
+/// Extends a box to contain a sphere.
 inline void include(const Eigen::Vector3d& centre, double radius, Aabb& box) {
     for (int axis = 0; axis < 3; ++axis) {
         box.low[axis] = std::min(box.low[axis], centre[axis] - radius);
@@ -28,8 +28,8 @@ inline void include(const Eigen::Vector3d& centre, double radius, Aabb& box) {
     }
 }
 
-/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all broadphases. Without branches,
-/// because most of the boxes that are compared are near each other and either may be.
+/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all broadphases. Branch-free,
+/// because most pairs that are compared are close to each other, so that branches would be unpredictable.
 inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     const double both = 2.0 * margin;
     int is = 1;
@@ -40,42 +40,43 @@ inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     return is != 0;
 }
 
-// Bounding volume trees over boxes: of a compound's parts, of a world's bodies.
+// Bounding volume trees over boxes, for the parts of a compound and the bodies of a world.
 
-/// Nodes are in depth-first order: the root is the first, and the children of an inner node i are nodes i + 1 and
-/// nodes[i + 1].end. A leaf has one item.
+/// A node of a tree in depth-first order: the root is the first node; the children of an inner node i are nodes i + 1
+/// and nodes[i + 1].end. A leaf has one item.
 struct AabbNode {
     static constexpr std::uint32_t kInner = ~std::uint32_t{0};
-    /// Largest number of nodes on a path from the root, for 2^31 items.
+    /// Largest number of nodes on a path from the root, with 2^31 items.
     static constexpr std::size_t kMaxDepth = 32;
 
     Aabb bounds;                  ///< around all boxes of the subtree
     std::uint32_t end = 0;        ///< the first node after the subtree
-    std::uint32_t item = kInner;  ///< of a leaf: index of its box
+    std::uint32_t item = kInner;  ///< index of a leaf's box
 };
 
-/// Splits into halves of equal count along the longest extent of the boxes' centres. Deterministic, ties included. The
-/// empty box, from +infinity to -infinity, is after all others in the order, and inside every box.
+/// Splits recursively into halves of equal count along the axis on which the boxes' centres extend farthest.
+/// Deterministic, including ties. Empty boxes, from +infinity to -infinity, sort after all others and count as
+/// contained in every box.
 ///
 /// @param bounds    [items] at most 2^31; the empty box, or finite and low <= high
 /// @param order_out [items] the order of the leaves
-/// @param nodes_out no node for no item
+/// @param nodes_out empty if there are no items
 ///
-/// Allocates: the outputs, where they were smaller
-/// Cost:      O(n log n); 0.2 microseconds an item
+/// Allocates: to grow the outputs
+/// Cost:      O(n log n); 0.2 microseconds per item
 void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
                      std::vector<AabbNode>& nodes_out);
 
-/// The same tree, for trees that are built once. Cost: about half of that
+/// Builds the same tree with temporary memory of its own, for trees that are built once. Cost: about half of that
 std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds);
 
-/// Sets the bounds of all nodes; which item is where stays. Queries cost more the more the items have moved among each
-/// other since the tree was built.
+/// Recomputes the bounds of all nodes and keeps the tree's structure. Queries become more expensive as items move
+/// relative to each other.
 ///
 /// Cost: O(n)
 void refit_aabb_tree(std::span<const Aabb> bounds, std::span<AabbNode> nodes);
 
-/// Visits the items whose box and all boxes around it are wanted, in the order of the tree, without a stack.
+/// Visits the items whose box and all enclosing boxes satisfy `wants`, in the order of the tree, without a stack.
 ///
 /// @param wants bool(const Aabb&)
 /// @param take  void(std::uint32_t item)
@@ -89,10 +90,10 @@ void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Take
     }
 }
 
-/// Visits the items whose bound is at most `limit`; of two siblings the one of the smaller bound first, of ties the
-/// first one. An item with a bound of infinity is not visited.
+/// Visits the items whose bound is at most `limit`. Of two siblings, visits the one with the smaller bound first, and
+/// at equal bounds the first one. Items with an infinite bound are not visited.
 ///
-/// @param bound double(const Aabb&), not NaN; not smaller for a box inside
+/// @param bound double(const Aabb&), not NaN; does not decrease from a box to a box inside it
 /// @param visit double(std::uint32_t item): returns the new limit, -infinity to stop
 template <class Bound, class Visit>
 void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Bound& bound,
@@ -102,7 +103,7 @@ void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Boun
         double bound;
     };
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    // Every descent replaces one node by two.
+    // every descent replaces one node by two
     std::array<Entry, AabbNode::kMaxDepth + 1> stack;
     std::size_t count = 0;
     const auto entry_of = [&](std::uint32_t node) -> Entry {
@@ -128,7 +129,8 @@ void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Boun
     }
 }
 
-/// Fraction at which a segment enters a box that is widened on all sides; infinity: never, or the box is empty.
+/// Fraction at which a segment enters a box that is widened on all sides; infinity if it does not, or if the box is
+/// empty.
 ///
 /// @param displacement from the start to the end of the segment
 /// @param margin       added to each side, metres

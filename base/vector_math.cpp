@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Source: C. Ericson. Real-Time Collision Detection. 2005, 5.1.5, as the nearest of plane and edges.
+// Source: C. Ericson. Real-Time Collision Detection. 2005, 5.1.5. Deviation: the nearest of the plane and the three
+//         edges.
 #include "base/vector_math.h"
 
 #include <algorithm>
@@ -9,9 +10,10 @@
 namespace terrane::internal {
 namespace {
 
-// Height over the longest edge. The normal of a thinner triangle is rounding: its edges are as near as its inside.
+// Least ratio of height to longest edge. Below it the computed normal is rounding error, and the edges are as near as
+// the interior.
 constexpr double kLeastShape = 1e-9;
-// Rounding of the normal and of the tests of sides, relative to the distance of a corner, at a ratio of 1.
+// Rounding error of the normal and of the side tests, relative to the distance of a corner, at a ratio of 1.
 constexpr double kRounding = 0x1p-49;
 
 double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,

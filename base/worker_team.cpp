@@ -22,8 +22,8 @@ SimdLevel best_simd_level() {
 
 namespace {
 
-// Loops follow each other within microseconds inside one update(), and waking a thread costs more: a worker spins this
-// many times before it sleeps.
+// Number of times that a worker spins before it sleeps: within one update(), loops follow each other within
+// microseconds, and waking a thread takes longer.
 constexpr int kSpins = 2'000;
 
 }  // namespace

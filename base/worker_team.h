@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// Runs loops on several threads, the calling one included: a team of one starts no thread. Allocates only in the
+/// Runs loops on several threads, including the calling one; a team of size 1 starts no thread. Allocates only in the
 /// constructor.
 class WorkerTeam {
 public:
@@ -20,8 +20,8 @@ public:
 
     int size() const { return static_cast<int>(threads_.size()) + 1; }
 
-    /// Calls job(index, worker) once for every index below count, in any order; returns when all are done. Workers
-    /// are 0 to size() - 1.
+    /// Calls job(index, worker) once for every index below count, in any order, and returns when all calls are done.
+    /// Workers are 0 to size() - 1.
     template <typename Job>
     void run(std::size_t count, const Job& job) {
         if (threads_.empty() || count < 2) {
@@ -33,7 +33,7 @@ public:
         });
     }
 
-    /// The same with job(index), in blocks of consecutive indices per worker.
+    /// As run(), with job(index), in blocks of consecutive indices per worker.
     template <typename Job>
     void run_blocks(std::size_t count, std::size_t block_size, const Job& job) {
         run((count + block_size - 1) / block_size, [&](std::size_t block, int) {
@@ -49,14 +49,14 @@ private:
     void take(int worker);
     void serve(const std::stop_token& stop, int worker);
 
-    // written by the calling thread before round_ moves on
+    // written by the calling thread before it increments round_
     std::size_t count_ = 0;
     const void* context_ = nullptr;
     Call call_ = nullptr;
     alignas(64) std::atomic<std::size_t> next_{0};
     alignas(64) std::atomic<std::uint32_t> round_{0};
     alignas(64) std::atomic<std::uint32_t> busy_{0};
-    std::vector<std::jthread> threads_;  // last: stopped first
+    std::vector<std::jthread> threads_;  // last, so that they are stopped first
 };
 
 }  // namespace terrane::internal

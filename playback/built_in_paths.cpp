@@ -20,13 +20,13 @@ namespace terrane::internal {
 
 /// A polyline in the plane along low ground: through the valleys of the roughest part of a region of a terrain.
 ///
-/// Smoothed so that a turn takes about `turn_length` metres. Where the region is shorter than `length`, both ends
-/// are extended straight.
+/// Smoothed so that a turn takes about `turn_length` metres. If the region is shorter than `length`, both ends are
+/// extended straight.
 ///
 /// @param length metres, > 0
 /// @return equidistant points, at least turn_length / 100 apart
 ///
-/// Fails: io where the source cannot be read
+/// Fails: io if the source cannot be read
 /// Cost:  about 50,000 calls of HeightSource::height()
 Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source,
                                                        const WorldRect& region, double length,
@@ -40,8 +40,8 @@ namespace {
 
 constexpr int kNodes = 192;            // nodes along a side of the search grid
 constexpr int kWindows = 5;            // candidate positions of the grid along a side
-constexpr int kProbes = 12;            // heights along a side that roughness is measured with
-constexpr double kLeastSide = 6000.0;  // metres: smaller squares hardly hold a valley
+constexpr int kProbes = 12;            // samples along a side for measuring roughness
+constexpr double kLeastSide = 6000.0;  // metres: smaller squares rarely contain a valley
 constexpr double kCheapest = 0.03;     // cost of a valley floor relative to a ridge: limits detours
 
 struct Grid {
@@ -53,7 +53,7 @@ std::size_t node_index(int column, int row) {
     return static_cast<std::size_t>(row) * kNodes + static_cast<std::size_t>(column);
 }
 
-// Variance of heights over a square.
+// Variance of the heights in a square.
 double roughness(const HeightSource& source, double west, double south, double side) {
     double sum = 0.0, squares = 0.0;
     const double reference = source.height(west, south);
@@ -69,7 +69,7 @@ double roughness(const HeightSource& source, double west, double south, double s
     return (squares - sum * sum / kCount) / kCount;
 }
 
-// The roughest of kWindows^2 squares spread evenly over an extent; ties go to the south-west.
+// Places the grid on the roughest of kWindows^2 squares spread evenly over an extent; ties go to the south-west.
 Grid place_grid(const HeightSource& source, const WorldRect& extent, double side) {
     Grid grid;
     grid.spacing = side / (kNodes - 1);
@@ -90,7 +90,7 @@ Grid place_grid(const HeightSource& source, const WorldRect& extent, double side
     return grid;
 }
 
-// Separable smoothing: along rows, then along columns.
+// Separable smoothing: rows, then columns.
 std::vector<double> smoothed_grid(const std::vector<double>& value, int half_width) {
     std::vector<double> result = value;
     std::vector<double> line(kNodes);
@@ -129,15 +129,16 @@ struct Route {
     double cost = 0.0;
 };
 
-// The cheapest path from the western to the eastern side, or from the southern to the northern one
-// (Dijkstra). Ties go to the lower node.
+// The cheapest path from the western to the eastern side, or from the southern to the northern one (Dijkstra). Ties go
+// to the lower node index.
 Route cheapest_route(const std::vector<double>& cost, bool to_north) {
     constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
     std::vector<double> best(cost.size(), std::numeric_limits<double>::infinity());
     std::vector<std::size_t> from(cost.size(), kNone);
     using Entry = std::pair<double, std::size_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    // routes start outside the outer sixths, so that they do not follow the border of the grid
+    // Routes start at least a sixth of the side away from the corners, so that they do not follow the border of the
+    // grid.
     for (int i = kNodes / 6; i < kNodes - kNodes / 6; ++i) {
         const std::size_t start = to_north ? node_index(i, 0) : node_index(0, i);
         best[start] = cost[start];
@@ -177,7 +178,7 @@ Route cheapest_route(const std::vector<double>& cost, bool to_north) {
     return {};
 }
 
-// The line extended straight by `length` at both ends.
+// A line extended straight by `length` at both ends.
 std::vector<Eigen::Vector2d> extended(const std::vector<Eigen::Vector2d>& line, double length) {
     const std::size_t reach = std::min<std::size_t>(line.size() - 1, 8);
     const Eigen::Vector2d backward = (line.front() - line[reach]).normalized();
@@ -202,7 +203,7 @@ std::vector<Eigen::Vector2d> smoothed_line(const std::vector<Eigen::Vector2d>& l
     return result;
 }
 
-// The section of `count` points with the least total cost; ties go to the first.
+// The section of `count` consecutive points with the least total cost; ties go to the first.
 std::vector<Eigen::Vector2d> cheapest_section(const std::vector<Eigen::Vector2d>& line,
                                               std::size_t count, const Grid& grid,
                                               const std::vector<double>& cost) {
@@ -254,7 +255,7 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
         line.emplace_back(grid.west + static_cast<double>(column) * grid.spacing,
                           grid.south + static_cast<double>(row) * grid.spacing);
     }
-    // grid steps have corners: smooth over the turn length
+    // Paths on the grid have corners: smooths over the turn length.
     const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
     const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
     line = resampled(extended(line, 0.5 * length + turn_length), spacing);
@@ -288,10 +289,11 @@ double longer_length(const WorldRect& extent) {
     return std::max(extent.east - extent.west, extent.north - extent.south);
 }
 
-// Rotates a vector by a small angle; error angle^5 / 120. Uses no sin() of the C library, whose bits differ.
+// Rotates a vector by a small angle; error angle^5 / 120. Avoids the C library's sin(), whose bits differ between
+// systems.
 Vector2d turned(const Vector2d& v, double angle) {
     const double half = 0.5 * angle;
-    const double q = half * (1.0 + half * half / 3.0);  // the tangent of half the angle
+    const double q = half * (1.0 + half * half / 3.0);  // tangent of half the angle
     const double cosine = (1.0 - q * q) / (1.0 + q * q);
     const double sine = 2.0 * q / (1.0 + q * q);
     return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y()};
@@ -342,7 +344,7 @@ LegPlan make_orbit(const HeightSource& source, const PlanPlace& place, double sp
 
 Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region, double speed,
                             double duration) {
-    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature for fast cameras
+    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature of fast paths
     LegPlan plan;
     plan.duration = duration;
     plan.has_lean = true;
@@ -356,7 +358,7 @@ Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region,
     return plan;
 }
 
-// Back and forth, with a half circle to the left at each end; the first straight passes over the middle.
+// Back and forth, with a left half circle at each end; the first straight passes over the centre.
 LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
     constexpr double kStraightTime = 5.0;  // seconds
     constexpr double kTurnTime = 6.0;      // seconds
@@ -368,7 +370,7 @@ LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
         const double period = std::floor(time / (straight_time + kTurnTime));
         const double s =
             std::max(0.0, time - period * (straight_time + kTurnTime) - straight_time) / kTurnTime;
-        // smoothstep of degree 5: the turn rate and its derivative are 0 at both ends
+        // Smoothstep of degree 5: the turn rate and its derivative are 0 at both ends.
         return kPi * (period + s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
     };
     LegPlan plan;
@@ -390,7 +392,7 @@ LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
     return plan;
 }
 
-// Heading of a view that turns at 90 degrees/s, rests, turns back, and turns forward again at once.
+// Heading of a view that turns at 90 degrees/s, rests, turns back, and turns forward again without a rest.
 double spin_angle(double time) {
     constexpr double kRate = 0.5 * kPi;
     constexpr double kRamp = 0.75;  // seconds to reach kRate, and to stop
@@ -405,7 +407,7 @@ double spin_angle(double time) {
     double period = 0.0;
     for (const Part& part : kParts) period += part.seconds;
     if (time <= 0.0) return 0.0;
-    // a period adds a whole turn, so every period is the same
+    // A period adds a whole turn, so all periods are the same.
     double left = time - std::floor(time / period) * period;
     double sum = 0.0;
     for (const Part& part : kParts) {
@@ -431,7 +433,7 @@ LegPlan make_spins(const PlanPlace& place, double speed, double duration) {
     double angle = 0.0;
     for (double time = 0.0; time <= duration + kStep; time += kStep) {
         const double next = spin_angle(time);
-        // between two periods the angle falls by a whole turn, which is no rotation
+        // Between two periods the angle drops by a whole turn, which is no rotation.
         if (const double step = next - angle; std::abs(step) < kPi) arm = turned(arm, step);
         angle = next;
         control.emplace_back(arm.x(), arm.y(), 0.0);
@@ -442,7 +444,7 @@ LegPlan make_spins(const PlanPlace& place, double speed, double duration) {
 
 std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, double duration) {
     constexpr double kStay = 5.0;     // seconds
-    constexpr double kInside = 0.7;   // share of the extent that the middles of legs lie in
+    constexpr double kInside = 0.7;   // share of the extent in which the centres of legs lie
     constexpr double kFarOff = 0.25;  // of the shorter side: least distance between successive legs
     const Vector2d size(extent.east - extent.west, extent.north - extent.south);
     const auto place = [&](int i) {
@@ -462,7 +464,7 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
         do {
             centre = place(next++);
         } while ((centre - last).norm() < kFarOff * size.minCoeff());
-        // about 106 degrees, so that headings practically never repeat
+        // About 106 degrees, so that headings practically never repeat.
         direction = {-0.28 * direction.x() - 0.96 * direction.y(),
                      0.96 * direction.x() - 0.28 * direction.y()};
     }

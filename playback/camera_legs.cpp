@@ -21,7 +21,7 @@ Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
             a.x() * b.y() - a.y() * b.x()};
 }
 
-// The component of a hint perpendicular to a direction, normalized; from north where they are parallel.
+// The component of `hint` perpendicular to a direction, normalised; of north if they are parallel.
 Eigen::Vector3d square_to(const Eigen::Vector3d& direction, const Eigen::Vector3d& hint) {
     Eigen::Vector3d right = cross(direction, hint);
     if (right.norm() < 1e-9) right = cross(direction, Eigen::Vector3d::UnitY());
@@ -83,8 +83,8 @@ CurvePoint CameraLeg::eye(double time) const {
 }
 
 // Height = smoothed ground + altitude (or the track's own height) + correction. The correction is the smoothed running
-// maximum of the missing clearance over the support of the smoothing: every mean is over values that are at least the
-// missing clearance itself, so the clearance holds at every sample.
+// maximum of the missing clearance over the support of the smoothing: each smoothed value is a mean of values that are
+// not below the missing clearance, so the clearance holds at every sample.
 Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude, double clearance,
                                     double speed) {
     constexpr double kMostSamples = 400'000.0;
@@ -107,7 +107,7 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
                                            ", " + number_text(p.y()) + " m");
         }
     }
-    // slower and higher cameras get a wider smoothing
+    // The smoothing width grows with altitude and with lower speed.
     const double width = std::clamp(1.5 + 0.5 * altitude / speed, 1.5, 6.0);
     const auto half_width = static_cast<std::ptrdiff_t>(width / sample_step);
     std::vector<Eigen::Vector3d> control(count, Eigen::Vector3d::Zero());
@@ -130,8 +130,8 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
     return {};
 }
 
-// Smoothed view directions along the displacement from 0.25 * ahead behind to `ahead` seconds in front. A camera that
-// stands keeps its last direction.
+// View directions: the smoothed displacement from the eye 0.25 * ahead seconds earlier to the eye `ahead` seconds
+// later. A camera that stands still keeps its last direction.
 void CameraLeg::fit_orientation(double ahead, bool has_lean) {
     constexpr double kLeastDisplacement = 1.0;  // metres: less gives no direction
     constexpr std::ptrdiff_t kHalfWidth = 3;

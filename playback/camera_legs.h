@@ -20,10 +20,10 @@ inline constexpr double kLegPad = 8.0;
 std::size_t control_count(double duration);
 double control_time(std::size_t i);
 
-/// A leg in the plane, before heights are fitted to the ground.
+/// A leg in the horizontal plane, before heights are fitted to the ground.
 struct LegPlan {
     double duration = 0.0;                 ///< seconds
-    std::vector<Eigen::Vector3d> control;  ///< [control_count(duration)] eye positions; z is 0
+    std::vector<Eigen::Vector3d> control;  ///< [control_count(duration)] eye positions with z = 0
     bool has_lean = false;                 ///< banks in turns
     std::optional<WorldPos> target_world;  ///< look-at point; absent: looks along the path
     /// Rotation of the view direction about the vertical over time: (cosine, sine). Empty: none.
@@ -35,16 +35,15 @@ class CameraLeg {
 public:
     /// Follows a plan at an altitude above the smoothed ground.
     ///
-    /// Fails: io where the terrain cannot be read
+    /// Fails: io if the terrain cannot be read
     static Result<CameraLeg> create(LegPlan plan, const HeightSource& source, double altitude,
                                     double speed);
 
     /// Follows a track with times.
     ///
-    /// @param start    seconds of the track that are skipped; less than its duration
+    /// @param start    seconds of the track to skip; less than its duration
     /// @param duration of the leg from `start`, seconds
-    /// @param altitude above the smoothed ground, instead of the track's heights; required where it
-    ///                 has none
+    /// @param altitude above the smoothed ground, instead of the track's heights; required if it has none
     static Result<CameraLeg> create(Track track, const HeightSource& source, double start,
                                     double duration, std::optional<double> altitude);
 
@@ -60,7 +59,7 @@ private:
     void fit_orientation(double ahead, bool has_lean);
 
     double duration_ = 0.0;
-    double start_ = 0.0;     // seconds of the track skipped
+    double start_ = 0.0;     // seconds of the track to skip
     SmoothCurve plan_;       // eye position of a plan
     TrackCurve track_plan_;  // eye position of a track
     bool has_own_heights_ = false;
@@ -69,27 +68,26 @@ private:
     SmoothCurve forward_;
     SmoothCurve up_;
     SmoothCurve turn_;
-    std::vector<TrackPoint> orientations_;  // of a track with orientations
+    std::vector<TrackPoint> orientations_;  // points of a track with orientations
 };
 
-/// Names of the built-in paths, as CameraPath explains them.
+/// Names of the built-in paths: see CameraPath.
 std::span<const std::string_view> built_in_names();
 
-/// Where a path is planned: see CameraPathSettings.
+/// Where to plan a path: see CameraPathSettings.
 struct PlanPlace {
     WorldRect region;
     std::optional<WorldVec2> start_world;
 };
 
-/// The legs of a built-in path in order of time; the camera jumps between two legs. A pure function of the
-/// arguments.
+/// The legs of a built-in path in order of time; the camera jumps between two legs. A pure function of the arguments.
 ///
 /// @param name     one of built_in_names()
-/// @param place    where the path is planned
+/// @param place    where to plan the path
 /// @param speed    horizontal, m/s, > 0
 /// @param duration of all legs together, seconds, > 0
 ///
-/// Fails: io where the terrain cannot be read
+/// Fails: io if the terrain cannot be read
 Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
                                            const PlanPlace& place, double speed, double duration);
 

@@ -12,7 +12,7 @@
 namespace terrane {
 namespace {
 
-// Sets the times of a track for a constant speed. Drops points that coincide with the one before.
+// Sets the times of a track for a constant speed. Drops points that coincide with their predecessor.
 Result<void> retime(Track& track, double speed) {
     std::vector<TrackPoint> points{track.points.front()};
     points.front().time = 0.0;
@@ -32,7 +32,7 @@ Result<void> retime(Track& track, double speed) {
     return {};
 }
 
-// Receivers round positions to 1 or 2 m: averages over about 3 s to each side.
+// Receivers round positions to 1 or 2 m: averages over about 3 s on each side.
 void smooth_recorded(Track& track) {
     const double mean_step =
         track.points.back().time / static_cast<double>(track.points.size() - 1);
@@ -83,7 +83,7 @@ Result<void> check_settings(const CameraPathSettings& settings) {
 
 }  // namespace
 
-/// The parts between the jumps.
+/// The legs between jumps.
 struct CameraPath::Legs {
     double duration = 0.0;
     std::vector<internal::CameraLeg> legs;  // jumps.size() + 1

@@ -22,7 +22,7 @@ SmoothCurve::SmoothCurve(double start_time, double step, std::vector<Eigen::Vect
 
 CurvePoint SmoothCurve::at(double time) const {
     const double last = static_cast<double>(control_.size() - 1);
-    // the spline extends one step beyond its outer control points, which are repeated there
+    // The spline extends one step beyond its outer control points, which are repeated there.
     const double u = std::clamp((time - start_time_) / step_, -1.0, last + 1.0);
     const double cell = std::min(std::floor(u), last);
     const double t = u - cell;
@@ -58,7 +58,7 @@ TrackCurve::TrackCurve(const Track& track) {
     for (std::size_t i = 1; i + 1 < count; ++i) {
         const double before = times_[i] - times_[i - 1];
         const double after = times_[i + 1] - times_[i];
-        // rate 0 at points next to a standstill, to avoid overshoot
+        // Zero rate at points next to a standstill, to avoid overshoot.
         const bool stands = values_[i] == values_[i - 1] || values_[i] == values_[i + 1];
         rates_[i] =
             stands ? Eigen::Vector3d::Zero()
@@ -122,7 +122,7 @@ std::vector<Eigen::Vector3d> smoothed(const std::vector<Eigen::Vector3d>& values
 std::vector<double> running_max(const std::vector<double>& values, std::ptrdiff_t half_width) {
     const auto count = static_cast<std::ptrdiff_t>(values.size());
     std::vector<double> result(values.size());
-    std::deque<std::ptrdiff_t> candidates;  // indices of decreasing values
+    std::deque<std::ptrdiff_t> candidates;  // indices of decreasing values: a monotonic queue
     std::ptrdiff_t taken = 0;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         for (; taken < count && taken <= i + half_width; ++taken) {

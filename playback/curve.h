@@ -15,8 +15,8 @@ struct CurvePoint {
     Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< per second
 };
 
-/// A uniform cubic B-spline: twice continuously differentiable, inside the convex hull of its control points, which it
-/// approximates rather than interpolates. Constant before the first and after the last control point.
+/// A uniform cubic B-spline: twice continuously differentiable and inside the convex hull of its control points, which
+/// it approximates rather than interpolates. Constant before the first and after the last control point.
 class SmoothCurve {
 public:
     SmoothCurve() = default;
@@ -35,9 +35,9 @@ private:
     std::vector<Eigen::Vector3d> control_;
 };
 
-/// Interpolates the points of a track: cubic Hermite pieces whose rates at the points are those of the parabola through
-/// a point and its neighbours (Catmull-Rom for uneven times), and zero where the track stands still. Constant before
-/// the first and after the last point.
+/// Interpolates the points of a track by cubic Hermite segments. The rate at a point is that of the parabola through it
+/// and its neighbours (Catmull-Rom for non-uniform times), and zero where the track stands still. Constant before the
+/// first and after the last point.
 class TrackCurve {
 public:
     TrackCurve() = default;
@@ -59,7 +59,7 @@ std::vector<double> smoothed(std::vector<double> values, std::ptrdiff_t half_wid
 std::vector<Eigen::Vector3d> smoothed(const std::vector<Eigen::Vector3d>& values,
                                       std::ptrdiff_t half_width);
 
-/// Largest value among `half_width` neighbours on both sides. Cost: O(size).
+/// Maximum over `half_width` neighbours on both sides. Cost: O(size).
 std::vector<double> running_max(const std::vector<double>& values, std::ptrdiff_t half_width);
 
 /// Equidistant points along a polyline. Requires at least two points, with different positions, and spacing > 0. The

@@ -62,7 +62,7 @@ Result<std::string> read_text(const std::string& path) {
     return text;
 }
 
-// Merges points of equal times into their mean; refuses decreasing times.
+// Merges points of equal times into their mean; fails for decreasing times.
 Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& path) {
     std::vector<RawPoint> ordered;
     for (std::size_t i = 0; i < points.size();) {
@@ -182,7 +182,7 @@ Result<Track> read_track(const std::string& path, const GeoReference& reference)
         track.points.push_back({raw->has_times ? point.time - points.front().time : 0.0,
                                 WorldPos(point.x, point.y, point.z), point.forward, point.up});
     }
-    // Differences of times and sums of coordinates near the limits of a double may be infinite or vanish.
+    // Near the limits of a double, differences of times may vanish and sums of coordinates may be infinite.
     if (const Result<void> good = check(track); !good) {
         return fail(ErrorCode::bad_data, path + ": " + good.error().message);
     }

@@ -71,7 +71,7 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
     return columns;
 }
 
-/// The whole text as a finite number.
+/// Parses the whole text as a finite number.
 std::optional<double> parse_plain(std::string_view text) {
     double value = 0.0;
     const char* end = text.data() + text.size();
@@ -201,7 +201,7 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
                                "the rotation must have length 1, got " + number_text(qx) + " " +
                                    number_text(qy) + " " + number_text(qz) + " " + number_text(qw));
         }
-        // from the columns of the rotation: z of the camera is forward, -y is up
+        // Columns of the rotation matrix: the camera's z is forward, its -y is up.
         const double s = 2.0 / squared;
         const Eigen::Vector3d forward(s * (qx * qz + qw * qy), s * (qy * qz - qw * qx),
                                       1.0 - s * (qx * qx + qy * qy));
@@ -245,7 +245,7 @@ std::optional<int> parse_digits(std::string_view text) {
     return text.empty() ? std::nullopt : std::optional<int>(value);
 }
 
-// "2008-05-04T12:52:47Z", with optional fraction of a second and offset from UTC.
+// Parses a time such as "2008-05-04T12:52:47Z", with an optional fraction of a second and offset from UTC.
 std::optional<double> parse_iso_time(std::string_view text) {
     if (text.size() < 19 || text[4] != '-' || text[7] != '-' || text[10] != 'T' ||
         text[13] != ':' || text[16] != ':') {
@@ -363,7 +363,7 @@ void on_text(void* data, const XML_Char* text, int length) {
     if (reading.in_point) reading.text.append(text, static_cast<std::size_t>(length));
 }
 
-// 4135458N or 01257432E: degrees, minutes, thousandths of a minute, hemisphere.
+// Parses 4135458N or 01257432E: degrees, minutes, thousandths of a minute, hemisphere.
 std::optional<double> parse_igc_angle(std::string_view text, char positive, char negative) {
     const char hemisphere = text.back();
     const auto degrees = parse_digits(text.substr(0, text.size() - 6));
@@ -374,7 +374,7 @@ std::optional<double> parse_igc_angle(std::string_view text, char positive, char
     return hemisphere == positive ? angle : -angle;
 }
 
-// 00332 or -0012.
+// Parses 00332 or -0012.
 std::optional<double> parse_igc_altitude(std::string_view text) {
     const bool is_negative = text.front() == '-';
     const auto metres = parse_digits(text.substr(is_negative ? 1 : 0));
@@ -394,7 +394,7 @@ Result<RawTrack> read_gpx(const std::string& text, const std::string& path) {
     XML_SetElementHandler(parser.get(), &on_start, &on_end);
     XML_SetCharacterDataHandler(parser.get(), &on_text);
 
-    // expat counts bytes in an int
+    // Parsed in pieces, because expat counts bytes in an int.
     constexpr std::size_t kPiece = std::size_t{1} << 24;
     for (std::size_t at = 0;; at += kPiece) {
         const std::size_t size = std::min(kPiece, text.size() - at);

@@ -11,9 +11,9 @@
 
 namespace terrane::internal {
 
-/// A point as read: position in the units of the file, and its line for messages.
+/// A point as read: position in the file's units, and its line for messages.
 struct RawPoint {
-    long line = 0;  ///< number in the file, from 1
+    long line = 0;  ///< line number in the file, from 1
     double time = 0.0;
     double x = 0.0;  ///< metres, or degrees east
     double y = 0.0;  ///< metres, or degrees north
@@ -29,18 +29,18 @@ struct RawTrack {
     bool has_orientations = false;
 };
 
-/// Readers of each format. `text` is the content of the file, `path` is for messages.
-/// Fail with bad_data, naming file, line and value.
+/// Readers, one per format. `text` is the content of the file, `path` is for messages. They fail with bad_data, naming
+/// file, line and value.
 Result<RawTrack> read_csv(const std::string& text, const std::string& path);
 Result<RawTrack> read_tum(const std::string& text, const std::string& path);
 Result<RawTrack> read_gpx(const std::string& text, const std::string& path);
 Result<RawTrack> read_igc(const std::string& text, const std::string& path);
 
-/// Calls `take` with each trimmed line and its number from 1, until `take` fails.
+/// Calls `take` with each trimmed line and its number from 1; stops when `take` fails.
 Result<void> for_each_line(const std::string& text,
                            const std::function<Result<void>(std::string_view, long)>& take);
 
-/// The whole text as one finite number or the quotient of two (1/60); absent for anything else.
+/// Parses the whole text as a finite number or the quotient of two (1/60); absent for anything else.
 std::optional<double> parse_number(std::string_view text);
 
 /// A bad_data error: "path: line 7: what". Long quoted values are shortened.

@@ -15,7 +15,7 @@ namespace terrane::python {
 
 namespace py = pybind11;
 
-/// A shape, as Python holds it. Immutable.
+/// A shape, as held by Python. Immutable.
 struct HeldShape {
     Shape shape;
 };
@@ -29,25 +29,25 @@ void bind_pairs(py::module_& module);
 
 namespace py = pybind11;
 
-/// A world, as Python holds it.
+/// A world, as held by Python.
 using HeldWorld = Guarded<World>;
 using WorldClass = py::class_<HeldWorld, std::shared_ptr<HeldWorld>>;
 
-/// Python's number of a body: the generation in the upper 32 bits, the index in the lower ones.
+/// A body's number in Python: generation in the upper 32 bits, index in the lower ones.
 constexpr std::uint64_t number_of(BodyId body) {
     return std::uint64_t{body.generation} << 32 | body.index;
 }
 constexpr BodyId body_of(std::uint64_t number) {
     return {static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32)};
 }
-/// The number of no body.
+/// The number that stands for no body.
 inline constexpr std::uint64_t kNoBody = number_of(BodyId{});
 
 /// Adds World and NO_BODY.
 void bind_world(py::module_& module);
 /// Adds Lidar and lidar_grid().
 void bind_lidar(py::module_& module);
-/// The parts of World: adding and changing bodies; rays and contact events.
+/// Methods of World: adding and changing bodies; rays and contact events.
 void bind_bodies(WorldClass& world);
 void bind_world_queries(WorldClass& world);
 /// Adds VehicleSettings, its presets, PathDriver, and vehicles and characters to World.

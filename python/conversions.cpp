@@ -36,7 +36,7 @@ namespace {
 
 constexpr int kCAndAligned = int{py::array::c_style} | int{py::detail::npy_api::NPY_ARRAY_ALIGNED_};
 
-// No subclass: it may have a mask.
+// Exact type only: a subclass may have a mask.
 bool is_read_in_place(py::handle argument) {
     return Py_TYPE(argument.ptr()) == py::detail::npy_api::get().PyArray_Type_ &&
            py::isinstance<Doubles>(argument) &&
@@ -128,7 +128,7 @@ Rows Rows::numbers(py::handle argument, const char* name) {
 
 namespace {
 
-// The numbers of rotations as rows, and how many numbers a rotation has: 0 for None.
+// How many numbers represent a rotation: 4 or 9; 0 for None.
 py::ssize_t width_of_rotation(py::handle rotation, const char* name) {
     if (rotation.is_none()) return 0;
     const Doubles array = read_doubles(rotation, name);

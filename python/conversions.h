@@ -20,18 +20,18 @@ namespace terrane::python {
 
 namespace py = pybind11;
 
-/// Throws the exception that Python sees: ValueError (invalid_argument, bad_data), OSError (io), MemoryError,
-/// TimeoutError, RuntimeError (device_unavailable, cancelled), with the error's line. Requires the interpreter lock.
+/// Throws the Python exception for an error, with its message: ValueError (invalid_argument, bad_data), OSError (io),
+/// MemoryError, TimeoutError, RuntimeError (device_unavailable, cancelled). Requires the interpreter lock.
 [[noreturn]] void raise_error(const Error& error);
 
-/// The value of a result, or its exception. Requires the interpreter lock.
+/// The value of a result; throws the exception of its error. Requires the interpreter lock.
 template <class T>
 T value_or_raise(Result<T> result) {
     if (!result) raise_error(result.error());
     if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-/// Calls a function without the interpreter lock, so that other threads of Python go on.
+/// Calls a function without the interpreter lock, so that other Python threads can run.
 template <class Function>
 auto without_lock(Function&& function) {
     const py::gil_scoped_release released;
@@ -40,13 +40,13 @@ auto without_lock(Function&& function) {
 
 namespace py = pybind11;
 
-/// An answer: a named tuple or an enumerator of terrane/answers.py.
+/// Makes an answer: a named tuple or an enumerator of terrane/answers.py.
 template <class... Fields>
 py::object make_answer(const char* type, Fields&&... fields) {
     return py::module_::import("terrane.answers").attr(type)(std::forward<Fields>(fields)...);
 }
 
-/// The value whose name an argument gives, such as kind="ridged".
+/// The enumerator that an argument names, such as kind="ridged".
 /// Fails: ValueError that lists the names
 template <class Enum, std::size_t count>
 Enum read_choice(std::string_view argument, const char* name,
@@ -60,13 +60,13 @@ Enum read_choice(std::string_view argument, const char* name,
                           std::string(argument) + "\"");
 }
 
-// Arguments and answers as numpy arrays. An argument that holds numbers: a C-contiguous, aligned float64 array is read
-// in place; other real numbers, other layouts and sequences are copied once. What is no real number (bool, complex,
+// Arguments and answers as numpy arrays. For a numeric argument, a C-contiguous, aligned float64 array is read in
+// place; other real numbers, other layouts and sequences are copied once. Anything but real numbers (bool, complex,
 // text, objects, masked arrays) is a TypeError, a wrong shape a ValueError; both name the argument.
 
 namespace py = pybind11;
 
-/// What stands where there is no number.
+/// Stands for a missing number in answers.
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// C-contiguous float64 numbers.
@@ -76,24 +76,24 @@ using Doubles = py::array_t<double, py::array::c_style>;
 /// @param name of the argument, for messages
 Doubles read_doubles(py::handle argument, const char* name);
 
-/// A vector: shape (3,), finite or not.
+/// Reads a vector of shape (3,), finite or not.
 Eigen::Vector3d read_vector(py::handle argument, const char* name);
 
 /// The shape of an array as Python prints it: "(4, 3)".
 std::string shape_text(const py::array& array);
 
-/// The shape of an array, to make another one of the same.
+/// The shape of an array, for making another one of the same shape.
 std::vector<py::ssize_t> shape_of(const py::array& array);
 
-/// Fails: ValueError that names both where their shapes differ
+/// Fails: ValueError that names both arrays if their shapes differ
 void check_same_shape(const py::array& a, const char* a_name, const py::array& b,
                       const char* b_name);
 
-/// Rows of numbers: shape (n, width), or (width,) for one row that all elements of a batch share.
+/// Rows of numbers: shape (n, width), or (width,) for one row shared by all elements of a batch.
 class Rows {
 public:
     Rows(py::handle argument, const char* name, py::ssize_t width);
-    /// Numbers of any shape as rows of one; a single number is shared.
+    /// Numbers of any shape as rows of length one; a single number is shared.
     static Rows numbers(py::handle argument, const char* name);
 
     const double* operator[](std::size_t index) const { return data_ + index * stride_; }
@@ -118,7 +118,7 @@ private:
 };
 
 /// Poses of shapes: positions of shape (n, 3) or (3,), and rotations: None, matrices of shape (n, 3, 3) or (3, 3), or
-/// unit quaternions w, x, y, z of shape (n, 4) or (4,). Whether a matrix is orthonormal is for queries to say.
+/// unit quaternions w, x, y, z of shape (n, 4) or (4,). Queries check that matrices are orthonormal.
 class Poses {
 public:
     Poses(py::handle position, py::handle rotation, const char* position_name,
@@ -134,19 +134,19 @@ private:
     bool is_quaternion_ = false;
 };
 
-/// One pose: position of shape (3,), rotation as of Poses.
+/// Reads one pose: position of shape (3,), rotation as in Poses.
 Pose read_pose(py::handle position, py::handle rotation);
 
-/// How many questions a call asks: the count of the arguments that are not shared, which must agree. Where all are
-/// shared there is one, and its answer has no leading axis.
+/// The number of queries in a call: the count of the arguments that are not shared, which must agree. If all are shared
+/// there is one query, and its answer has no leading axis.
 class Batch {
 public:
     explicit Batch(std::initializer_list<const Rows*> arguments);
-    /// One of two that agree: ValueError where both have a leading axis and different counts.
+    /// The common batch of two. Fails: ValueError if both have a leading axis and their counts differ.
     static Batch common(const Batch& a, const Batch& b);
 
     std::size_t count() const { return count_; }
-    /// An array for the answers: shape (n, tail...), or (tail...) without a leading axis.
+    /// Makes an array for answers: shape (n, tail...), or (tail...) without a leading axis.
     template <class T>
     py::array_t<T> make(std::initializer_list<py::ssize_t> tail = {}) const {
         std::vector<py::ssize_t> shape = lead_;
@@ -178,7 +178,7 @@ py::array_t<double> to_array(const Eigen::Vector3d& vector);
 /// A matrix as an array of shape (3, 3).
 py::array_t<double> to_array(const Eigen::Matrix3d& matrix);
 
-/// An array of a shape over numbers that `owner` keeps alive; cannot be written through.
+/// A read-only array of a shape over numbers that `owner` keeps alive.
 template <class T>
 py::array view_of(const T* data, std::vector<py::ssize_t> shape, py::handle owner) {
     py::array_t<T> array(std::move(shape), data, owner);

@@ -16,9 +16,10 @@
 
 namespace terrane::python {
 
-/// An array that answers are written to: a new one, or a field of the caller's `out`, which must be as the new one.
+/// An output array: a new one, or a field of the caller's `out`, which must have the type, layout and shape of a new
+/// one.
 ///
-/// Fails: TypeError for another type or layout, ValueError for another shape or one that is read only
+/// Fails: TypeError for another type or layout, ValueError for another shape or a read-only array
 template <class T>
 py::array_t<T> output(const py::object& out, const char* field,
                       const std::vector<py::ssize_t>& shape) {
@@ -36,7 +37,7 @@ py::array_t<T> output(const py::object& out, const char* field,
     return array;
 }
 
-/// The arrays of terrane.Heights. Threads: write() without the interpreter lock.
+/// The arrays of terrane.Heights. Threads: write() may run without the interpreter lock.
 struct HeightOutputs {
     HeightOutputs(const py::object& out, const std::vector<py::ssize_t>& shape)
         : height(output<double>(out, "height", shape)),
@@ -186,13 +187,13 @@ from_world, to_world  shape (n, 3), or (3,) for one point that all share, metres
                       answer has no leading axis)");
 }
 
-// Heights and rays on several threads.
+// Multithreaded batches of heights and rays.
 
 namespace {
 
 using HeldBatch = Guarded<GroundBatch>;
 
-// numpy's bool is a byte that is 0 or 1.
+// An element of a numpy bool array is a byte that is 0 or 1.
 std::span<std::uint8_t> bytes_of(py::array_t<bool>& array) {
     return {reinterpret_cast<std::uint8_t*>(array.mutable_data()),
             static_cast<std::size_t>(array.size())};

@@ -11,10 +11,10 @@
 
 namespace terrane::python {
 
-/// An object that one thread at a time may change, and that close() ends. Other threads that use it meanwhile get a
-/// RuntimeError instead of a data race; a closed one is a ValueError, as of a closed file.
+/// Holds an object that one thread at a time may change, and that close() destroys. Concurrent use from another thread
+/// raises a RuntimeError instead of being a data race; use after close() raises a ValueError, as for a closed file.
 ///
-/// Cost: one atomic operation for each use
+/// Cost: one atomic operation per use
 template <class T>
 class Guarded {
 public:
@@ -22,10 +22,10 @@ public:
     Guarded(const char* name, T object) : name_(name), object_(std::move(object)) {}
     Guarded(const Guarded&) = delete;
     Guarded& operator=(const Guarded&) = delete;
-    /// Threads of the object are waited for without the interpreter lock.
+    /// Waits for the object's threads without the interpreter lock.
     ~Guarded() { destroy(); }
 
-    /// The object while a call uses it.
+    /// Access to the object during a call.
     class Use {
     public:
         Use(Guarded& owner, bool is_exclusive) : owner_(owner), is_exclusive_(is_exclusive) {
@@ -42,14 +42,14 @@ public:
         bool is_exclusive_;
     };
 
-    /// For calls that nothing else may run beside.
+    /// For calls that exclude all others.
     Use change() { return Use(*this, true); }
-    /// For calls that may run beside each other.
+    /// For calls that may run concurrently with each other.
     Use read() { return Use(*this, false); }
 
     bool is_closed() const { return !object_.has_value(); }
 
-    /// Ends the object; nothing where it is closed already.
+    /// Destroys the object; no effect if it is closed.
     void close() {
         if (is_closed()) return;
         const Use use(*this, true);
@@ -90,7 +90,7 @@ private:
     }
 
     const char* name_;
-    std::atomic<int> users_{0};  // readers, or kExclusive
+    std::atomic<int> users_{0};  // number of readers, or kExclusive
     std::optional<T> object_;
 };
 

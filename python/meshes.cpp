@@ -19,8 +19,8 @@ struct PointHash {
     }
 };
 
-// One indexed mesh of all chunks. A sample that several chunks draw is one vertex: its displayed place has the same
-// bits in all of them. Vertices are in the order of their first use.
+// Joins all chunks into one indexed mesh. A sample that several chunks draw becomes one vertex, because its displayed
+// position has the same bits in all of them. Vertices are in order of first use.
 class Welder {
 public:
     explicit Welder(const TerrainMesh& mesh) : mesh_(mesh), lattice_(mesh.resident->lattice()) {
@@ -77,7 +77,7 @@ private:
         return found->second;
     }
 
-    // The vertices of a chunk's volumes are its own.
+    // Vertices of volumes are not shared with other chunks.
     void add(const MeshSolid& solid) {
         const auto& vertices = solid.chunk->solid->triangles().vertices_world;
         const auto first = static_cast<std::uint32_t>(vertices_.size());
@@ -138,7 +138,7 @@ std::unique_ptr<Mesh> update_mesh(const std::shared_ptr<MeshMaker>& maker, const
 }  // namespace
 
 Guarded<HeldTriangulator>::Use Mesh::use() const {
-    // An update() that runs has counted itself already, and none begins while the interpreter lock is held.
+    // A running update() has already incremented the count, and none can start while the interpreter lock is held.
     if (maker->updates.load() != update)
         throw std::runtime_error("this Mesh was valid until the next update() of its Triangulator");
     return maker->held.read();

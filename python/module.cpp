@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The extension module terrane._terrane: terrane/__init__.py makes a package of it.
+// The extension module terrane._terrane, which terrane/__init__.py imports into the package.
 #include "bodies.h"
 #include "terrain.h"
 

@@ -328,9 +328,9 @@ region  west, south, east, north, metres)")
         .def(
             "state_of",
             [](PagerUse& pager, std::uint64_t ticket) {
-                return make_answer("TicketState", static_cast<int>(pager.read()->state_of(ticket)));
+                return make_answer("RegionState", static_cast<int>(pager.read()->state_of(ticket)));
             },
-            py::arg("ticket"), "The TicketState of a required region.")
+            py::arg("ticket"), "The RegionState of a required region.")
         .def(
             "is_ready",
             [](PagerUse& pager, std::uint64_t ticket) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A renderer with an OpenGL context of its own, and its pictures as arrays.
+// A renderer with an OpenGL context of its own; pictures are returned as arrays.
 #include "conversions.h"
 #include "terrain.h"
 
@@ -18,7 +18,7 @@
 namespace terrane::python {
 namespace {
 
-// An OpenGL context and its renderer, in the order in which they are made.
+// An OpenGL context and its renderer, in order of construction.
 struct Drawing {
     EglContext context;
     TerrainRenderer renderer;
@@ -30,7 +30,8 @@ public:
         : drawing_(std::make_unique<Drawing>(std::move(drawing))) {}
     HeldRenderer(const HeldRenderer&) = delete;
     HeldRenderer& operator=(const HeldRenderer&) = delete;
-    // OpenGL's objects can be freed on their own thread only: another one, such as a garbage collector's, leaves them.
+    // OpenGL objects can only be freed on their own thread; on another one, such as a garbage collector's, they are
+    // leaked.
     ~HeldRenderer() {
         if (std::this_thread::get_id() == thread_) {
             if (drawing_ != nullptr) drawing_->context.make_current();
@@ -115,7 +116,7 @@ py::array draw(HeldRenderer& held, const Mesh& mesh, const View& view,
         if (drawn) image = drawing.renderer.read();
         return drawn;
     }));
-    // The array takes the picture's memory.
+    // The array takes ownership of the picture's memory.
     auto kept = std::make_unique<Image>(std::move(image));
     const std::vector<py::ssize_t> shape{kept->height, kept->width, 3};
     const std::uint8_t* const rgb = kept->rgb.data();

@@ -14,17 +14,17 @@
 
 namespace terrane::python {
 
-/// Fails: ValueError for a margin that is negative or not finite, or no or more than 2^20 contacts
+/// Fails: ValueError for a margin that is negative or not finite, or for zero or more than 2^20 contacts
 void check_margin(double margin, std::size_t max_contacts);
 
-/// The arrays of terrane.Contacts while they grow. Threads: without the interpreter lock, but for answer().
+/// Growing arrays of terrane.Contacts. Threads: without the interpreter lock, except for answer().
 class ContactColumns {
 public:
     explicit ContactColumns(std::size_t pose_count);
 
     void add(const WorldPos& point_world, const Eigen::Vector3d& normal, double depth,
              std::uint32_t part, std::uint32_t part_b);
-    /// Ends the contacts of a pose; poses in ascending order.
+    /// Completes the contacts of a pose; call for poses in ascending order.
     void finish(std::size_t pose, double lift, double error_m, QueryStatus status);
 
     py::object answer() const;
@@ -36,7 +36,7 @@ private:
     std::vector<std::int8_t> statuses_;
 };
 
-/// Motions of a shape: arguments of casts.
+/// Arguments of casts: motions of a shape.
 class Motions {
 public:
     Motions(py::handle position, py::handle rotation, py::handle translation,
@@ -65,7 +65,7 @@ struct CastRow {
     double error_m;
 };
 
-/// The arrays of terrane.Casts. Threads: as of ContactColumns.
+/// The arrays of terrane.Casts. Threads: as ContactColumns.
 class CastColumns {
 public:
     explicit CastColumns(const Batch& batch);
@@ -195,7 +195,7 @@ py::object CastColumns::answer() const {
                        status_);
 }
 
-// Contact of one shape at many poses with the ground.
+// Contacts of one shape at many poses with the ground.
 
 namespace {
 
@@ -310,7 +310,7 @@ tolerance           a hit is at a distance between 0 and this, metres, > 0
 skip_separating     contacts at the start that separate do not count until they close again)");
 }
 
-// Two shapes at many poses.
+// Queries of two shapes at many poses.
 
 namespace {
 

@@ -16,7 +16,7 @@ HeldShape checked(Shape shape) {
     return {std::move(shape)};
 }
 
-// Points of shape (n, 3).
+// Reads points of shape (n, 3).
 std::vector<Eigen::Vector3d> read_points(const py::object& argument, const char* name) {
     const Rows rows(argument, name, 3);
     if (rows.is_shared()) throw py::value_error(std::string(name) + " must have the shape (n, 3)");

@@ -23,15 +23,15 @@ std::string path_text(const py::object& path) {
     return py::cast<std::string>(py::module_::import("os").attr("fsdecode")(path));
 }
 
-// A callable of Python as a progress function. It runs on any thread, and takes the interpreter lock there; what it
-// raises ends the work, and raise_pending() raises it again.
+// A Python callable as a progress function. It may run on any thread and acquires the interpreter lock there. An
+// exception that it raises cancels the work; raise_pending() raises it again.
 class Progress {
 public:
     explicit Progress(const py::object& callable) {
         if (callable.is_none()) return;
         if (PyCallable_Check(callable.ptr()) == 0)
             throw py::type_error("progress must be callable or None");
-        // A thread that has been given up may let go of it without the lock.
+        // An abandoned thread may release its reference without the lock.
         state_ = std::shared_ptr<State>(new State{callable, py::object()}, [](State* state) {
             const py::gil_scoped_acquire lock;
             delete state;

@@ -82,7 +82,7 @@ origin          world x, y of lattice point (0, 0), metres, multiples of a root 
 Raises ValueError for a setting out of range.)");
 }
 
-// The true surface at many places.
+// Heights of the true surface at many points.
 py::object heights_of(const Source& source, const py::object& x, const py::object& y) {
     const Doubles xs = read_doubles(x, "x");
     const Doubles ys = read_doubles(y, "y");
@@ -101,7 +101,7 @@ py::object heights_of(const Source& source, const py::object& x, const py::objec
     return out;
 }
 
-// Lattice points of a rectangle.
+// Heights at the lattice points of a rectangle.
 py::object sample(const Source& source, std::pair<std::int64_t, std::int64_t> corner, int columns,
                   int rows, std::int64_t step) {
     constexpr int kMostSide = 1 << 16;

@@ -18,25 +18,25 @@ namespace terrane::python {
 
 namespace py = pybind11;
 
-/// A source of heights, as Python holds it. Immutable.
+/// A height source, as held by Python. Immutable.
 struct Source {
     std::shared_ptr<const HeightSource> heights;
     py::object info;  ///< terrane.DemInfo, terrane.StoreInfo or None
 };
 
-/// Adds HeightSource and what makes one: fractal(), and open_dem(), open_store() and bake() where they are built.
+/// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store() and bake().
 void bind_sources(py::module_& module);
-/// The last three.
+/// Adds open_dem(), open_store() and bake().
 void bind_files(py::module_& module);
 
 namespace py = pybind11;
 
-/// Bodies that need ground, as Python passes them to a pager. Their trajectories are not kept.
+/// Bodies that need ground, as arguments of a pager. Their trajectories are not stored.
 struct BodyNeeds {
     std::vector<BodyNeed> needs;
 };
 
-/// Resident chunks, as Python holds them. Immutable.
+/// Resident chunks, as held by Python. Immutable.
 struct Resident {
     std::shared_ptr<const ResidentSet> set;
 };
@@ -52,27 +52,27 @@ void bind_batches(py::module_& module);
 /// Adds Camera, BodyNeeds and Pager.
 void bind_pager(py::module_& module);
 
-/// A triangulator with the source that it asks.
+/// A triangulator with the source that it reads.
 struct HeldTriangulator {
     std::shared_ptr<const HeightSource> source;
     Triangulator triangulator;
 };
 
-/// A triangulator, as Python holds it.
+/// A triangulator, as held by Python.
 struct MeshMaker {
     Guarded<HeldTriangulator> held;
     std::atomic<std::uint64_t> updates{0};  ///< calls of update()
 };
 
-/// A frame's mesh: a view of its triangulator's buffers, and its arrays once they have been asked for.
+/// A frame's mesh: a view of its triangulator's buffers, and its arrays once they have been requested.
 struct Mesh {
     std::shared_ptr<MeshMaker> maker;
-    std::uint64_t update = 0;  ///< MeshMaker::updates that it was made by
+    std::uint64_t update = 0;  ///< value of MeshMaker::updates that made it
     TerrainMesh mesh;
     py::object vertices, triangles;  ///< arrays, or null
 
-    /// The mesh while nothing changes its triangulator.
-    /// Fails: RuntimeError after a later update(), ValueError where the triangulator is closed
+    /// Access to the mesh while nothing changes its triangulator.
+    /// Fails: RuntimeError after a later update(), ValueError if the triangulator is closed
     Guarded<HeldTriangulator>::Use use() const;
 };
 

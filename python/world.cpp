@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// World: adding bodies, and what is done to one.
+// World: adding bodies, and methods of a single body.
 #include "bodies.h"
 #include "conversions.h"
 #include "terrain.h"
@@ -47,7 +47,7 @@ py::object add(HeldWorld& world, const HeldShape& shape, const py::object& posit
             state.angular_velocity = spins.vector(i);
             const Result<BodyId> body = use->add(settings, state);
             if (!body) {
-                // all or none
+                // Adds all bodies or none.
                 while (i > 0) (void)use->remove(body_of(out[--i]));
                 return tl::unexpected(body.error());
             }
@@ -173,7 +173,7 @@ Raises ValueError for what is out of range or not finite.)")
             py::arg("body"), "Wakes a body and those that it sleeps with.");
 }
 
-// World: rays in batches, and the contact events of a step.
+// World: batches of rays, and the contact events of a step.
 
 namespace {
 

@@ -88,7 +88,7 @@ int run(int argument_count, char** arguments) {
             return report(exit_failed, "out of memory" + memory_flags(app));
         }
     }
-    // a full disk may only show when the buffer is flushed
+    // a full disk may only be reported when the buffer is flushed
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
         return report(exit_failed,
                       std::string("cannot write to standard output: ") + std::strerror(errno));

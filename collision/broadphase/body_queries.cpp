@@ -19,7 +19,7 @@
 namespace terrane::internal {
 namespace {
 
-// More than the distance up to which shapes touch, the errors of distances, and rounding.
+// Exceeds the touching distance of shapes, the errors of distances, and rounding.
 double outward(const Shape& shape, const WorldPos& origin) {
     return 4.0 * kTouchShare * bounding_radius(shape) + 4e-15 * length(origin);
 }
@@ -95,7 +95,7 @@ const Ground* seen_ground(const QueryScene& scene, const QueryFilter& filter) {
     return filter.include_ground ? scene.ground : nullptr;
 }
 
-/// The order of answers: the smaller value first, of ties the lower slot. The ground is after all slots.
+/// Best answer so far: the smaller value, on a tie the lower slot. The ground ranks after all slots.
 struct Best {
     static constexpr std::uint32_t kGround = ~std::uint32_t{0};
 
@@ -113,12 +113,12 @@ Aabb widened(const Aabb& box, double margin) {
     return {box.low - wider, box.high + wider};
 }
 
-/// Rounding of a sweep and the errors of fractions, as a distance; the boxes of bodies have their own share.
+/// Rounding of a sweep and the errors of fractions, as a distance; the boxes of bodies include their own margin.
 double sweep_margin(const WorldPos& from, const Eigen::Vector3d& displacement) {
     return 4.0 * kTouchShare * length(displacement) + 4e-15 * length(from);
 }
 
-/// The sweep of a box around the moving shape in all its rotations.
+/// Sweep of a box that contains the moving shape in all rotations of the motion.
 BoxSweep sweep_of(const Shape& shape, const Motion& motion, double tolerance) {
     const WorldPos& from = motion.start.translation;
     const Aabb box = dot(motion.rotation_vector, motion.rotation_vector) > 0.0
@@ -164,7 +164,7 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
         return best.value;
     });
     if (below.status != GroundStatus::not_resident) return answer;
-    // Absent ground comes before any hit of the ground, but perhaps after that of a body.
+    // Absent ground precedes any hit of the ground, but possibly not the hit of a body.
     const bool is_known =
         answer.hit && (answer.fraction == 0.0 ||
                        ground->ray(from, answer.point_world).status != GroundStatus::not_resident);
@@ -186,7 +186,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
         const CastAnswer below = cast(shape, motion, *ground, settings);
         answer.status = below.status;
         answer.hit = below.hit;
-        answer.fraction = below.fraction;  // of missing ground, where that comes first
+        answer.fraction = below.fraction;  // of the absent ground, if that comes first
         if (below.hit) {
             answer.point_world = below.contact.point_world;
             answer.normal = below.contact.normal;
@@ -220,7 +220,7 @@ OverlapQueryAnswer query_overlaps(const QueryScene& scene, const Shape& shape,
                                   std::span<BodyId> bodies_out) {
     OverlapQueryAnswer answer;
     if (!is_valid_query(shape, world_from_shape)) return answer;
-    // A heap of the lowest indices, the largest of them first.
+    // A max-heap that keeps the lowest indices.
     const auto kept = [&] { return bodies_out.first(answer.count); };
     scene.tree->visit_overlaps(compute_aabb(shape, world_from_shape), [&](std::uint32_t slot) {
         const QueryBody& body = scene.bodies[slot];
@@ -255,7 +255,7 @@ OverlapQueryAnswer query_overlaps(const QueryScene& scene, const Shape& shape,
 NearestQueryAnswer query_nearest(const QueryScene& scene, const Shape& shape,
                                  const Pose& world_from_shape, double max_distance,
                                  const QueryFilter& filter) {
-    // Distances are less than the separation of boxes only by their errors.
+    // Distances are below the separation of boxes by no more than their errors.
     constexpr double kLess = 1.0 - 4.0 * kTouchShare;
     NearestQueryAnswer answer;
     if (!is_valid_query(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;

@@ -15,43 +15,45 @@
 
 namespace terrane::internal {
 
-/// Bounding box of a shape at a pose, world axes, rounded outwards: shapes that queries of shape_pairs.h say touch have
-/// boxes that overlap. Of a compound, around the box of its parts in the body frame. NaN where the pose is not finite.
+/// Bounding box of a shape at a pose, world axes, rounded outwards: shapes that touch according to shape_pairs.h have
+/// overlapping boxes. For a compound, the box around the rotated body-frame box of its parts. NaN if the pose is not
+/// finite.
 ///
 /// @param pose the rotation must be orthonormal to 1e-6
 ///
-/// Cost: a support point along six directions for a hull, else constant
+/// Cost: support points along six directions for a hull, else constant
 Aabb compute_aabb(const Shape& shape, const Pose& world_from_shape);
 
-/// The same for every rotation about the shape's origin.
+/// Bounding box valid for every rotation about the shape's origin.
 Aabb compute_rotating_aabb(const Shape& shape, const WorldPos& origin_world);
 
 /// A straight sweep of a box, world axes, metres. A ray has a box without extent.
 struct BoxSweep {
-    WorldPos from = WorldPos::Zero();  ///< of a point of the box, such as its centre
+    WorldPos from =
+        WorldPos::Zero();  ///< start of a reference point of the box, such as its centre
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
-    Aabb reach;  ///< the box, relative to that point
+    Aabb reach;  ///< the box, relative to the reference point
 };
 
-/// The distance of two boxes, metres; minus infinity where they overlap or touch, and infinity from the empty box. No
-/// more than the signed distance of shapes inside them, but for rounding.
+/// Distance of two boxes, metres; minus infinity if they overlap or touch, infinity if one is empty. Up to rounding, a
+/// lower bound of the signed distance of shapes inside them.
 double box_separation(const Aabb& a, const Aabb& b);
 
-/// Bounding volume tree over the boxes of bodies. Boxes that are no boxes (is_box()) are in no answer.
+/// Bounding volume tree over the boxes of bodies. Boxes for which is_box() is false are never visited.
 ///
 /// Threads: any number at once while neither build() nor refit() runs
 class BodyTree {
 public:
     /// @param bounds [slots] around the body of each slot, world axes, metres
     ///
-    /// Allocates: only where there are more slots than ever before
+    /// Allocates: only if there are more slots than ever before
     /// Cost:      O(n log n)
     void build(std::span<const Aabb> bounds);
 
-    /// Takes over boxes that have moved, also those of slots that had no box or have none any more. The answers are
-    /// those of a tree that is built now, in more time where bodies have moved far.
+    /// Updates the boxes, including slots that gained or lost a box. Queries return the same as after build(), but take
+    /// longer if bodies have moved far.
     ///
-    /// @param bounds [slots] as many as build() was given
+    /// @param bounds [slots] as many as passed to build()
     ///
     /// Cost: O(n)
     void refit(std::span<const Aabb> bounds);
@@ -59,15 +61,15 @@ public:
     /// Number of slots.
     std::size_t slot_count() const { return boxes_.size(); }
 
-    /// Calls take(slot) for each box that overlaps or touches a finite one, in no particular order.
+    /// Calls take(slot) for each box that overlaps or touches a finite box, in no particular order.
     template <class Take>
     void visit_overlaps(const Aabb& box, const Take& take) const {
         visit_leaves(
             nodes_, [&](const Aabb& bounds) { return overlap(bounds, box, 0.0); }, take);
     }
 
-    /// Calls visit(slot) for each box that the sweep touches up to the fraction `limit`, nearer ones mostly first;
-    /// visit returns the new limit.
+    /// Calls visit(slot) for each box touched by the sweep up to the fraction `limit`, roughly nearest first; visit
+    /// returns the new limit.
     template <class Visit>
     void visit_along(const BoxSweep& sweep, double limit, const Visit& visit) const {
         const auto entry = [&](const Aabb& bounds) {
@@ -77,8 +79,8 @@ public:
         visit_leaves_up_to(nodes_, limit, entry, visit);
     }
 
-    /// Calls visit(slot) for each box whose box_separation() is at most `limit`, nearer ones mostly first; visit
-    /// returns the new limit.
+    /// Calls visit(slot) for each box whose box_separation() is at most `limit`, roughly nearest first; visit returns
+    /// the new limit.
     template <class Visit>
     void visit_near(const Aabb& box, double limit, const Visit& visit) const {
         visit_leaves_up_to(
@@ -88,16 +90,16 @@ public:
 private:
     void take(std::span<const Aabb> bounds);
 
-    std::vector<Aabb> boxes_;  ///< of the slots; the empty box where there is none
+    std::vector<Aabb> boxes_;  ///< by slot; the empty box for none
     std::vector<std::uint32_t> order_;
     std::vector<AabbNode> nodes_;
 };
 
-// Spatial queries over many bodies and the ground. The answers are those of a query of every body by itself.
+// Spatial queries over many bodies and the ground. The answers equal those of testing every body individually.
 //
 // Threads:   any number at once, while no thread changes the scene
 // Allocates: nothing
-// Cost:      O(log n) for the bodies that the tree excludes, and the query of shape_pairs.h for each that is left
+// Cost:      O(log n) for the bodies culled by the tree, plus one query of shape_pairs.h for each remaining body
 
 /// One body as queries read it.
 struct QueryBody {
@@ -112,12 +114,12 @@ struct QueryBody {
 /// The bodies and the ground of a query.
 struct QueryScene {
     std::span<const QueryBody> bodies;  ///< [slots]
-    const BodyTree* tree = nullptr;     ///< of their compute_aabb(), or of larger boxes; not null
+    const BodyTree* tree = nullptr;     ///< over their compute_aabb() or larger boxes; not null
     const Ground* ground = nullptr;     ///< null: none
-    const RayFan* fan = nullptr;        ///< of the ground, answers its rays; null: none
+    const RayFan* fan = nullptr;        ///< casts rays against the ground; null: none
 };
 
-/// The first point of the segment `from` to `to` inside or on a body, or on the ground.
+/// First point of the segment `from` to `to` that is inside or on a body, or on the ground.
 RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const WorldPos& to,
                          const QueryFilter& filter);
 

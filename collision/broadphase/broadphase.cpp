@@ -13,27 +13,29 @@
 
 namespace terrane::internal {
 
-/// Boxes enlarged by a skin, kept while the bodies stay inside: pairs of enlarged boxes hold all pairs of boxes.
+/// Boxes enlarged by a skin and kept while the bodies stay inside, so that the pairs of enlarged boxes include all
+/// pairs of boxes.
 ///
 /// Sources:    L. Verlet. Computer "experiments" on classical fluids I. 1967 (lists of neighbours with a skin).
-/// Deviations: the skin is a share of each body's own size, so that sizes may differ by any factor. A few bodies that
-///             leave their boxes get new ones alone. Where all leave soon, boxes are not enlarged for a while.
+/// Deviations: the skin is relative to the size of each body, so that sizes may differ by any factor. If only a few
+///             bodies leave their boxes, only these get new boxes. If bodies leave too soon, boxes are not enlarged for
+///             some updates.
 class FatBoxes {
 public:
     /// What the last update() did.
     enum class Change {
-        none,    ///< every body is inside its enlarged box, as before
-        few,     ///< those of moved() have left, and have new enlarged boxes
+        none,    ///< every body is still inside its enlarged box
+        few,     ///< the bodies in moved() got new enlarged boxes
         all,     ///< every enlarged box is new
         without  ///< there are no enlarged boxes
     };
 
-    /// Linear in the bodies.
+    /// Cost: O(bodies)
     Change update(std::span<const Aabb> boxes);
 
-    /// Enlarged boxes; an empty one where the box is empty. Of no use after Change::without.
+    /// Enlarged boxes; empty if the body's box is empty. Invalid after Change::without.
     std::span<const Aabb> boxes() const { return fat_; }
-    /// Ascending. After Change::few.
+    /// Bodies with new enlarged boxes, ascending. Valid after Change::few.
     std::span<const std::uint32_t> moved() const { return moved_; }
     /// Bodies read or written by the last update().
     std::uint64_t operations() const { return operations_; }
@@ -52,8 +54,8 @@ private:
     std::uint64_t operations_ = 0;
 };
 
-/// Pairs of a method, kept while the bodies stay inside enlarged boxes: until then only their own boxes are compared,
-/// and the order needs no sorting.
+/// Caches the pairs of a method while the bodies stay inside enlarged boxes: meanwhile only the boxes of these pairs
+/// are compared, and their order is kept.
 ///
 /// @tparam Method update(boxes), visit_pairs(take), candidate_count() and update_operations() of SweepAndPrune
 template <class Method>
@@ -61,14 +63,14 @@ class KeptPairs {
 public:
     explicit KeptPairs(double margin) : margin_(margin), method_(margin) {}
 
-    /// @param boxes [bodies] read by this call only, and by find() until enlarged boxes are kept
+    /// @param boxes [bodies] read by this call, and by find() if no enlarged boxes are kept
     void update(std::span<const Aabb> boxes) {
         count_ = boxes.size();
         const FatBoxes::Change change = fat_.update(boxes);
         update_operations_ = fat_.operations();
         is_kept_ = change != FatBoxes::Change::without;
         if (change == FatBoxes::Change::none) return;
-        // Pairs of an earlier update were not asked for: search once for all of them.
+        // find() was not called after an earlier update: one search covers all changes.
         const bool is_pending = is_stale_ || !moved_.empty();
         if (change == FatBoxes::Change::few && !is_pending) {
             moved_.assign(fat_.moved().begin(), fat_.moved().end());
@@ -80,7 +82,7 @@ public:
         update_operations_ += method_.update_operations();
     }
 
-    /// The pairs (i, j) for which is_pair(i, j), ascending. It must be false where boxes do not overlap.
+    /// The pairs (i, j) for which is_pair(i, j) is true, ascending. It must be false if the boxes do not overlap.
     template <class IsPair>
     std::span<const BodyPair> find(IsPair&& is_pair) {
         if (!is_kept_) {
@@ -122,7 +124,7 @@ private:
         candidates_.sort(count_);
     }
 
-    // New pairs of the bodies that have new enlarged boxes.
+    // Replaces the pairs of the bodies that have new enlarged boxes.
     template <class AreNear>
     void replace_moved(AreNear&& are_near) {
         is_moved_.resize(count_, 0);
@@ -147,10 +149,10 @@ private:
     Method method_;
     PairList candidates_;
     std::vector<BodyPair> found_;
-    std::vector<std::uint32_t> moved_;    ///< whose pairs are those of their former boxes
+    std::vector<std::uint32_t> moved_;    ///< bodies whose pairs are outdated
     std::vector<std::uint8_t> is_moved_;  ///< [bodies] while pairs are replaced
     bool is_kept_ = false;                ///< whether there are enlarged boxes
-    bool is_stale_ = false;  ///< whether `candidates_` are those of former enlarged boxes
+    bool is_stale_ = false;               ///< whether `candidates_` are outdated
     std::uint64_t candidate_count_ = 0;
     std::uint64_t update_operations_ = 0;
 };
@@ -161,7 +163,7 @@ void PairList::sort(std::size_t body_count) {
     for (std::size_t i = 1; i <= body_count; ++i) first_[i] += first_[i - 1];
     sorted_.resize(found_.size());
     for (const BodyPair& pair : found_) sorted_[first_[pair.a]++] = pair;
-    // Now first_[i] is where the pairs of body i end.
+    // At this point first_[i] is the end of the pairs of body i.
     std::size_t begin = 0;
     while (begin < sorted_.size()) {
         const std::size_t end = first_[sorted_[begin].a];
@@ -174,12 +176,13 @@ void PairList::sort(std::size_t body_count) {
 
 namespace {
 
-// Skin on each side, as a share of the box's longest side. Larger ones last longer but have more pairs: measured, an
-// eighth to a half cost the same for spheres that move by 1/60 of their diameter.
+// Skin on each side, as a fraction of the box's longest side. Larger skins last longer but give more pairs; measured:
+// an eighth to a half cost the same for spheres that move by 1/60 of their diameter.
 constexpr double kSkin = 0.125;
-// Bodies that get new boxes alone: each is compared with all others, which costs a few percent of a new list.
+// Largest number of bodies that get new boxes individually: each is compared with all others, at a few percent of the
+// cost of a new list.
 constexpr std::size_t kMostMoved = 8;
-// A list that lasted for fewer updates than this cost more than it saved.
+// A list that lasts for fewer updates than this costs more than it saves.
 constexpr int kLeastAge = 3;
 // Updates without skins after such a list; twice as many after the next one, up to the limit.
 constexpr int kFirstWait = 2;
@@ -203,7 +206,7 @@ FatBoxes::Change FatBoxes::update(std::span<const Aabb> boxes) {
     operations_ = 0;
     moved_.clear();
     if (boxes.size() != count_) {
-        // Nothing is known of how they move; skins from the next update on.
+        // The motion of the bodies is unknown yet; skins start with the next update.
         count_ = boxes.size();
         is_kept_ = false;
         wait_ = 1;
@@ -237,7 +240,7 @@ FatBoxes::Change FatBoxes::update(std::span<const Aabb> boxes) {
     return Change::all;
 }
 
-// Collects the bodies that have left their enlarged boxes, at most one more than get new boxes alone.
+// Collects the bodies that have left their enlarged boxes, at most kMostMoved + 1.
 void FatBoxes::find_moved(std::span<const Aabb> boxes) {
     for (std::size_t i = 0; i < count_; ++i) {
         if (contains(fat_[i], boxes[i])) continue;
@@ -267,7 +270,7 @@ namespace {
 
 using namespace internal;
 
-// Compares the boxes of a method's pairs.
+// Broadphase that compares the boxes of a method's pairs.
 template <class Method>
 class Boxes final : public Broadphase {
 public:
@@ -291,13 +294,13 @@ private:
     KeptPairs<Method> kept_;
 };
 
-// Sources:    S. Ehmann, M. Lin. SWIFT++. 2001 (cubes large enough for every rotation of what they hold).
+// Sources:    S. Ehmann, M. Lin. SWIFT++. 2001 (cubes that contain a body in every rotation).
 class TwoScenes final : public Broadphase {
 public:
     explicit TwoScenes(double margin) : margin_(margin), kept_(margin) {}
 
     void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> balls) override {
-        // Widened by more than the rounding of a box.
+        // Exceeds the rounding of a box.
         constexpr double kRoundingMargin = 1e-11;
         bounds_ = bounds;
         cubes_.resize(balls.size());

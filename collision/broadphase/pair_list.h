@@ -14,7 +14,7 @@
 
 namespace terrane::internal {
 
-/// Largest coordinate of a box, metres: squares of differences are finite.
+/// Largest coordinate of a box, metres, so that squares of differences are finite.
 inline constexpr double kLargestCoordinate = 1e150;
 
 /// Whether a box is not empty: see Broadphase::update().
@@ -35,7 +35,7 @@ public:
     void add(std::uint32_t i, std::uint32_t j) {
         found_.push_back(i < j ? BodyPair{i, j} : BodyPair{j, i});
     }
-    /// Collects from the sorted pairs on, less those for which is_old(pair).
+    /// Restarts the collection from the sorted pairs, without those for which is_old(pair) is true.
     template <class IsOld>
     void restart_without(IsOld&& is_old) {
         found_.clear();
@@ -53,7 +53,8 @@ private:
     std::vector<std::uint32_t> first_;  ///< of each body's pairs
 };
 
-/// A widened box for a sweep along one axis, in floats rounded outwards: where these do not overlap, the boxes do not.
+/// A widened box for a sweep along one axis, in floats rounded outwards: if two of these do not overlap, nor do the
+/// boxes.
 struct SweepBox {
     float start, end;  ///< along the axis
     float low_u, high_u, low_v, high_v;
@@ -65,10 +66,10 @@ struct SweepBox {
 };
 
 /// @param margin added to each side, metres
-/// @param origin of the floats, near the boxes
+/// @param origin of the float coordinates, near the boxes
 inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
                                const Eigen::Vector3d& origin) {
-    // More than the rounding to float and of the differences.
+    // Exceeds the rounding to float and that of the differences.
     constexpr double kOut = 0x1p-23;
     constexpr double kLeast = 0x1p-126;
     constexpr double kFarthest = 0x1p126;
@@ -87,7 +88,7 @@ inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
     return {low(axis), high(axis), low(u), high(u), low(v), high(v)};
 }
 
-/// Boxes in the order of a sweep, as a structure of arrays.
+/// Boxes in sweep order, as a structure of arrays.
 class BoxColumns {
 public:
     void resize(std::size_t count) {
@@ -110,7 +111,7 @@ public:
     float start(std::size_t place) const { return start_[place]; }
     float end(std::size_t place) const { return end_[place]; }
 
-    /// Calls take(i) for the boxes i in [first, last) that overlap box `place` along the two other axes.
+    /// Calls take(i) for the boxes i in [first, last) that overlap box `place` along the other two axes.
     template <class Take>
     void visit_across(std::size_t place, std::size_t first, std::size_t last, Take&& take) const {
         const float low_u = low_u_[place], high_u = high_u_[place];

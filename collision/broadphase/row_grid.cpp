@@ -10,9 +10,9 @@ namespace {
 constexpr std::uint32_t kSide = 8;  // rows along a side of a block
 constexpr std::uint32_t kBlock = kSide * kSide;
 constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of empty boxes
-// Cells are larger than the boxes by this share, more than the rounding of quotients.
+// Relative excess of the cells over the largest box; exceeds the rounding of quotients.
 constexpr double kRoundingMargin = 0x1p-18;
-// Along an axis: cells have 32-bit coordinates, and quotients keep the digits of the rounding margin.
+// Largest number of cells along an axis: coordinates fit 32 bits, and quotients keep the digits of the rounding margin.
 constexpr double kMostCells = 0x1p28;
 
 void prefetch(const Aabb& box) {
@@ -52,7 +52,7 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     hash *= 0x9e3779b97f4a7c15u;
     hash ^= hash >> 29;
     hash *= 0xbf58476d1ce4e5b9u;
-    // The upper half of a product maps the hash to any number of blocks; the lower bits permute the rows inside a
+    // The upper half of the product maps the hash to the number of blocks; the lower bits permute the rows inside a
     // block.
     const std::uint64_t blocks = (first_of_bucket_.size() - 1) / kBlock;
     const std::uint64_t block = (hash >> 32) * blocks >> 32;
@@ -60,8 +60,8 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     return static_cast<std::uint32_t>(block * kBlock + (inside ^ (hash & (kBlock - 1))));
 }
 
-// Counts the boxes of each bucket. False where the cell size no longer fits: too small for a box, more than twice as
-// large as needed, or too many cells.
+// Counts the boxes of each bucket. False if the cell size no longer fits: too small for a box, more than twice as large
+// as needed, or too many cells.
 bool RowGrid::count_rows(std::span<const Aabb> boxes) {
     std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
     update_operations_ += first_of_bucket_.size();
@@ -103,7 +103,7 @@ void RowGrid::update(std::span<const Aabb> boxes) {
         ++update_operations_;
     }
     bodies_.resize(sum);
-    // From the back, so that bodies keep their order and each counter ends as the first of its bucket.
+    // Iterates backwards, so that bodies keep their order and each counter ends at the start of its bucket.
     for (std::size_t i = count; i-- > 0;) {
         const std::uint32_t bucket = bucket_of_body_[i];
         if (bucket == kNoBucket) continue;
@@ -113,7 +113,7 @@ void RowGrid::update(std::span<const Aabb> boxes) {
 }
 
 void RowGrid::sort_rows() {
-    // Boxes in one pass with prefetching: most are far apart in memory.
+    // Reads the boxes in one pass with prefetching, because most are far apart in memory.
     constexpr std::size_t kAhead = 24;
     entries_.resize(bodies_.size());
     longest_ = 0.0f;

@@ -5,14 +5,15 @@
 
 namespace terrane::internal {
 
-/// Sparse grid of cells as large as the largest box: the low corners of overlapping boxes are in the same cell or in
-/// neighbours.
+/// Sparse grid with cells as large as the largest box, so that the low corners of overlapping boxes are in the same
+/// cell or in neighbouring ones.
 ///
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
 ///             (cells by a hash). NVIDIA. GPU Gems 3. 2007, chapter 32 (half of the neighbours).
-/// Deviations: not cells but rows of cells along x are hashed, into as many buckets as there are boxes, by
-///             counting: an update is linear in the boxes, whatever the volume. Rows of a block of 8 x 8 lie
-///             together in memory. A row is swept along x, with itself and four of the eight rows around it.
+/// Deviations: rows of cells along x are hashed instead of cells, into as many buckets as there are boxes, by a
+///             counting sort: an update is linear in the number of boxes, whatever the volume. The rows of an
+///             8 x 8 block are adjacent in memory. Each row is swept along x against itself and
+///             four of its eight neighbours.
 class RowGrid {
 public:
     explicit RowGrid(double margin) : margin_(margin) {}
@@ -43,7 +44,7 @@ private:
     };
     struct Row {
         std::int32_t y, z;
-        std::uint32_t first, last;  ///< of its entries
+        std::uint32_t first, last;  ///< range of entries
     };
     struct Entry {
         SweepBox box;
@@ -62,7 +63,7 @@ private:
     std::uint32_t bucket_of(std::int32_t y, std::int32_t z) const;
     const Row* find_row(std::int32_t y, std::int32_t z) const;
 
-    // The boxes of two rows that overlap along them.
+    // Visits the pairs of boxes of two rows that overlap along x.
     template <class Take>
     void sweep(const Row& from, const Row& to, Take&& take) {
         std::uint32_t first = to.first;
@@ -86,9 +87,9 @@ private:
     }
 
     double margin_;
-    double cell_ = 0.0;  ///< metres; none yet
+    double cell_ = 0.0;  ///< metres; 0: not chosen yet
     double per_cell_ = 0.0;
-    float longest_ = 0.0f;  ///< of the widened boxes along x, at least
+    float longest_ = 0.0f;  ///< upper bound of the widened boxes' lengths along x
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::span<const Aabb> boxes_;
     std::vector<std::uint32_t> bucket_of_body_;

@@ -6,9 +6,9 @@
 namespace terrane::internal {
 namespace {
 
-// Moves a box after which the insertion sort is abandoned for a full sort.
+// Moves per box after which the insertion sort is abandoned for a full sort.
 constexpr std::uint64_t kMaxMovesPerBox = 8;
-// The sweep axis changes where another axis has a relative spread larger by this factor.
+// The sweep axis changes if the relative spread along another axis is larger by this factor.
 constexpr double kAxisSwitchRatio = 1.5;
 
 }  // namespace
@@ -93,7 +93,7 @@ void SweepAndPrune::collect(std::span<const Aabb> boxes) {
     update_operations_ += boxes.size();
 }
 
-// False, with an arbitrary order, after too many moves.
+// Sorts nearly sorted boxes. False, with an arbitrary order, after too many moves.
 bool SweepAndPrune::sort_by_insertion() {
     const std::uint64_t most = kMaxMovesPerBox * order_.size();
     std::uint64_t moves = 0;

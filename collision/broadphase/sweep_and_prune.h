@@ -7,14 +7,14 @@ namespace terrane::internal {
 
 /// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (sweep-and-prune,
 ///             insertion sort on nearly sorted lists). J. Cohen et al. I-COLLIDE. 1995.
-/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two are compared for
-///             many boxes at a time, instead of keeping sorted lists and overlaps of every axis.
+/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two axes are compared
+///             for many boxes at a time, instead of maintaining sorted lists and overlaps for every axis.
 class SweepAndPrune {
 public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}
 
     void update(std::span<const Aabb> boxes);
-    /// Calls take(i, j) once for each pair of boxes that overlap after rounding outwards.
+    /// Calls take(i, j) once for each pair of boxes that overlap when rounded outwards.
     template <class Take>
     void visit_pairs(Take&& take) {
         candidate_count_ = 0;
@@ -49,7 +49,7 @@ private:
     double margin_;
     int axis_ = -1;
     std::size_t body_count_ = 0;  ///< of the last update
-    std::size_t box_count_ = 0;   ///< of them that are boxes
+    std::size_t box_count_ = 0;   ///< of these, non-empty
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<Entry> order_;
     BoxColumns columns_;

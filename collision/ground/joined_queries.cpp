@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The queries of ground_queries.h: against columns of the heightfield, or beside volumes against triangles.
+// Queries of ground_queries.h: against the columns of the heightfield or, beside volumes, against the triangles of the
+// joined surface.
 #include "ground/joined_queries.h"
 
 #include "ground/heightfield/heightfield_queries.h"
@@ -15,9 +16,9 @@ namespace {
 
 /// Distances below this are exact and count as touching, metres.
 constexpr double kMeshTouch = 1e-9;
-/// Accuracies of offsets: where only the directions of contacts count, and where the offset is the answer.
+/// Relative tolerances of the search for offsets: for contacts, where only directions matter, and for distances.
 constexpr double kRoughly = 1.0, kFine = 0.01;
-/// Less than what the deepest offset of the gate leaves of the tolerance.
+/// The same for depths: finer than the fraction of the contact tolerance beyond the deepest offset surface.
 constexpr double kExact = 1e-4;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
@@ -77,8 +78,8 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     return answer;
 }
 
-/// The nearest triangle of a body that is separated once it is shrunk by an offset, of rounding; over ever larger
-/// distances.
+/// Finds the nearest triangle of a body that is separated once shrunk by an offset of the order of rounding. Searches
+/// in increasing distances.
 void find_distance(const MeshQuery& query, double max_distance, double offset,
                    DistanceAnswer& answer) {
     constexpr double kMostCells = 1e4;  // farther triangles are not searched for
@@ -141,7 +142,7 @@ DistanceAnswer find_distance_on_mesh(const Shape& shape, const Pose& pose, const
         find_distance(query, max_distance, 0.0, answer);
         return answer;
     }
-    // An overlap of rounding is a touch.
+    // An overlap within rounding counts as touching.
     const MeshNearness touching =
         find_nearness(query.surface(), query.body(), kMeshTouch, kMeshTouch, kMeshTouch);
     if (touching.distance > 0.0) {
@@ -312,13 +313,14 @@ PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_s
     return answer;
 }
 
-// cast() of ground_queries.h: against columns of the heightfield, or beside volumes against triangles.
+// cast() of ground_queries.h: against the columns of the heightfield or, beside volumes, against the triangles of the
+// joined surface.
 
 namespace internal {
 namespace {
 
 constexpr double kCastTouch = 1e-9;  // metres
-constexpr double kAccuracy = 1e-3;   // of the overlap that is ignored at the start
+constexpr double kAccuracy = 1e-3;   // relative, of the ignored overlap at the start
 
 CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& ground,
                         const CastSettings& settings) {
@@ -340,10 +342,11 @@ CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& 
         }
         return answer;
     }
-    // Overlaps at the start are ignored: the shape is as much smaller, and a little more, so that directions are exact.
-    constexpr double kMoreShare = 0.25;  // of the tolerance
+    // An overlap at the start is ignored by shrinking the shape by its depth, and slightly more so that directions are
+    // exact.
+    constexpr double kMoreShare = 0.25;  // fraction of the tolerance
     const double more = answer.started_in_contact ? kMoreShare * settings.tolerance : 0.0;
-    // Less than that gap, so that the floor ahead of what slides on it is no hit.
+    // Less than the additional gap, so that a sliding shape does not hit the floor ahead of it.
     const double stop_gap = answer.started_in_contact ? 0.5 * more : settings.tolerance;
     const MeshSweepAnswer met = sweep_mesh(shape, motion, ground, overlap.offset + more, stop_gap);
     answer.fraction = met.fraction;

@@ -9,17 +9,17 @@
 
 namespace terrane::internal {
 
-/// Contacts of one part with the faces of triangles. Of the points that lie on no corner and no end of the part only
-/// the deepest are kept: on a floor of many triangles the others say the same.
+/// Contacts of one part with the faces of triangles. Of the points that are not corners or ends of the part, only the
+/// deepest are kept: on a floor of many triangles the others are redundant.
 class FaceContacts {
 public:
-    /// @param margin gaps of the whole up to this are contacts, metres
+    /// @param margin gaps of the whole part up to this are contacts, metres
     FaceContacts(const MeshPart& part, double margin) : part_(part), margin_(margin) {}
 
     struct Found {
-        double
-            depth;  ///< largest of the whole, metres; minus infinity where they do not overlap in projection
-        bool is_flat;  ///< a face of a box, or the side of a capsule, lies along the triangle
+        /// Largest depth of the whole part, metres; minus infinity if part and triangle do not overlap in projection.
+        double depth;
+        bool is_flat;  ///< a face of a box or the side of a capsule is parallel to the triangle
     };
     /// Adds the contacts of the part's support feature over a triangle, along its normal.
     Found add(const SurfaceTriangle& triangle);
@@ -50,15 +50,16 @@ private:
         std::array<Contact, kMostInner> inner_;  // NOLINT(readability-identifier-naming)
     };
     std::size_t count_ = 0, inner_count_ = 0;
-    std::size_t shallowest_ = 0;  // of the inner ones, where there is no room for more
+    std::size_t shallowest_ = 0;  // of the inner ones, once they are full
 };
 
 // Sources:    I. Sutherland, G. Hodgman. Reentrant polygon clipping. 1974.
-// Deviations: the triangle is clipped by a face of the box along the face's normal, and keeps its own plane for depths.
+// Deviations: the triangle is clipped by a face of the box, projected along the normal of the face; depths are measured
+//             from the triangle's own plane.
 
 namespace {
 
-/// Least cosine of a box's face with a triangle's normal at which the face is clipped.
+/// Smallest cosine between the normals of a box face and a triangle at which they are clipped.
 constexpr double kFlat = 0.9;
 
 /// A point of a clipped triangle in the plane of a face.
@@ -102,7 +103,7 @@ FaceContacts::Found FaceContacts::add(const SurfaceTriangle& triangle) {
     return {add_support(triangle), false};
 }
 
-/// The part of a capsule's core over a triangle.
+/// Adds the contacts of the part of a capsule's core that is over a triangle.
 double FaceContacts::add_segment(const SurfaceTriangle& triangle) {
     const LocalShape& shape = part_.whole();
     const Eigen::Vector3d& n = triangle.normal;
@@ -133,7 +134,7 @@ double FaceContacts::add_segment(const SurfaceTriangle& triangle) {
     return deepest;
 }
 
-/// The face of a box across an axis that is nearly parallel to the triangle's normal.
+/// Adds the contacts of a box face whose axis is nearly parallel to the triangle's normal.
 double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t axis, double up) {
     const LocalShape& box = part_.whole();
     const std::size_t ix = (axis + 1) % 3, iy = (axis + 2) % 3;
@@ -242,31 +243,31 @@ void FaceContacts::add_inner(const Contact& contact) {
 }
 
 // Sources:    C. Ericson. Real-Time Collision Detection. 2005, section 9.5. J. Baerentzen, H. Aanaes. Signed distance
-//             computation using the angle weighted pseudonormal. 2005 (which side of a mesh a point is on).
-// Deviations: features are paired where a shrunk body is separated, so that distances have a direction; the normal
-//             cone of an edge or a vertex is found from the triangles that touch the point, so that meshes need no
-//             adjacency and meet across chunks and beside the heightfield.
+//             computation using the angle weighted pseudonormal. 2005 (the side of a mesh on which a point lies).
+// Deviations: features are paired for a shrunk, separated body, so that distances have a direction; the normal cone of
+//             an edge or vertex is found from the triangles that touch the point, so that meshes need no adjacency and
+//             join across chunks and with the heightfield.
 
 namespace {
 
-/// Least cosine with the face normal of a direction that counts as it.
+/// Smallest cosine between a direction and the face normal at which they count as equal.
 constexpr double kFace = 1.0 - 1e-9;
-/// Depths are the same within this, metres.
+/// Depths that differ by less count as equal, metres.
 constexpr double kDeepest = 1e-9;
-/// Sine by which a neighbour may rise above the plane of a contact.
+/// Sine of the angle by which a neighbour may rise above the plane of a contact.
 constexpr double kConeSlack = 1e-6;
-/// A triangle touches a point within this share of the ground's spacing.
+/// Distance within which a triangle touches a point, relative to the ground's spacing.
 constexpr double kTouchesPoint = 1e-7;
 
 /// The triangle that a body is nearest to.
 struct NearestTriangle {
     double distance = kInfinity;
-    bool is_face = false;   ///< nearest in its interior: then `is_front` is certain
+    bool is_face = false;   ///< nearest at an interior point: then `is_front` is reliable
     bool is_front = false;  ///< on the outer side of the triangle
 };
 
-/// Whether a triangle excludes a direction from the normal cone at a point: it touches the point, and rises above the
-/// plane through it.
+/// Test whether a triangle excludes a direction from the normal cone at a point: it touches the point and rises above
+/// the plane through it.
 struct ConeTest {
     ConeTest(const Eigen::Vector3d& point_in, const Eigen::Vector3d& n_in, double spacing)
         : point(point_in), n(n_in), near(kTouchesPoint * spacing) {}
@@ -287,7 +288,7 @@ struct ConeTest {
     double near;
 };
 
-/// Pairs one part with one triangle after the other.
+/// Pairs one part with one triangle at a time.
 class MeshPairing {
 public:
     MeshPairing(const SurfaceTriangles& surface, const MeshPart& part, double offset, double margin,
@@ -301,7 +302,7 @@ public:
           patches_(patches),
           faces_(part, margin) {}
 
-    /// Adds what was found to the patches.
+    /// Adds the contacts found to the patches.
     void finish() {
         if (patches_ == nullptr) return;
         faces_.finish(*patches_);
@@ -317,12 +318,12 @@ public:
             return;
         }
         if (near_count_ < near_.size()) near_[near_count_++] = triangle;
-        // Above the triangle's plane: where the lowest point is over the triangle, it is the nearest.
+        // Above the triangle's plane: if the lowest point is over the triangle, it is the nearest point.
         double deepest = -kInfinity;
         if (front >= 0.0 && !is_point()) {
             const FaceContacts::Found found = faces_.add(triangle);
             deepest = found.depth;
-            // Where a face lies on the triangle, other features of the two say the same.
+            // If a face lies on the triangle, other features of the two are redundant.
             if (found.is_flat && deepest > -kInfinity) {
                 if (bound < nearest_.distance) measure(triangle, bound);
                 return;
@@ -348,11 +349,11 @@ public:
     }
 
 private:
-    /// Largest distance of the shrunk part that may be a contact.
+    /// Largest distance of the shrunk part at which there may be a contact.
     double reach() const { return margin_ + offset_; }
     bool is_point() const { return part_.is_round() && !part_.whole().has_core(); }
 
-    /// Updates the distance: by the bound where that is far enough.
+    /// Updates the distance, by the bound if that is large enough.
     void measure(const SurfaceTriangle& triangle, double bound) {
         if (bound > exact_below_) {
             nearest_ = {bound, false, false};
@@ -367,8 +368,8 @@ private:
         nearest_ = {distance, std::abs(facing) >= kFace, facing > 0.0};
     }
 
-    /// A contact at an edge or a vertex, where its direction is in the cone. Most are refused by a triangle that the
-    /// part is near to.
+    /// Adds a contact at an edge or vertex if its direction is in the normal cone. Most are rejected early by a
+    /// triangle near the part.
     void add_candidate(const MeshPair& pair) {
         const ConeTest test(pair.on_triangle, pair.normal, surface_.local().spacing());
         for (std::size_t i = 0; i < near_count_; ++i) {
@@ -379,7 +380,7 @@ private:
         }
     }
 
-    /// A contact at the closest points.
+    /// Adds a contact at the closest points.
     void add_pair(const MeshPair& pair, const Eigen::Vector3d& normal) {
         const double shift = part_.shift(normal);
         if (part_.is_round()) {
@@ -405,7 +406,8 @@ private:
     NearestTriangle& nearest_;
     ContactPatches* patches_;
     FaceContacts faces_;
-    // Triangles within reach, and pairs at their edges and vertices: the first ones. Not initialised beyond the counts.
+    // The first triangles within reach, and the first pairs at their edges and vertices. Not initialised beyond the
+    // counts.
     union {
         std::array<SurfaceTriangle, 48> near_;  // NOLINT(readability-identifier-naming)
     };
@@ -436,7 +438,8 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
             [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
         pairing.finish();
         result.is_missing = result.is_missing || !is_known;
-        // What no triangle crosses is on one side: that of its nearest triangle, if that is nearest to its interior.
+        // A part that no triangle crosses lies on one side: that of the nearest triangle, if the nearest point is in
+        // the triangle's interior.
         const bool is_known_side = nearest.is_face && !body.is_compound();
         if (is_known_side && !nearest.is_front) side = SurfaceSide::solid;
         if (!is_known_side && nearest.distance > 0.0 && !result.is_missing) find_side(part);
@@ -488,9 +491,10 @@ MeshNearness find_mesh_contacts(const SurfaceTriangles& surface, const LocalBody
 
 MeshOverlap find_overlap_offset(const SurfaceTriangles& surface, const LocalBody& body,
                                 double touch, double accuracy) {
-    constexpr double kLeft = 1e-6;   // of a body is left, so that it has an inside
-    constexpr double kGrowth = 8.0;  // of the offsets that are tried
-    constexpr double kFirst = 1e-3;  // of the body
+    constexpr double kLeft =
+        1e-6;  // fraction of the body that always remains, so that it has an interior
+    constexpr double kGrowth = 8.0;  // ratio of successive trial offsets
+    constexpr double kFirst = 1e-3;  // first trial offset, relative to the body
     MeshOverlap overlap;
     const double most = (1.0 - kLeft) * body.whole().bounds.maxCoeff();
     const auto nearness = [&](double offset) {

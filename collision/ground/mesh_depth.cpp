@@ -11,7 +11,7 @@ namespace {
 
 /// Gap between the body and the surface after a separating translation, metres.
 constexpr double kFree = 1e-9;
-/// Relative accuracy of offsets here: contacts are found at any offset at which the body is separated.
+/// Relative tolerance of offsets here, which may be coarse: any offset that separates the body gives contacts.
 constexpr double kRough = 1.0;
 
 bool separates(const MeshQuery& query, const Eigen::Vector3d& d, bool& is_missing) {
@@ -21,7 +21,8 @@ bool separates(const MeshQuery& query, const Eigen::Vector3d& d, bool& is_missin
     return !near.is_missing && near.distance > 0.0;
 }
 
-/// Adds the deepest contacts that a body has after a translation, counted from before it. False where there are none.
+/// Adds the deepest contacts of a body after a translation, with depths at the untranslated pose. False if there are
+/// none.
 bool add_contacts(const MeshQuery& query, const Eigen::Vector3d& d, const MeshOverlap& overlap,
                   HalfSpaces& spaces) {
     constexpr std::size_t kMostOfRound = 6;
@@ -37,8 +38,8 @@ bool add_contacts(const MeshQuery& query, const Eigen::Vector3d& d, const MeshOv
     return count > 0;
 }
 
-/// Lengthens a translation along the contacts that a body has after it, until it separates. Where the body is deep
-/// after it, there is no answer.
+/// Extends a translation along the contacts of the translated body until it separates. Fails if the translated body is
+/// deep.
 MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
     constexpr int kRounds = 24;
     MeshTranslation answer;
@@ -60,7 +61,7 @@ MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
     return answer;
 }
 
-/// Translations out through the nearest points of the surface, the nearest first.
+/// Candidate translations out through the nearest points of the surface, nearest first.
 class Candidates {
 public:
     void add(double distance, const Eigen::Vector3d& d) {
@@ -82,7 +83,7 @@ private:
     std::size_t count_ = 0;
 };
 
-/// @param inside point of the body
+/// @param inside a point of the body
 void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, double around,
                     Candidates& candidates) {
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(around);
@@ -92,13 +93,13 @@ void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, doubl
         if (distance > around) return;
         const bool is_on = distance < kFree;
         const Eigen::Vector3d u = is_on ? triangle.normal : Eigen::Vector3d(to / distance);
-        if (!(dot(u, triangle.normal) > 0.0)) return;  // its other side
+        if (!(dot(u, triangle.normal) > 0.0)) return;  // the back of the triangle
         const double behind = dot(u, inside) - query.lowest(u);
         candidates.add(distance, (distance + behind + 2.0 * kFree) * u);
     });
 }
 
-/// Up over all that lies over and under the body; 0 where there is nothing, infinity where it is not known.
+/// Rise above everything over and under the body; 0 if there is nothing, infinity if it is unknown.
 double rise_over_all(const MeshQuery& query) {
     const LocalGround& local = query.local();
     const Aabb box = query.box(0.0);

@@ -16,7 +16,7 @@ constexpr std::array<Polyhedron::Edge, 3> kTriangleEdges = {
 constexpr std::array<std::uint32_t, 4> kTriangleFirst = {0, 2, 4, 6};
 constexpr std::array<std::uint32_t, 6> kTriangleNeighbours = {1, 2, 0, 2, 0, 1};
 
-/// A box loses this share of the offset on each side, so that its corners lose the offset.
+/// A box loses this fraction of the offset on each side, so that its corners move by the offset.
 constexpr double kBoxShare = 0.57735026918962573;
 
 Eigen::Matrix3d axes_of(const LocalShape& box) {
@@ -75,7 +75,7 @@ void MeshPart::set_offset(double offset) {
         core_ = make_core(PlacedBox{shape_.centre, axes_of(shape_), half_}, storage_);
     } else {
         scale_ = reach_ > 0.0 ? std::max(0.0, 1.0 - offset / reach_) : 1.0;
-        // Directions need no unit length, so that a scaled rotation scales the core.
+        // Directions need not have unit length, so that a scaled rotation scales the core.
         core_.shape = *shape_.hull->shape;
         core_.rotation = scale_ * shape_.hull->rotation;
         core_.centre = inside_ - rotated(core_.rotation, mean_);
@@ -131,7 +131,7 @@ TriangleBound MeshPart::bound_distance(const SurfaceTriangle& triangle, double e
     double square = 0.0;
     for (int i = 0; i < 3; ++i) {
         const double a = triangle.v[0][i], b = triangle.v[1][i], c = triangle.v[2][i];
-        // The box around the whole contains the shrunk part; that of a round part is rounded.
+        // The box around the whole part contains the shrunk part; for a round part it is a rounded box.
         const double reach = is_round ? shape_.bounds[i] - shape_.radius : shape_.bounds[i];
         const double gap = std::max(std::min({a, b, c}) - shape_.centre[i],
                                     shape_.centre[i] - std::max({a, b, c})) -
@@ -187,7 +187,7 @@ MeshPair MeshPart::closest(const SurfaceTriangle& triangle, double enough) const
     pair.normal = found.normal;
     pair.distance = found.distance;
     pair.lower = found.lower;
-    // Below this GJK does not tell apart from overlapping.
+    // Below this distance GJK cannot distinguish separation from overlap.
     const double rounding = 1e-13 * (core_.reach + of_triangle.core().reach);
     if (pair.lower <= rounding) pair.distance = pair.lower = 0.0;
     return pair;

@@ -14,20 +14,20 @@ struct MeshPair {
     Eigen::Vector3d on_part = Eigen::Vector3d::Zero();  ///< on the core of a round part
     Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from the triangle to the part
-    double distance = 0.0;                              ///< metres; <= 0 where they intersect
+    double distance = 0.0;                              ///< metres; <= 0 if they intersect
     double lower = 0.0;  ///< certified lower bound of the distance, metres
 };
 
-/// How far a shrunk part is from a triangle, by a few separating planes.
+/// Bounds of the distance of a shrunk part from a triangle, from a few separating planes.
 struct TriangleBound {
     double distance = -kInfinity;  ///< a lower bound, metres
     double front =
         -kInfinity;  ///< height of the part's lowest point above the triangle's plane, metres
 };
 
-/// A convex part of a body, whole and shrunk by an offset: no point of the surface of the whole is farther than the
-/// offset from the shrunk part along any normal. Spheres and capsules lose radius, boxes half extents, hulls are
-/// scaled about the mean of their vertices. Neither copied nor moved, because cores point into it.
+/// A convex part of a body, whole and shrunk by an offset: along any normal, the surface of the whole part is at most
+/// the offset outside the shrunk part. Spheres and capsules lose radius, boxes lose half extents, hulls are scaled
+/// about the mean of their vertices. Neither copied nor moved, because cores point into it.
 class MeshPart {
 public:
     /// @param shape outlives this
@@ -40,8 +40,8 @@ public:
     const LocalShape& whole() const { return shape_; }
     std::uint32_t index() const { return index_; }
     bool is_round() const { return shape_.kind == ShapeKind::round; }
-    double radius() const { return radius_; }  ///< of a round shrunk part
-    /// A point of the shrunk part, and the radius of a ball around it that is in it.
+    double radius() const { return radius_; }  ///< radius of the shrunk part, if round
+    /// A point of the shrunk part; ball() is the radius of a ball around it that the part contains.
     Eigen::Vector3d inside() const { return inside_; }
     double ball() const;
 
@@ -50,23 +50,23 @@ public:
         const Eigen::Vector3d half = shape_.bounds + Eigen::Vector3d::Constant(margin);
         return {shape_.centre - half, shape_.centre + half};
     }
-    /// Smallest n . p of the points of the shrunk part, for a unit direction.
+    /// Minimum of n . p over the points p of the shrunk part, for a unit direction.
     double lowest(const Eigen::Vector3d& n) const;
-    /// How much farther the whole reaches against a unit direction, metres, at most the offset.
+    /// Excess of the whole part over the shrunk one against a unit direction, metres, at most the offset.
     double shift(const Eigen::Vector3d& n) const;
-    /// Derivative of shift() by the offset, 0 to 1.
+    /// Derivative of shift() with respect to the offset, 0 to 1.
     double opening(const Eigen::Vector3d& n) const;
 
-    /// Whether a triangle is farther than a distance from the part, along an axis of the box around a box or a capsule;
+    /// Whether an axis of the box around a box or capsule proves a triangle farther than `distance` from the part;
     /// false for other parts.
     bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
-    /// A lower bound of the distance from a triangle by a few separating planes, metres.
-    /// @param enough the search may stop at a bound of at least this; `front` is then unset
+    /// Lower bound of the distance from a triangle, from a few separating planes, metres.
+    /// @param enough the search may stop at a bound of at least this, with `front` unset
     TriangleBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
     /// @param enough the search may stop at a lower bound above it
     MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
 
-    /// The whole as a core; makes it on first use.
+    /// The whole part as a core, made on first use.
     const Core& whole_core() const;
 
 private:
@@ -104,7 +104,7 @@ private:
     Core core_;
 };
 
-/// n . p of the highest corner of a triangle.
+/// Maximum of n . p over the corners of a triangle.
 inline double highest(const SurfaceTriangle& triangle, const Eigen::Vector3d& n) {
     return std::max({dot(n, triangle.v[0]), dot(n, triangle.v[1]), dot(n, triangle.v[2])});
 }

@@ -3,8 +3,8 @@
 // Sources:    B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3 (conservative
 //             advancement). S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid
 //             bodies. 2002 (separation of a whole interval).
-// Deviations: each triangle is its own obstacle. A plane that separates at both ends of an interval separates all
-//             along, but for the sagitta of the rotation; halved intervals are tried before the bound of the speed.
+// Deviations: each triangle is its own obstacle. A plane that separates at both ends of an interval separates
+//             throughout, up to the sagitta of the rotation; halved intervals are tried before the bound of the speed.
 #include "ground/joined_queries.h"
 
 #include <algorithm>
@@ -14,10 +14,10 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kPieceTurn = 0.25;  // radians
-constexpr int kMaxSteps = 400;       // against one triangle in one piece
-/// The rest of a piece, half of it, a quarter and so on are tested against a separating plane: so many of them.
+constexpr int kMaxSteps = 400;       // limit per triangle and piece
+/// Number of intervals tested against a separating plane: the rest of a piece, half of it, a quarter and so on.
 constexpr int kHalvings = 4;
-/// A step shorter than this share of the piece ends the advancement where the body is near.
+/// A step shorter than this fraction of the piece ends the advancement if the body is near.
 constexpr double kShortest = 1e-6;
 /// Longest piece, cells.
 constexpr double kLongest = 1024.0;
@@ -42,7 +42,7 @@ public:
         if (spin_ > kPieceTurn) least = std::min(least, kPieceTurn / spin_);
         double share = std::max(least, std::min(1.0, kLongest * ground_.spacing() / travel)),
                t = 0.0;
-        // Pieces are as long as nothing is near, else short.
+        // Pieces are long while nothing is near, else short.
         while (t < 1.0 && !answer_.hit && !answer_.is_missing) {
             const double end = t + share >= 1.0 ? 1.0 : t + share;
             if (share > least) {
@@ -119,7 +119,7 @@ private:
                 answer_.is_missing = answer_.is_missing || !is_known;
             });
         if (answer_.is_missing) {
-            // A hit on resident ground counts for nothing: ground that is not resident may be met before it.
+            // A hit on resident ground is discarded: ground that is not resident may be met before it.
             answer_.hit = false;
             answer_.fraction = from;
         } else if (answer_.hit) {
@@ -132,12 +132,12 @@ private:
         return LocalBody(shape_, rotation(t),
                          local_->to_local(motion_.start.translation + t * motion_.translation));
     }
-    /// Largest distance of a point that rotation moves from the body's origin.
+    /// Largest distance from the body's origin of a point that rotation moves.
     static double find_arm(const LocalShape& shape, const Eigen::Vector3d& origin) {
         const double lever = length(shape.centre - origin);
         return lever + (shape.kind == ShapeKind::round ? length(shape.core) : length(shape.bounds));
     }
-    /// How far a point may leave the chord of its path.
+    /// Largest distance of a point's path from its chord.
     double sagitta(double turn) const { return 0.125 * turn * turn * arm_; }
 
     /// Whether a plane separates the part from a triangle at both ends of an interval, and so within it.
@@ -156,7 +156,7 @@ private:
         }
         advance(triangle, from, begin, limit);
     }
-    /// Planes along the axes of a box at the start of a piece.
+    /// Whether a plane orthogonal to an axis of a box at the start of a piece separates throughout the piece.
     bool is_beside(const SurfaceTriangle& triangle, const MeshPart& from, const MeshPart& to,
                    double turn) const {
         for (const Eigen::Vector3d& axis : from.whole().axes) {
@@ -168,7 +168,7 @@ private:
         return false;
     }
 
-    /// Conservative advancement against one triangle, up to the earliest hit so far.
+    /// Conservative advancement against one triangle, limited by the earliest hit so far.
     void advance(const SurfaceTriangle& triangle, const MeshPart& first, double begin,
                  double& limit) {
         double t = begin;

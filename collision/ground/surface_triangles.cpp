@@ -8,14 +8,14 @@
 namespace terrane::internal {
 namespace {
 
-/// The cells that a box meets, clamped to the extent; empty where it is beyond.
+/// The cells under a box, clamped to the extent; empty if the box is outside.
 CellRange cells_under(const Ground& ground, const Aabb& box) {
     const WorldRect& extent = ground.extent();
     if (!(box.low.x() <= extent.east && box.high.x() >= extent.west &&
           box.low.y() <= extent.north && box.high.y() >= extent.south)) {
         return {};
     }
-    // A side on a lattice line meets the cells on both sides of it.
+    // A side on a lattice line touches the cells on both sides of it.
     return {ground.column_at(std::max(box.low.x(), extent.west)) - 1,
             ground.row_at(std::max(box.low.y(), extent.south)) - 1,
             ground.column_at(std::min(box.high.x(), extent.east)),
@@ -40,7 +40,7 @@ bool has_contour(const SolidSurface& solid, const Aabb& box) {
     return false;
 }
 
-/// Height of the heightfield's triangles over or under a point, metres; minus infinity where there is none.
+/// Height of the heightfield's triangles over or under a point, metres; minus infinity if there is no ground.
 double field_height(const Ground& ground, const WorldPos& point) {
     const std::int64_t column = ground.column_at(point.x()), row = ground.row_at(point.y());
     const GroundCell cell = ground.cell(column, row);
@@ -94,8 +94,8 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     const double high = range.status == GroundStatus::outside ? -kInfinity : quantum * range.high;
     if (box_world.low.z() > std::max(high, top)) return false;  // above everything
     if (meets) return true;
-    // No contour is in the box, and no mouth over or under it: if the heightfield passes through, it is the surface
-    // there. Else all of the box is above it, or all is below.
+    // No contour is in the box, and no mouth is over or under it. If the heightfield passes through the box, it is the
+    // surface there; otherwise the whole box is above or below it.
     const Eigen::Vector3d centre = 0.5 * (box_world.low + box_world.high);
     return field_height(ground, centre) > box_world.high.z();
 }
@@ -133,7 +133,7 @@ bool SurfaceTriangles::is_empty(const Aabb& box) const {
 }
 
 SurfaceSide SurfaceTriangles::side_of(const Eigen::Vector3d& inside, double reach) const {
-    // A vertical line may run through an edge between a floor and a ceiling: three points must agree.
+    // A vertical line may pass through an edge between a floor and a ceiling, so three points must agree.
     const std::array<Eigen::Vector3d, 3> points{
         inside, inside + reach * Eigen::Vector3d(0.37, -0.23, 0.11),
         inside + reach * Eigen::Vector3d(-0.19, 0.31, 0.07)};

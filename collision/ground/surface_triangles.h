@@ -17,34 +17,34 @@ enum class SurfaceSide {
     unknown,  ///< ground there is not resident
 };
 
-/// A triangle of the joined surface: the corners are counter-clockwise and the normal points out, seen from outside the
-/// solid; of ceilings z < 0.
+/// A triangle of the joined surface: corners counter-clockwise seen from outside the solid, normal outward, with z < 0
+/// for ceilings.
 using SurfaceTriangle = Triangle;
 
-/// Whether a query in a box must see the triangles of volumes: false where the heightfield below the box is all of the
-/// solid that it could meet, as in worlds without volumes and above everything.
+/// Whether a query in a box must test triangles of volumes. False if the heightfield is the only solid that the box
+/// could meet, as in worlds without volumes and above everything.
 ///
 /// Cost: one comparison in worlds without volumes, else O(log n)
 bool is_near_volume(const Ground& ground, const Aabb& box_world);
 
-/// The surface of the joined solid as triangles: those of the heightfield that are not replaced, and those of volumes;
-/// in the frame of a LocalGround.
+/// The surface of the joined solid as triangles in the frame of a LocalGround: those of volumes, and those of the
+/// heightfield that volumes do not replace.
 ///
-/// Threads: one, because of the frame
+/// Threads: one, as for LocalGround
 class SurfaceTriangles {
 public:
     explicit SurfaceTriangles(const LocalGround& local) : local_(local) {}
 
     const LocalGround& local() const { return local_; }
 
-    /// Visits the triangles that may overlap a box, `take(const SurfaceTriangle&)`, in an order that depends on nothing
-    /// else. False where ground that is not resident may reach the box.
+    /// Visits the triangles that may overlap a box, `take(const SurfaceTriangle&)`, in a deterministic order. False if
+    /// ground that is not resident may reach the box.
     template <class Take>
     bool visit(const Aabb& box, Take&& take) const {
         return visit(
             box, [](const std::array<Eigen::Vector3d, 3>&) { return true; }, take);
     }
-    /// The same for triangles that are wanted, `wants(corners)`: those of the heightfield are not asked for.
+    /// As above, with a filter `wants(corners)` that applies to the triangles of volumes only.
     template <class Wants, class Take>
     bool visit(const Aabb& box, const Wants& wants, Take&& take) const {
         const CellRange cells = local_.cells(box.low[0], box.low[1], box.high[0], box.high[1]);
@@ -57,20 +57,20 @@ public:
         return !field.is_missing;
     }
 
-    /// Whether no triangle, and no ground that is not resident, may overlap a box. Stops at the first.
+    /// Whether no triangle and no ground that is not resident can overlap a box. Stops at the first found.
     bool is_empty(const Aabb& box) const;
 
-    /// The side of a convex set that no triangle crosses.
+    /// The side of the surface on which a convex set lies that no triangle crosses.
     ///
     /// @param inside a point of it
-    /// @param reach  a ball of this radius around the point is in it too, metres
+    /// @param reach  the set contains a ball of this radius around the point, metres
     SurfaceSide side_of(const Eigen::Vector3d& inside, double reach) const;
 
     /// Largest error_m of the cells and solids under and over a box, metres.
     double error(const Aabb& box) const;
 
 private:
-    /// A box in the world, slightly wider for the rounding of the frame.
+    /// A box in world coordinates, slightly wider to cover the rounding of the frame.
     Aabb to_world(const Aabb& box) const {
         const Eigen::Vector3d origin = local_.to_world(Eigen::Vector3d::Zero());
         const Eigen::Vector3d hair =
@@ -92,7 +92,7 @@ private:
                 if (!wants(v)) continue;
                 const Eigen::Vector3d n = cross(v[1] - v[0], v[2] - v[0]);
                 const double size = length(n);
-                // One without area is an edge of its neighbours.
+                // A triangle without area is an edge of its neighbours.
                 if (size > 0.0) take(SurfaceTriangle{v, n / size});
             }
         }
@@ -104,7 +104,7 @@ private:
         const Aabb& box;
         Take& take_triangle;
         bool is_missing = false;
-        const SolidSurface* solid = nullptr;  // of the chunk of the last cell
+        const SolidSurface* solid = nullptr;  // solid of the chunk of the last cell
         std::int64_t chunk_column = 0, chunk_row = 0;
         bool has_chunk = false;
 

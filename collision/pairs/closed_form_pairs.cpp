@@ -34,7 +34,7 @@ Axis find_pseudodistance(const PlacedSphere& a, const PlacedSphere& b) {
 
 namespace {
 
-// Position of the core's point nearest to the sphere, in half axes from the centre: -1 to 1.
+// Position along the capsule's core of the point nearest to the sphere, -1 to 1 in units of the half axis.
 double find_share(const PlacedSphere& a, const PlacedCapsule& b) {
     const double square = dot(b.half_axis, b.half_axis);
     if (square == 0.0) return 0.0;
@@ -105,7 +105,7 @@ Gap find_gap(const PlacedSphere& a, const PlacedBox& b) {
 }
 
 void find_contacts(const PlacedSphere& a, const PlacedBox& b, const Gap& gap, Manifold& manifold) {
-    // The nearest feature of the box: the coordinates at their limits identify a face, an edge or a vertex.
+    // Nearest feature of the box: the coordinates that are at their limits identify a face, edge or vertex.
     const Eigen::Vector3d on_b = rotated_back(b.rotation, gap.core_b - b.centre);
     const double slack = kTouchShare * (length(b.half) + a.radius);
     std::uint32_t low = 0;
@@ -189,8 +189,8 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const Eigen::Vector3d q = b.centre - b.half_axis;
     const double radii = a.radius + b.radius;
     const double slack = kTouchShare * (radii + length(u) + length(v));
-    // An end of one core above the other core: the height of the other's round surface decreases with the distance
-    // beside its core.
+    // Contact of an end of one core above the other core: the round surface falls off with the lateral distance from
+    // its core.
     const auto add_end = [&](double s, double t, bool is_of_a) {
         const Eigen::Vector3d core_a = p + s * u;
         const Eigen::Vector3d d = core_a - (q + t * v);
@@ -209,7 +209,7 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const double uu = dot(u, u);
     const double vv = dot(v, v);
     const SegmentPair pair = find_closest_on_segments(p, u, q, v);
-    // Nearly parallel: the ends of the interval that the cores share, projected along the normal.
+    // Nearly parallel cores: contacts at the ends of their common interval, projected along the normal.
     const Eigen::Vector3d square = cross(u, v);
     constexpr double kParallel = 0.02;  // sine; ends that are too far apart fail the depth margin
     if (uu > 0.0 && vv > 0.0 && dot(square, square) < kParallel * kParallel * uu * vv) {
@@ -242,8 +242,8 @@ Axis find_pseudodistance(const PlacedCapsule& a, const PlacedCapsule& b) {
 
 namespace {
 
-// The axis of the largest gap: three face normals of each box and all cross products of edges, each of which is a facet
-// normal of the Minkowski difference. Works in a's frame.
+// The axis with the largest gap among the face normals of both boxes and all cross products of their edges, each a
+// facet normal of the Minkowski difference. Works in a's frame.
 Axis find_box_separating_axis(const Core& a, const Core& b, double enough) {
     const Eigen::Vector3d half_a = a.shape.vertices.back();  // zero for a point
     const Eigen::Vector3d half_b = b.shape.vertices.back();
@@ -284,7 +284,7 @@ Axis find_box_separating_axis(const Core& a, const Core& b, double enough) {
             const double m1 = -axes[j][i2];
             const double m2 = axes[j][i1];
             const double square = m1 * m1 + m2 * m2;
-            if (square < 1e-20) continue;  // nearly parallel: faces are as good
+            if (square < 1e-20) continue;  // nearly parallel: the face normals suffice
             const std::size_t j1 = (j + 1) % 3;
             const std::size_t j2 = (j + 2) % 3;
             const double apart = std::abs(t[i1] * m1 + t[i2] * m2) -
@@ -312,7 +312,7 @@ Gap find_gap(const PlacedBox& a, const PlacedBox& b) {
     CoreStorage of_b;
     const Core core_a = make_core(a, of_a);
     const Core core_b = make_core(b, of_b);
-    // The 15 axes first: where the boxes overlap clearly they decide without GJK.
+    // The 15 axes come first: for clearly overlapping boxes they suffice without GJK.
     const Axis axis = find_box_separating_axis(core_a, core_b, 0.0);
     if (axis.gap > -touch_of(core_a, core_b)) {
         return find_core_gap(core_a, core_b, find_box_separating_axis);

@@ -92,7 +92,7 @@ PlacedConvex PlacedShape::part(std::uint32_t index) const {
 
 namespace {
 
-// Distance of two boxes along the axes of one frame, or minus their least overlap.
+// Distance of two boxes aligned with one frame, or minus their smallest overlap along its axes.
 // @param offset between the centres
 double gap_of(const Eigen::Vector3d& offset, const Eigen::Vector3d& half_a,
               const Eigen::Vector3d& half_b) {
@@ -145,12 +145,12 @@ PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b, double limit)
 //          obstacle is replaced by a half-space, iteratively).
 //          S. Cameron, R. Culley. Determining the minimum translational distance between two convex polyhedra. 1986
 //          (the obstacle of a pair of parts is their Minkowski difference).
-// Deviations: obstacles are not constructed: a pair's signed distance and its normal give the half-space. Starts are
-//             the first free translations along a fan of directions.
+// Deviations: obstacles are not constructed: the signed distance and normal of a pair give the half-space. The
+//             iteration starts from the first free translation along each of a fan of directions.
 
 namespace {
 
-// The half-space of translations after which a plane separates two parts, from their gap after `translation`.
+// Half-space of the translations after which a plane separates two parts, from their gap after `translation`.
 HalfSpace half_space(const Eigen::Vector3d& normal, double gap,
                      const Eigen::Vector3d& translation) {
     return {normal, dot(normal, translation) - gap};
@@ -202,7 +202,8 @@ public:
         return translation;
     }
 
-    // Length of the first free translation along a direction; `far` is free. Where it is beyond `enough`, any free one.
+    // Length of the first free translation along a direction, where `far` is free. If it exceeds `enough`, any free
+    // length.
     double first_free(const Eigen::Vector3d& direction, double far, double enough) const {
         constexpr int kRounds = 64;
         double at = 0.0;
@@ -218,7 +219,7 @@ public:
         return far;
     }
 
-    /// Translation along a direction after which the shapes' bounds are separated.
+    /// Length of a translation along a direction that separates the bounds of the shapes.
     double bound_distance(const Eigen::Vector3d& direction) const {
         return support(a_, -direction) + support(b_, direction) +
                dot(b_.centre - a_.centre, direction);
@@ -233,8 +234,8 @@ private:
         return reach;
     }
 
-    // Adds a half-space in which an overlapping pair of parts is separated: of several the one with the shortest
-    // solution. False where none is feasible.
+    // Adds a half-space in which an overlapping pair of parts is separated; of several candidates, the one with the
+    // shortest solution. False if none is feasible.
     bool leave(const PartGap& gap, SeparatingTranslation& found) const {
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
@@ -245,7 +246,7 @@ private:
             spaces.add(plane);
             Eigen::Vector3d translation;
             if (!find_shortest(spaces, translation)) return;
-            // Nearly opposite planes have distant solutions: beyond the bounds' separation none is useful.
+            // Nearly opposite planes have distant solutions, which are useless beyond the separation of the bounds.
             const double size = length(translation);
             if (!(size <= bound_distance(translation / size) + 4.0 * touch_)) return;
             if (is_solved && !(dot(translation, translation) < dot(shortest, shortest))) return;
@@ -253,7 +254,8 @@ private:
             shortest = translation;
             best = spaces;
         };
-        // Candidates: the pair's plane here, its plane at the start, or else a plane at its exit along the translation.
+        // Candidates: the pair's separating plane at this translation, that at the start, or else the one at the exit
+        // along the translation.
         take(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
@@ -268,7 +270,7 @@ private:
             }
         }
         if (!is_solved) return false;
-        // Where the oldest plane was dropped, so is its pair.
+        // If the oldest plane was dropped, drop its pair too.
         if (found.spaces.count == HalfSpaces::kMost) {
             std::move(found.parts.begin() + 1, found.parts.end(), found.parts.begin());
         }
@@ -278,7 +280,7 @@ private:
         return true;
     }
 
-    // A plane that separates two parts after a translation, with the half-space nearest to the start.
+    // A plane that separates two parts after a translation, chosen for the half-space nearest to the start.
     HalfSpace plane_between(std::uint32_t i, std::uint32_t j,
                             const Eigen::Vector3d& translation) const {
         const PlacedConvex at_a = a_.moved(translation).part(i);
@@ -334,13 +336,13 @@ constexpr std::array<std::array<double, 3>, 98> make_fan() {
 }
 constexpr std::array<std::array<double, 3>, 98> kFan = make_fan();
 
-// The shortest few, in order.
+// The shortest few translations, in order.
 struct Shortlist {
     static constexpr std::size_t kMost = 6;
     std::array<Eigen::Vector3d, kMost> translations;
     std::size_t count = 0;
 
-    /// Longer ones are not kept.
+    /// Limit above which translations are not kept.
     double longest() const {
         return count < kMost ? std::numeric_limits<double>::infinity()
                              : length(translations[kMost - 1]);
@@ -377,7 +379,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
         for (const std::array<double, 3>& ray : kFan) {
             Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
             n /= length(n);
-            // Beyond the touching distance, so that it is free in spite of rounding.
+            // Exceeds the touching distance, so that it is free despite rounding.
             const double far = search.bound_distance(n) + 4.0 * touch;
             starts.add(search.first_free(n, far, starts.longest()) * n);
         }
@@ -397,7 +399,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
 namespace {
 
 constexpr std::size_t kMostNormals = 24;
-// 1 - cosine of normals that count as equal: a microradian.
+// 1 - cosine up to which normals count as equal: a microradian.
 constexpr double kSameNormal = 5e-13;
 
 bool is_before(const PairContact& a, const PairContact& b) {
@@ -430,7 +432,7 @@ public:
                             contact.feature_b, contact.part_a, contact.part_b);
     }
 
-    /// Whether there is a contact of the plane's normal that is at least as deep.
+    /// Whether there is a contact with the plane's normal that is at least as deep.
     bool has(const HalfSpace& plane, double touch) const {
         for (std::size_t i = 0; i < count_; ++i) {
             if (dot(patches_[i]->normal, plane.normal) < 1.0 - kSameNormal) continue;
@@ -465,7 +467,7 @@ private:
         Manifold manifold;
     };
 
-    // A new patch; replaces the shallowest one where there are too many.
+    // A new patch, which replaces the shallowest one if there are too many.
     Patch* room_for(const PairContact& contact) {
         if (count_ < kMostNormals) return &patches_[count_++].emplace(contact);
         is_truncated_ = true;
@@ -494,7 +496,7 @@ SupportPoint support_point(const PlacedConvex& shape, const Eigen::Vector3d& dir
     return {core.vertex(vertex) + core.radius * direction, {vertex, vertex}};
 }
 
-// The deepest contact of two parts along the normal of a plane of the separation.
+// The deepest contact of two parts along the normal of a separating plane.
 PairContact deepest_contact(const PlacedShape& a, std::uint32_t i, const PlacedShape& b,
                             std::uint32_t j, const HalfSpace& plane) {
     const SupportPoint on_a = support_point(a.part(i), -plane.normal);
@@ -518,7 +520,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
     const PlacedShape separated = a.moved(translation);
     const double room = length(translation);
     Patches patches;
-    // Contacts of a pair after the separating translation, with the depths before it.
+    // Adds the contacts of a pair found after the separating translation, with the depths before it.
     const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
         const double moved = dot(gap.normal, translation);
         if (!(gap.distance <= reported + moved)) return;
@@ -542,7 +544,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
                          return reported;
                      });
     if (room == 0.0) return patches.finish(contacts_out);
-    // Active planes without a contact after the translation: of round parts, and at corners.
+    // Adds contacts for active planes that have none after the translation, as with round parts and at corners.
     bool is_all = separation.spaces.count > 0;
     for (std::size_t k = 0; k < separation.spaces.count; ++k) {
         const HalfSpace& plane = separation.spaces.planes[k];
@@ -555,7 +557,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
             is_all = false;  // the parts are too far apart for a contact
         }
     }
-    // If an active plane has no contact, one contact along the translation itself stands for all.
+    // If an active plane still has no contact, one contact along the translation itself represents all.
     const HalfSpace whole{translation / room, room};
     if (!is_all && !patches.has(whole, touch)) {
         patches.add(deepest_contact(a, least.part_a, b, least.part_b, whole));

@@ -12,7 +12,7 @@
 
 namespace terrane::internal {
 
-/// Non-owning view of a shape as convex parts with a tree of their bounds. A convex shape is its own only part.
+/// Non-owning view of a shape as convex parts with a bounding volume tree. A convex shape is its own single part.
 class ShapeView {
 public:
     ShapeView() = default;
@@ -35,7 +35,7 @@ private:
     double reach_ = 0.0;
 };
 
-/// A shape placed in world axes about an origin near both shapes of a query.
+/// A shape in world axes, relative to an origin near both shapes of a query.
 struct PlacedShape {
     const ShapeView* view = nullptr;
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
@@ -47,18 +47,19 @@ struct PlacedShape {
     }
 };
 
-/// Rotation of a part of a rotated body, orthonormal; bit for bit the body's where the part is not rotated in it.
+/// Orthonormal rotation of a part of a rotated body; bit for bit that of the body if the part is not rotated relative
+/// to it.
 Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part);
 
-// Traversal of the pairs of parts of two placed shapes by their trees, nearest bounds first.
+// Traversal of the pairs of parts of two placed shapes through their trees, nearest bounds first.
 
 /// Lower bounds of the signed distances of parts.
 class BoundGaps {
 public:
     BoundGaps(const PlacedShape& a, const PlacedShape& b);
 
-    /// Lower bound of the signed distance of any two shapes inside the boxes: the distance of the boxes, or minus their
-    /// least overlap along a face normal.
+    /// Lower bound of the signed distance of any two shapes inside the boxes: the distance between the boxes, or minus
+    /// their smallest overlap along a face normal.
     double operator()(const Aabb& of_a, const Aabb& of_b) const;
 
 private:
@@ -68,10 +69,10 @@ private:
     double rounding_ = 0.0;
 };
 
-/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`; it returns the new limit, -infinity
-/// to stop.
+/// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`. visit returns the new limit;
+/// -infinity stops the traversal.
 ///
-/// @param bound (box of a, box of b) -> number; not smaller for boxes inside of them
+/// @param bound (box of a, box of b) -> number; monotone: not smaller for boxes inside these
 template <class Bound, class Visit>
 void visit_part_pairs(std::span<const AabbNode> tree_a, std::span<const AabbNode> tree_b,
                       double limit, const Bound& bound, const Visit& visit) {
@@ -79,7 +80,7 @@ void visit_part_pairs(std::span<const AabbNode> tree_a, std::span<const AabbNode
         std::uint32_t a, b;
         double bound;
     };
-    // Every descent replaces one pair by two.
+    // Each descent replaces one pair by two.
     std::array<Entry, 2 * AabbNode::kMaxDepth + 1> stack;
     std::size_t count = 0;
     const auto push = [&](std::uint32_t a, std::uint32_t b, double value) {
@@ -130,8 +131,8 @@ struct PartGap {
     Gap gap;
 };
 
-/// The pair of the least signed distance. Where that is above `limit`, the distance returned is any number above
-/// `limit`.
+/// The pair of parts with the smallest signed distance. If that exceeds `limit`, the returned distance is any number
+/// above `limit`.
 PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
                        double limit = std::numeric_limits<double>::infinity());
 
@@ -141,19 +142,19 @@ struct SeparatingTranslation {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     double least = 0.0;  ///< lower bound: no shorter translation separates the shapes, metres
 
-    /// The constraints, plane i between parts[i]; empty where the translation comes from another start.
+    /// The constraints, with plane i between the pair parts[i]; empty if the translation came from another start.
     HalfSpaces spaces;
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };
 
-/// Adds the half-space of one overlapping pair of parts after the other. Fast, and exact for shallow overlaps; may
-/// fail, or give a longer translation than the shortest.
+/// Adds half-spaces of overlapping pairs of parts one at a time. Fast, and exact for shallow overlaps; may fail, or
+/// return more than the minimum translation.
 ///
 /// @param deepest find_least_gap() of the shapes
 SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
                                                   const PartGap& deepest, double touch);
 
-/// The shortest translation found from many directions; always one that separates.
+/// The shortest separating translation found from many directions. The result always separates.
 SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
                                                   const PartGap& deepest, double touch);
 
@@ -162,10 +163,11 @@ struct CompoundContacts {
     bool is_truncated = false;  ///< some contacts were dropped
 };
 
-/// Contacts of all pairs of parts, points relative to the common origin: at most four a normal, and 24 normals.
+/// Contacts of all pairs of parts, at most four per normal and 24 normals. Points are relative to the common origin.
 ///
-/// Overlapping shapes are evaluated after a separating translation, where they just touch; each depth is the component
-/// of that translation along the normal. So the seams between a floor's parts cause no contacts.
+/// For overlapping shapes, contacts are found after a separating translation, where the shapes just touch; each depth
+/// is the component of that translation along the normal. The seams between the parts of a floor therefore cause no
+/// contacts.
 ///
 /// @param margin gaps up to this are contacts too, metres
 CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
@@ -177,7 +179,7 @@ struct CompoundCast {
     bool started_in_contact = false;
 };
 
-/// The earliest hit of all pairs of parts, which rotate about their bodies' origins.
+/// The earliest hit over all pairs of parts, which rotate about the origins of their bodies.
 ///
 /// @param motion_a start.rotation is orthonormal; the same for motion_b
 CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const ShapeView& b,
@@ -187,8 +189,8 @@ struct PartRay : ConvexRay {
     std::uint32_t part = 0;
 };
 
-/// The first part that the segment `from` to `from + displacement` meets, in the frame of the placement; of ties the
-/// one with the lowest index.
+/// The first part hit by the segment `from` to `from + displacement`, in the frame of the placement; the lowest index
+/// on a tie.
 PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& displacement);
 

@@ -3,9 +3,9 @@
 // The point nearest to the origin in an intersection of half-spaces.
 //
 // Sources:    R. Seidel. Small-dimensional linear programming and convex hulls made easy. Discrete and Computational
-//             Geometry 1991 (incremental, one dimension less where a plane is violated).
-// Deviations: the objective is the distance from the origin, whose minimum on a plane is the foot of the
-//             perpendicular; planes are processed in the order of arrival instead of a random one, for determinism.
+//             Geometry 1991 (incremental; solves in one dimension less on a violated plane).
+// Deviations: the objective is the distance from the origin, whose minimum on a plane is the foot of the perpendicular;
+//             planes are processed in insertion order instead of random order, for determinism.
 #include "pairs/convex_core.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr double kSlack = 1e-14;
 
 double slack_of(const HalfSpace& plane) { return kSlack * std::max(1e-3, std::abs(plane.depth)); }
 
-// Solves on the line of planes i and j, subject to the first `count` planes.
+// Solves on the intersection line of planes i and j, subject to the first `count` planes.
 bool find_on_line(const HalfSpaces& spaces, std::size_t i, std::size_t j, std::size_t count,
                   Eigen::Vector3d& d_out) {
     const HalfSpace& a = spaces.planes[i];
@@ -123,7 +123,7 @@ Core make_core(const PlacedCapsule& capsule, CoreStorage& storage_out) {
 }
 
 Core make_core(const PlacedBox& box, CoreStorage& storage_out) {
-    // The faces of a box without extent have no meaning: it is a point.
+    // A box without extent is treated as a point, because its faces are meaningless.
     if (box.half == Eigen::Vector3d::Zero()) {
         Core point = make_core(PlacedSphere{box.centre, 0.0}, storage_out);
         point.rotation = box.rotation;
@@ -140,9 +140,9 @@ Core make_core(const PlacedHull& hull, CoreStorage&) {
 // Sources: E. Gilbert, D. Johnson, S. Keerthi. A fast procedure for computing the distance between
 //          complex objects in three-dimensional space. 1988. C. Ericson. Real-time collision detection.
 //          2005, sections 5.1.5 and 9.5.
-// Deviations: the nearest point of a simplex is the best over all of its corners, edges and faces, so that a degenerate
-//             simplex gives at worst a farther point, never a wrong one; and the iteration ends by a certified lower
-//             bound from a separating plane.
+// Deviations: the nearest point of a simplex is the best over all its corners, edges and faces, so that a degenerate
+//             simplex gives at worst a farther point, never a wrong one. The iteration stops by a certified lower bound
+//             from a separating plane.
 
 namespace {
 
@@ -165,7 +165,7 @@ struct BarycentricPoint {
 
 using Simplex = std::array<Corner, 4>;
 
-// From corner i to corner j, shape by shape, so that a shared vertex of a large shape cancels exactly.
+// From corner i to corner j, computed per shape so that a shared vertex of a large shape cancels exactly.
 Eigen::Vector3d edge_between(const Simplex& y, std::size_t i, std::size_t j) {
     return (y[j].on_a - y[i].on_a) - (y[j].on_b - y[i].on_b);
 }
@@ -186,7 +186,7 @@ BarycentricPoint nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j)
     if (along >= square) return nearest_of_corner(y, j);
     const double s = along / square;
     Eigen::Vector3d v = y[i].w + s * e;
-    v -= (dot(v, e) / square) * e;  // orthogonal to the edge in spite of rounding
+    v -= (dot(v, e) / square) * e;  // orthogonal to the edge despite rounding
     return {{i, j}, {1.0 - s, s}, 2, v, dot(v, v)};
 }
 
@@ -194,7 +194,7 @@ BarycentricPoint nearest_of_face(const Simplex& y, std::size_t i, std::size_t j,
     BarycentricPoint best = nearest_of_edge(y, i, j);
     take(nearest_of_edge(y, j, k), best);
     take(nearest_of_edge(y, k, i), best);
-    // From the two shorter edges: the longer ones of a sliver are nearly parallel.
+    // Uses the two shorter edges, because the longer ones of a sliver are nearly parallel.
     std::array<std::size_t, 3> which = {i, j, k};
     const auto square_of = [&](std::size_t a, std::size_t b) {
         const Eigen::Vector3d e = edge_between(y, which[a], which[b]);
@@ -238,7 +238,7 @@ bool is_outside(const Simplex& y, std::size_t i, std::size_t j, std::size_t k, s
     return !(of_origin * of_fourth > 0.0);
 }
 
-// Nearest point of a simplex to the origin. False where the origin is inside a tetrahedron.
+// Finds the point of a simplex nearest to the origin. False if the origin is inside a tetrahedron.
 bool find_nearest(const Simplex& y, std::size_t count, double rounding, BarycentricPoint& best) {
     if (count == 1) {
         best = nearest_of_corner(y, 0);
@@ -344,7 +344,7 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
             best = {s, t};
         }
     };
-    // Interior points: by the cross product, which is accurate for nearly parallel segments too.
+    // Interior points use the cross product, which stays accurate for nearly parallel segments.
     const Eigen::Vector3d n = cross(u, v);
     const double nn = dot(n, n);
     if (nn > 0.0) {
@@ -359,8 +359,8 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
     return best;
 }
 
-// Sources: D. Gregorius. The separating axis test between convex polyhedra. GDC 2013 (edges meet where
-//          their arcs on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
+// Sources: D. Gregorius. The separating axis test between convex polyhedra. GDC 2013 (edges form a facet if their arcs
+//          on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
 // Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is traced through the normal cones of
 //             the other, from vertex to neighbour, so that only crossing arcs are visited.
 
@@ -417,11 +417,11 @@ public:
         const Eigen::Vector3d d2 = rotated_back(pair_.x_from_y, -last);
         const Polyhedron& y = pair_.y;
         std::uint32_t at = find_extreme(y, d1);
-        // For a fixed vertex of y an overlap along the arc is a sinusoid, which is least at an end of the arc: nothing
-        // better can be found where both ends are worse than the best gap.
+        // For a fixed vertex of y the overlap along the arc is a sinusoid with its minimum at an end of the arc: the
+        // arc cannot improve the best gap if both ends are worse.
         const Eigen::Vector3d to_y = rotated(pair_.x_from_y, y.vertices[at]) + pair_.offset - p;
         if (best.gap <= 0.0 && std::max(dot(first, to_y), dot(last, to_y)) < best.gap) return;
-        // Arcs that cross just where this one begins would be missed by it and by the previous one.
+        // Arcs that cross exactly at the start of this one would be missed by both this arc and the previous one.
         for (std::uint32_t k = y.first_neighbour[at]; k < y.first_neighbour[at + 1]; ++k) {
             const Eigen::Vector3d f = y.vertices[y.neighbours[k]] - y.vertices[at];
             if (std::abs(dot(d1, f)) <= slack_) cross_edges(e, p, f, y.vertices[at], first, best);
@@ -435,7 +435,7 @@ public:
                 const double at_last = dot(d2, f);
                 if (!(at_last > 0.0)) continue;
                 const double at_first = dot(d1, f);
-                if (at_first > slack_) continue;  // already passed; it returns by rounding only
+                if (at_first > slack_) continue;  // already passed; found again only by rounding
                 const double when = at_first >= 0.0 ? 0.0 : at_first / (at_first - at_last);
                 if (when < share) {
                     share = when;
@@ -452,14 +452,14 @@ public:
 private:
     void cross_edges(const Eigen::Vector3d& e, const Eigen::Vector3d& p, const Eigen::Vector3d& f_y,
                      const Eigen::Vector3d& q_y, const Eigen::Vector3d& towards, Candidate& best) {
-        constexpr double kParallel = 1e-10;  // sine; below it the ends of the arc are as good
+        constexpr double kParallel = 1e-10;  // sine; below it the ends of the arc suffice
         const Eigen::Vector3d f = rotated(pair_.x_from_y, f_y);
         Eigen::Vector3d m = cross(e, f);
         const double ee = dot(e, e);
         const double mm = dot(m, m);
         if (!(mm > kParallel * kParallel * ee * dot(f, f))) return;
         m /= std::sqrt(mm);
-        // For nearly parallel edges rounding leaves a component along the edge, where it matters most.
+        // For nearly parallel edges, rounding leaves a component along the edge, which matters most there.
         m -= (dot(m, e) / ee) * e;
         m /= length(m);
         if (dot(m, towards) < 0.0) m = -m;
@@ -475,7 +475,7 @@ private:
 
     const PolyhedronPair& pair_;
     double preference_;
-    double slack_;  ///< rounding of a product that is 0, metres
+    double slack_;  ///< rounding error of a zero product, metres
 };
 
 void test_edges(const PolyhedronPair& pair, double preference, double enough, Candidate& best) {
@@ -486,7 +486,7 @@ void test_edges(const PolyhedronPair& pair, double preference, double enough, Ca
         if (square == 0.0) continue;
         const Eigen::Vector3d along = e / std::sqrt(square);
         if (edge.left == Polyhedron::kNoFace) {
-            // All directions orthogonal to a segment.
+            // Traces all directions orthogonal to a segment.
             const Eigen::Vector3d u = any_tangent(along);
             const Eigen::Vector3d v = cross(along, u);
             walker.walk(edge, u, v, best);
@@ -526,7 +526,7 @@ Axis find_separating_axis(const Core& a, const Core& b, double enough) {
     test_faces(from_a, enough, best);
     if (!(best.gap > enough)) test_faces(from_b, enough, best);
     if (!(best.gap > enough)) {
-        // The arcs of one polyhedron suffice: those of the one with fewer edges.
+        // The arcs of one polyhedron suffice; takes the one with fewer edges.
         const bool is_a = a.shape.edges.size() <= b.shape.edges.size();
         test_edges(is_a ? from_a : from_b, preference, enough, best);
     }

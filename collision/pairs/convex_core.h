@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Translations d with normal . d >= depth: those that separate two convex sets along a direction.
+/// Translations d with normal . d >= depth, which separate two convex sets along a direction.
 struct HalfSpace {
     Eigen::Vector3d normal;  ///< unit
     double depth;            ///< metres
@@ -23,11 +23,11 @@ struct HalfSpaces {
     std::array<HalfSpace, kMost> planes;
     std::size_t count = 0;
 
-    /// Removes the oldest one where it is full.
+    /// Appends a plane; drops the oldest one if full.
     void add(const HalfSpace& plane);
 };
 
-/// The shortest translation inside all half-spaces. False where their intersection is empty.
+/// Finds the shortest translation inside all half-spaces. False if their intersection is empty.
 bool find_shortest(const HalfSpaces& spaces, Eigen::Vector3d& d_out);
 
 // The shapes of a pair in world axes, relative to an origin near both.
@@ -56,7 +56,8 @@ struct PlacedHull {
     double reach = 0.0;        ///< largest distance of a vertex from the centre
 };
 
-/// A convex shape as the kernels see it: the Minkowski sum of a polyhedron, segment or point with a ball.
+/// A convex shape as GJK and the separating axis search use it: the Minkowski sum of a ball and a polyhedron, segment
+/// or point.
 struct Core {
     Polyhedron shape;  ///< body frame
     Eigen::Matrix3d rotation;
@@ -71,7 +72,7 @@ struct Core {
     Eigen::Vector3d vertex(std::uint32_t i) const { return to_axes(shape.vertices[i]) + centre; }
 };
 
-/// Storage that cores point into: it must outlive them and must not move.
+/// Storage that cores point into; it must outlive them and must not move.
 struct CoreStorage {
     std::array<Eigen::Vector3d, 2> ends;
     BoxStorage box;
@@ -82,7 +83,7 @@ Core make_core(const PlacedCapsule& capsule, CoreStorage& storage_out);
 Core make_core(const PlacedBox& box, CoreStorage& storage_out);
 Core make_core(const PlacedHull& hull, CoreStorage& storage_out);
 
-/// Lengths below this share of the shapes' sizes count as rounding.
+/// Lengths below this fraction of the shapes' sizes count as rounding.
 inline constexpr double kTouchShare = 1e-12;
 
 /// Distance up to which two cores touch, metres.
@@ -95,13 +96,13 @@ struct Closest {
     Eigen::Vector3d on_a;
     Eigen::Vector3d on_b;
     Eigen::Vector3d normal =
-        Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary where they overlap
-    double distance = 0.0;         ///< between the two points; 0 where the cores overlap
-    double lower = 0.0;            ///< lower bound of the distance, certified by a separating plane
+        Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary if the cores overlap
+    double distance = 0.0;         ///< between the two points; 0 if the cores overlap
+    double lower = 0.0;            ///< lower bound certified by a separating plane
 };
 
 /// GJK.
-/// @param enough stops once the distance is known to be larger than this
+/// @param enough stops once the distance is proved larger
 Closest find_closest(const Core& a, const Core& b,
                      double enough = std::numeric_limits<double>::infinity());
 
@@ -116,14 +117,14 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
 /// A direction and the gap of two cores along it, without their radii.
 struct Axis {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b towards a
-    /// Smallest of a minus largest of b along the normal, metres; minus infinity: no axis.
+    /// Minimum of a minus maximum of b along the normal, metres; minus infinity: no axis.
     double gap = -std::numeric_limits<double>::infinity();
 };
 
-/// The axis of the largest gap among the facet normals of the Minkowski difference: face normals of both, and cross
-/// products of edges whose Gauss map arcs cross. Overlapping, minus the gap is the length of the min translation of the
-/// cores; apart, the gap is at most their distance. There is no axis where the difference has no facet: points and
-/// parallel segments.
+/// The axis with the largest gap among the facet normals of the Minkowski difference: face normals of both, and cross
+/// products of edges whose Gauss map arcs cross. If the cores overlap, minus the gap is the length of their minimum
+/// translation; otherwise the gap is at most their distance. There is no axis if the difference has no facet, as for
+/// points and parallel segments.
 ///
 /// @param enough stops at the first gap above it
 ///

@@ -9,8 +9,8 @@
 namespace terrane::internal {
 namespace {
 
-// Distances as shares of the sizes and the offset: below the first, nearest points give an inaccurate normal; below the
-// second, none; below the third, GJK does not tell separated cores from overlapping ones.
+// Distances relative to the sizes and the offset: below kNear the nearest points give an inaccurate normal; below kTiny
+// they give none; below kNothing GJK cannot distinguish separated from overlapping cores.
 constexpr double kNear = 1e-7;
 constexpr double kTiny = 1e-9;
 constexpr double kNothing = 1e-14;
@@ -53,7 +53,7 @@ Gap find_core_gap(const Core& a, const Core& b, AxisFinder find_axis) {
     gap.has_points = closest.distance > 0.0 && axis.gap > 0.0;
     gap.distance = gap.has_points ? std::max(closest.distance, axis.gap)
                                   : std::min(axis.gap, gap_along(a, b, axis.normal));
-    // The axis may be worse by up to the touching distance than the certified lower bound.
+    // The gap of the axis may be up to the touching distance below the certified lower bound.
     if (is_apart) gap.distance = std::max(gap.distance, closest.lower);
     gap.distance -= radii;
     return gap;
@@ -72,13 +72,13 @@ Axis find_polyhedra_pseudodistance(const Core& a, const Core& b, AxisFinder find
     const Axis axis = find_axis(a, b, kInfinity);
     const double touch = touch_of(a, b);
     if (axis.gap > touch || (axis.gap < -touch && axis.gap > -kInfinity)) return axis;
-    // The Minkowski difference of flat shapes may be flat; its boundary has no facet.
+    // The Minkowski difference of flat shapes may itself be flat and have no facet.
     const Closest closest = find_closest(a, b);
     if (closest.lower > touch) return {closest.normal, closest.distance};
     return axis.gap > -kInfinity ? axis : Axis{any_square_direction(a, b), 0.0};
 }
 
-// The pairs without a closed form of their own: GJK and the separating axis search of pairs/convex_pairs.h.
+// Pairs without a closed form: GJK and the separating axis search.
 
 namespace {
 
@@ -220,7 +220,7 @@ std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Ga
     if (!(gap.distance <= margin)) return 0;
     return in_order(a, b, [&](const auto& x, const auto& y, bool is_swapped) {
         const Gap own = is_swapped ? flipped(gap) : gap;
-        // The gap decides; the points' depths may differ from it by rounding.
+        // The gap decides whether there are contacts; the depths of the points may differ from it by rounding.
         Manifold manifold(own.normal, margin + kTouchShare * (size_of(x) + size_of(y)));
         find_contacts(x, y, own, manifold);
         const std::size_t count = manifold.finish(contacts_out);

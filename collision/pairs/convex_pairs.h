@@ -8,18 +8,18 @@
 
 #include <variant>
 
-// The queries for any two cores, by GJK and the separating axis search. Pairs with closed forms do not use these.
+// Queries of any two cores by GJK and the separating axis search. Pairs with a closed form do not use them.
 namespace terrane::internal {
 
-/// The signature of find_separating_axis(); box_box has a faster one.
+/// Signature of find_separating_axis(); two boxes have a faster implementation.
 using AxisFinder = Axis (*)(const Core& a, const Core& b, double enough);
 
 Gap find_core_gap(const Core& a, const Core& b, AxisFinder find_axis = find_separating_axis);
 
-/// Whether the gap is at most touch_of(a, b), at lower cost.
+/// Whether the gap is at most touch_of(a, b); cheaper than find_core_gap().
 bool is_core_touching(const Core& a, const Core& b, AxisFinder find_axis = find_separating_axis);
 
-/// Pseudodistance of two polyhedra without radii.
+/// Pseudodistance of two polyhedra, without radii.
 Axis find_polyhedra_pseudodistance(const Core& a, const Core& b,
                                    AxisFinder find_axis = find_separating_axis);
 
@@ -49,15 +49,15 @@ TERRANE_PAIR(PlacedHull, PlacedHull)
 
 #undef TERRANE_PAIR
 
-/// Pseudodistance of two sphere-swept cores: (d^2 - R^2) / (2 R) for the distance d of the cores and the sum R of the
-/// radii, or d where R is 0.
+/// Pseudodistance of two sphere-swept cores: (d^2 - R^2) / (2 R), with the distance d of the cores and the sum R of the
+/// radii, or d if R is 0.
 inline double swept_pseudodistance(double core_distance, double radii) {
     if (radii == 0.0) return core_distance;
     return (core_distance - radii) * ((core_distance + radii) / (2.0 * radii));
 }
 
-// Queries of two convex shapes, dispatched to the function of their pair. shape_pairs.h has the contracts; queries of
-// compounds call these for pairs of parts.
+// Queries of two convex shapes, dispatched by the types of the pair. shape_pairs.h has the contracts; queries of
+// compounds call these functions for pairs of parts.
 
 /// A non-owning view of a convex hull.
 struct HullView {
@@ -79,7 +79,7 @@ Axis find_pseudodistance(const PlacedConvex& a, const PlacedConvex& b);
 /// @param gap find_gap(a, b)
 std::size_t find_contacts(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
                           double margin, std::array<PairContact, 4>& contacts_out);
-/// Witness points: nearest points on the surfaces, or the deepest where the shapes overlap.
+/// Witness points: the nearest points on the surfaces, or the deepest ones if the shapes overlap.
 void find_witnesses(const PlacedConvex& a, const PlacedConvex& b, const Gap& gap,
                     Eigen::Vector3d& on_a_out, Eigen::Vector3d& on_b_out);
 
@@ -107,7 +107,7 @@ struct ConvexRay {
     double fraction = 1.0;
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
-/// First point of the segment `from` to `from + displacement` in a shape; all in one frame.
+/// First point of the segment `from` to `from + displacement` inside or on a shape; all in one frame.
 ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from,
                    const Eigen::Vector3d& displacement);
 

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 
 SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, double side) {
-    // Least cosine of a support face with the normal; a steeper face is replaced by its edge.
+    // Smallest cosine between a support face's normal and the contact normal; a steeper face is replaced by its edge.
     constexpr double kSteep = 0.05;
     constexpr double kLevel = 1e-8;
     constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -34,7 +34,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
             edge = &e;
         }
     }
-    // Where an edge is level the support face must be adjacent to a level edge.
+    // If an edge is level, the support face must be adjacent to a level edge.
     const double steepest = lowest < kLevel * kLevel ? kLevel * kLevel : kNone;
     double flattest = kSteep;
     for (const Polyhedron::Edge& e : shape.edges) {
@@ -88,7 +88,7 @@ SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, doub
 }
 
 bool SupportPolygon::contains(double px, double py, double slack) const {
-    // The bounding box also limits faces without area.
+    // The bounding box also bounds faces without area.
     if (!is_face || px < low_x_ - slack || px > high_x_ + slack || py < low_y_ - slack ||
         py > high_y_ + slack) {
         return false;
@@ -126,13 +126,13 @@ void Manifold::add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature
         point_on_a, depth, {part_a, a.first, a.second, part_b, b.first, b.second}};
 }
 
-// Keeps up to four contacts: the deepest, the farthest from it, the one of the largest triangle with both, and the one
-// that adds the largest area to the triangle.
+// Keeps up to four contacts: the deepest, the one farthest from it, the one that spans the largest triangle with both,
+// and the one that adds the largest area to that triangle.
 void Manifold::reduce() {
     if (count_ == 0) return;
     sort();
     std::size_t kept = 1;
-    double same_place = 0.0;  // square metres: points with a smaller gain coincide
+    double same_place = 0.0;  // square metres: points that gain less area coincide
     while (kept < 4) {
         double best = 0.0;
         std::size_t which = 0;
@@ -226,7 +226,7 @@ void cross_edges(const SupportPolygon& a, std::size_t i, const SupportPolygon& b
         add_at(std::clamp(s, 0.0, 1.0), std::clamp(t, 0.0, 1.0));
         return;
     }
-    // Collinear edges: the ends of their common interval.
+    // Collinear edges: adds the ends of their common interval.
     if (uu == 0.0 || vv == 0.0) return;
     if (std::abs(rx * uy - ry * ux) > slack * std::sqrt(uu)) return;
     const auto on_a = [&](double t) { return ((rx + t * vx) * ux + (ry + t * vy) * uy) / uu; };
@@ -281,7 +281,7 @@ void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& 
     intersect(a, b, plane, of_a, of_b, manifold);
     const double radii = a.radius + b.radius;
     const double size = a.reach + b.reach;
-    // The deepest contact may be missing: vertex on vertex, or on a face that is too steep for a support face.
+    // The deepest contact may be missing: vertex on vertex, or vertex on a face too steep to be a support face.
     if (manifold.has_depth(-gap.distance - 1e-9 * (size + radii))) return;
     Eigen::Vector3d on_a = gap.core_a;
     if (!gap.has_points) {

@@ -25,8 +25,8 @@ struct ContactPlane {
     Eigen::Vector3d y;
 };
 
-/// The support feature of a core along a contact's normal: a face, an edge or a vertex, projected on the contact plane.
-/// Faces with more than kMost vertices are thinned.
+/// The support feature of a core along a contact's normal: a face, edge or vertex, projected onto the contact plane.
+/// Faces with more than kMost vertices are thinned out.
 struct SupportPolygon {
     static constexpr std::size_t kMost = 32;
 
@@ -53,15 +53,15 @@ struct SupportPolygon {
     double slope_y = 0.0;
 
 private:
-    double turn_ = 1.0;  ///< -1 where the loop is clockwise in the plane
+    double turn_ = 1.0;  ///< -1 if the loop is clockwise in the plane
     double low_x_ = 0.0, high_x_ = 0.0, low_y_ = 0.0, high_y_ = 0.0;
 };
 
 /// Signed distance of two shapes, radii included.
 struct Gap {
-    double distance = 0.0;  ///< metres: the gap, or minus the length of the min translation
+    double distance = 0.0;  ///< metres; overlapping: minus the length of the minimum translation
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b towards a
-    /// Nearest points of the cores; unset where `has_points` is false: the cores overlap, and the witness points are
+    /// Nearest points of the cores. Unset if `has_points` is false: then the cores overlap, and the witness points are
     /// those of the deepest contact.
     Eigen::Vector3d core_a = Eigen::Vector3d::Zero();
     Eigen::Vector3d core_b = Eigen::Vector3d::Zero();
@@ -71,7 +71,7 @@ struct Gap {
 /// Contacts of one normal, reduced to at most four.
 class Manifold {
 public:
-    /// @param margin contacts with a gap up to it are kept, metres
+    /// @param margin largest gap of a contact, metres
     Manifold(const Eigen::Vector3d& normal, double margin) : normal_(normal), margin_(margin) {}
 
     void add(const Eigen::Vector3d& point_on_a, double depth, ShapeFeature a, ShapeFeature b,
@@ -103,10 +103,10 @@ private:
     double deepest_ = 0.0;
 };
 
-/// Contacts of two cores along gap.normal: the intersection of their support features, projected along it.
+/// Adds the contacts of two cores along gap.normal: the intersection of their support features projected along it.
 void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold);
 
-/// The same without the deepest contact where the features do not meet.
+/// The same, but adds no deepest contact if the features do not intersect.
 void intersect_support_features(const Core& a, const Core& b, const Eigen::Vector3d& normal,
                                 Manifold& manifold);
 

@@ -3,8 +3,8 @@
 // Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
 //          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
-// Deviations: the points' speeds along the normal are exact at the start of a step, so that only their change is
-//             bounded; the step is the largest found whose end has a gap by that bound.
+// Deviations: the speeds of the points along the normal are exact at the start of a step, so that only their change is
+//             bounded. The step is the largest one found for which this bound proves a gap.
 #include "base/vector_math.h"
 #include "pairs/compound_pairs.h"
 
@@ -13,9 +13,9 @@
 namespace terrane::internal {
 namespace {
 
-// Share of the motion; a shorter step near the other shape ends the advancement.
+// Fraction of the motion; a shorter step near the other shape ends the advancement.
 constexpr double kShortest = 1e-4;
-constexpr int kMaxAdvances = 10'000;  // casts that meet nothing in so many steps end there
+constexpr int kMaxAdvances = 10'000;  // limit of steps of a cast
 
 // One of the moving shapes; times are fractions of the motion.
 struct Mover {
@@ -58,7 +58,7 @@ struct Mover {
     const ConvexView& shape;
     const Pose* body_from_part;
     const Motion& motion;
-    Eigen::Vector3d start;  ///< body's origin at time 0, relative to a common one
+    Eigen::Vector3d start;  ///< body's origin at time 0, relative to the common origin
     double spin = 0.0;      ///< angle of the motion, radians
     double arm = 0.0;       ///< largest distance of a core vertex from the rotation axis, metres
 };
@@ -90,7 +90,7 @@ public:
                support(core_b_, normal_ + time * turn_b_);
     }
 
-    /// A time, at most `remaining`, up to which the gap, now `gap`, stays at least `rest`.
+    /// A time, at most `remaining`, until which the current `gap` provably stays at least `rest`.
     double safe_time(double gap, double rest, double allowed_depth, double remaining) const {
         const double closing = turning_ - speed_;
         double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
@@ -132,8 +132,8 @@ private:
     Eigen::Vector3d turn_a_;
     Eigen::Vector3d turn_b_;
     double speed_;              ///< of the bodies' origins, along the normal
-    double lever_speed_ = 0.0;  ///< what rotation adds at the shapes' own origins
-    double turning_;            ///< upper bound of what rotation adds at any point
+    double lever_speed_ = 0.0;  ///< contribution of rotation at the shapes' own origins
+    double turning_;            ///< upper bound of the contribution of rotation at any point
     double bend_;               ///< upper bound of the acceleration by rotation
     double offset_ = 0.0;
 };
@@ -166,7 +166,7 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
     const Mover mover_a(a, origin);
     const Mover mover_b(b, origin);
     const double touch = kTouchShare * (reach_of(a.shape) + reach_of(b.shape));
-    const double tolerance = std::max(settings.tolerance, touch);  // gaps are not known better
+    const double tolerance = std::max(settings.tolerance, touch);  // the resolution of gaps
 
     ConvexCast answer;
     PlacedConvex at_a = mover_a.at(from);
@@ -192,8 +192,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
             answer.fraction = to;
             return answer;
         }
-        // Near the other shape: a hit where the shapes approach, or where the steps become too short, too many, or too
-        // short to be represented. The last safe time is the answer.
+        // A hit at the last safe time: near the other shape if the shapes approach or the step is too short; anywhere
+        // if the step is below the resolution of t or the steps are too many.
         const bool is_near = room <= 0.25 * tolerance;
         if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
             !(t + time > t) || advance == kMaxAdvances) {
@@ -217,7 +217,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
 
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid
 //          bodies. 2002 (trees of bounds over pieces of the motion).
-// Deviations: within a piece of the motion bounds move along a line and are widened by the displacement by rotation.
+// Deviations: within a piece of the motion, bounds move along a line and are widened by the displacement due to
+//             rotation.
 
 namespace {
 
@@ -231,7 +232,8 @@ double reach_of(const Aabb& box) {
     return length(far);
 }
 
-// Lower bound of the time of impact of two boxes in a piece of the motion, as a share of the piece; infinity: none.
+// Lower bound of the time of impact of two boxes within a piece of the motion, as a fraction of the piece; infinity:
+// none.
 class BoundsImpact {
 public:
     /// @param translation of b relative to a during the piece, which starts at the placements

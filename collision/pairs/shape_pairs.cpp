@@ -15,7 +15,7 @@ namespace {
 
 // Two shapes in world axes, relative to a's origin.
 struct PlacedPair {
-    /// @param most_distance shapes that are farther apart are not placed: see `is_beyond`
+    /// @param most_distance shapes farther apart are not placed, see `is_beyond`
     PlacedPair(const Shape& shape_a, const Pose& world_from_a, const Shape& shape_b,
                const Pose& world_from_b, double most_distance = kInfinity)
         : is_valid(is_valid_query(shape_a, world_from_a) && is_valid_query(shape_b, world_from_b)) {

@@ -18,7 +18,7 @@ struct Clip {
     double last = 1.0;
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the entry plane; 0: starts inside
 
-    /// Clips by the half-space below a plane. False where nothing is left.
+    /// Clips by the half-space below a plane. False if nothing is left.
     /// @param height of the start above the plane
     /// @param rate   change of the height over the segment
     bool cut(const Eigen::Vector3d& n, double height, double rate) {
@@ -46,14 +46,14 @@ ConvexRay enter(const Clip& clip, const Eigen::Vector3d& displacement) {
     return {true, clip.first, is_within ? against(displacement) : clip.normal};
 }
 
-// First point of a segment in a ball.
+// First point of a segment inside or on a ball.
 ConvexRay enter_sphere(const Eigen::Vector3d& centre, double radius, const Eigen::Vector3d& from,
                        const Eigen::Vector3d& displacement) {
     const Eigen::Vector3d d = from - centre;
     const double square = dot(displacement, displacement);
     if (dot(d, d) <= radius * radius) return {true, 0.0, against(displacement)};
     if (square == 0.0) return {};
-    // From the foot of the perpendicular, so that distant starts cause no cancellation.
+    // Measures from the foot of the perpendicular, so that distant starts cause no cancellation.
     const double foot = -dot(d, displacement) / square;
     const Eigen::Vector3d nearest = d + foot * displacement;
     const double room = radius * radius - dot(nearest, nearest);
@@ -82,7 +82,7 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     take(enter_sphere(high, capsule.radius, from, displacement), best);
     const double half = length(capsule.half_axis);
     if (half == 0.0) return best;
-    // The cylinder: a ray against a disc in the plane orthogonal to the axis.
+    // Cylinder: a ray against a disc in the plane orthogonal to the axis.
     const Eigen::Vector3d axis = capsule.half_axis / half;
     const Eigen::Vector3d d = from - capsule.centre;
     const double along = dot(d, axis);
@@ -116,7 +116,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from,
     const Eigen::Vector3d p = rotated_back(hull.rotation, from - hull.centre);
     const Eigen::Vector3d v = rotated_back(hull.rotation, displacement);
     if (shape.faces.empty()) {
-        // A point or a segment: hit only where the ray passes through it.
+        // A point or segment is hit only if the ray passes through it.
         const Eigen::Vector3d& low = shape.vertices.front();
         const Eigen::Vector3d edge = shape.vertices.back() - low;
         const SegmentPair pair = find_closest_on_segments(p, v, low, edge);
@@ -132,7 +132,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from,
         if (!cut(face.normal, face.offset)) return {};
     }
     if (shape.faces.size() == 2) {
-        // A flat hull has no side faces: clip by the planes of its edges.
+        // A flat hull has no side faces, so clips by planes through its edges.
         const Polyhedron::Face& face = shape.faces[0];
         for (std::uint32_t k = 0; k < face.count; ++k) {
             const Eigen::Vector3d& low = shape.vertices[shape.loops[face.first + k]];
@@ -165,7 +165,7 @@ PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
     }
     const Eigen::Vector3d start = rotated_back(shape.rotation, from - shape.centre);
     const Eigen::Vector3d displacement_body = rotated_back(shape.rotation, displacement);
-    // Rounding, and the distance that counts as touching.
+    // Rounding plus the touching distance.
     const double slack = 2.0 * kTouchShare * shape.view->reach() +
                          1e-15 * (length(start) + length(displacement_body));
     visit_leaves_up_to(

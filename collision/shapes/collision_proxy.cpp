@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Cuts a closed mesh to hulls, merges what the distance allows, and leaves out vertices of the hulls.
+// Cuts a closed mesh into hulls, merges hulls as the distance allows, and reduces their vertices.
 #include "shapes/proxy_cells.h"
 #include "shapes/query_shapes.h"
 
@@ -19,8 +19,8 @@ namespace {
 using internal::ProxyPart;
 using internal::SolidMesh;
 
-/// Rounding of hulls, clipped points and parts left out, of the extent: ConvexHull promises 1e-9, and
-/// containment 1e-12 for each part left out.
+/// Rounding of hulls, clipped points and dropped parts, relative to the extent: ConvexHull promises 1e-9, and the
+/// containment test 1e-12 per dropped part.
 constexpr double kHullRounding = 2e-9;
 
 // Largest distance of omitted vertices from the reduced hull, relative to the error and to the shortest side of the
@@ -48,7 +48,7 @@ Result<void> check_proxy_settings(const CollisionProxySettings& settings) {
     return {};
 }
 
-/// Why there is no proxy within the error.
+/// Error for a proxy that cannot be within proxy_error.
 tl::unexpected<Error> out_of_reach(const CollisionProxySettings& settings, const char* relation,
                                    double error) {
     return fail(ErrorCode::bad_data, "a proxy of " + number_text(settings.max_parts) +
@@ -81,8 +81,8 @@ Result<CollisionProxy> make_surface(const SolidMesh& mesh, double error, Collisi
                           .parts_volume = 0.0};
 }
 
-/// Whether all triangles are on the faces of the hull. A closed surface there that encloses a volume winds around all
-/// of the hull's inside as often.
+/// Whether all triangles lie on the faces of the hull. A closed surface on them that encloses a volume has the same
+/// winding number throughout the hull's interior.
 bool is_whole_hull(const SolidMesh& mesh, const ConvexHull& hull, double volume) {
     if (!(std::abs(volume) > 0.5 * internal::volume_of(hull))) return false;
     const std::span<const internal::Polyhedron::Face> faces = internal::polyhedron(hull).faces;
@@ -110,7 +110,7 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
         const internal::ReducedHull reduced = internal::reduce_hull(
             part.hull, std::min(kReduced * error, kThinned * thinnest), settings.max_hull_vertices);
         inside = std::max(inside, reduced.distance);
-        // The reduced hull is inside the hull, so that the smaller of both bounds holds.
+        // The reduced hull lies inside the hull, so the smaller of the two bounds holds.
         double out = part.distance.high;
         if (out > 0.0) {
             const internal::HullDistance found = internal::distance_outside(

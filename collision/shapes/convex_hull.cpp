@@ -18,7 +18,7 @@ namespace {
 using Indices = std::vector<std::uint32_t>;
 using Pair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// A hull in indices of lattice points.
+/// A hull as indices of lattice points.
 struct Surface {
     Indices vertices;             // in increasing order
     std::vector<HullFace> faces;  // of vertices
@@ -196,7 +196,8 @@ std::shared_ptr<const HullData> make_hull_of(std::span<const Eigen::Vector3d> gi
 }  // namespace
 
 std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> given) {
-    // Points that are no vertices may decide how coplanar faces are merged. The hull is that of its vertices alone.
+    // Points that are not vertices may affect the merging of coplanar faces. Repeats with the vertices alone until the
+    // hull is that of its own vertices.
     std::shared_ptr<const HullData> data = make_hull_of(given);
     for (std::size_t count = given.size(); data->vertices.size() < count;) {
         count = data->vertices.size();
@@ -207,8 +208,8 @@ std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> 
 
 // Sources: M. E. Houle, G. T. Toussaint. Computing the width of a set. IEEE Trans. Pattern Analysis and
 //          Machine Intelligence 1988.
-// Deviations: antipodal pairs of edges are found by bisection: while a direction rotates over an edge from one of its
-//             faces to the other, the opposite support vertex changes at each antipodal edge.
+// Deviations: antipodal pairs of edges are found by bisection: as a direction rotates about an edge from one of its
+//             face normals to the other, the opposite support vertex changes at each antipodal edge.
 
 namespace {
 
@@ -221,7 +222,7 @@ double extent_along(const Polyhedron& hull, const Eigen::Vector3d& direction) {
     return high - low;
 }
 
-// The directions begin + t turn over an edge, t in [0, 1].
+// The directions begin + t turn between the face normals of an edge, t in [0, 1].
 struct Arc {
     const Polyhedron& hull;
     std::uint32_t highest;  // a vertex of the edge
@@ -229,12 +230,13 @@ struct Arc {
     Eigen::Vector3d turn;
 
     Eigen::Vector3d at(double t) const { return begin + t * turn; }
-    // At most the extent, because the directions are at most unit vectors.
+    // At most the extent, because the directions are no longer than unit vectors.
     double depth(std::uint32_t vertex, double t) const {
         return dot(at(t), hull.vertices[highest] - hull.vertices[vertex]);
     }
 
-    // The smaller of `width` and the least extent where the lowest vertex changes between two parameters.
+    // The smaller of `width` and the smallest extent at the parameters between `from` and `to` at which the lowest
+    // vertex changes.
     double least(double from, std::uint32_t low_from, double to, std::uint32_t low_to,
                  double width) const {
         if (low_from == low_to) return width;
@@ -285,7 +287,7 @@ Result<ConvexHull> ConvexHull::create(std::span<const Eigen::Vector3d> points) {
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
-            // Written so that NaN is refused.
+            // Written so that NaN fails.
             if (std::abs(points[i][axis]) <= kLargestCoordinate) continue;
             std::snprintf(text, sizeof text,
                           "coordinates of hull point %zu must be -1e5 to 1e5 m, got %c %.6g", i,

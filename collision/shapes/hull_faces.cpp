@@ -75,11 +75,11 @@ private:
             if (std::abs(dot(normal, difference(origin, p))) > tolerance_) return false;
             longest = std::max(longest, length(difference(p, points_[v[(i + 1) % 3]])));
         }
-        // An opposite normal is the back of the hull, unless the triangle is a sliver without a normal.
+        // An opposite normal means the back of the hull, unless the triangle is a sliver without a reliable normal.
         return dot(normal, normals_[triangle]) > 0.0 || sizes_[triangle] <= tolerance_ * longest;
     }
 
-    // A triangle with one side in the face must not touch it elsewhere, or there would be a hole.
+    // A triangle that shares one side with the face must not touch it elsewhere, or the face would get a hole.
     bool stays_disc(std::uint32_t triangle, std::uint32_t seed) const {
         int shared = 0;
         std::uint32_t apex = kNone;
@@ -107,7 +107,7 @@ private:
         do {
             loop.push_back(hull_.vertices[t][side]);
             side = (side + 1) % 3;
-            // Around the vertex where this side begins, to the next side of the boundary.
+            // Turns about the start vertex of this side to the next side of the boundary.
             while (face_[hull_.across[t][side]] == seed) {
                 const std::uint32_t vertex = hull_.vertices[t][side];
                 t = hull_.across[t][side];

@@ -82,8 +82,8 @@ Polyhedron box_polyhedron(const Eigen::Vector3d& half_extents, BoxStorage& stora
 //          between complex objects. IEEE J. Robotics and Automation 1988; S. Cameron. Enhancing GJK.
 //          ICRA 1997 (hill climbing).
 // Deviations: the start comes from a table of directions instead of the previous query, so that the cost does not
-//             depend on earlier queries. A local maximum by rounding does not end the climb: it continues over all
-//             vertices that are as high within the rounding, which are connected on a convex surface.
+//             depend on earlier queries. A local maximum caused by rounding does not end the climb: it continues over
+//             all vertices within rounding of the maximum, which are connected on a convex surface.
 
 namespace {
 
@@ -123,8 +123,7 @@ public:
         }
     }
 
-    // Best of the vertices that are as high as `best` within the slack and connected to it. False where there are too
-    // many.
+    // Finds the best of the connected vertices within the slack of `best`. False if there are too many.
     bool search_plateau(Candidate& best) const {
         constexpr std::size_t kMost = 32;
         std::array<std::uint32_t, kMost> found;
@@ -132,7 +131,7 @@ public:
         found[count++] = best.vertex;
         for (std::size_t i = 0; i < count; ++i) {
             const bool fits = visit_neighbours(found[i], [&](const Candidate& next) {
-                if (next.along < best.along - slack_) return true;  // false for NaN: goes on
+                if (next.along < best.along - slack_) return true;  // false for NaN: continues
                 if (std::find(found.begin(), found.begin() + count, next.vertex) !=
                     found.begin() + count) {
                     return true;
@@ -210,7 +209,7 @@ std::uint32_t find_extreme(const Polyhedron& hull, const Eigen::Vector3d& direct
 }
 
 void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& table_out) {
-    // About one cell a vertex, so that a climb takes a step or two.
+    // About one cell per vertex, so that a climb takes a step or two.
     const double count = static_cast<double>(vertices.size());
     table_out.resolution = std::max(1, static_cast<int>(std::sqrt(count / 6.0)));
     const int resolution = table_out.resolution;

@@ -19,7 +19,7 @@ struct ClimbTable;
 ///
 /// Threads: any number at once. Copies are cheap: six spans and a pointer.
 struct Polyhedron {
-    /// The faces of the edge of two points.
+    /// Faces of the only edge of a two-point polyhedron.
     static constexpr std::uint32_t kNoFace = ~std::uint32_t{0};
 
     /// A flat face with every vertex on it, coplanar triangles merged.
@@ -58,8 +58,8 @@ struct BoxStorage {
 /// The polyhedron of a box around the origin: 8 vertices, 6 faces, 12 edges. With extents of 0 vertices coincide and
 /// faces have no area but keep their normals.
 ///
-/// Vertex i lies at +x where bit 0 of i is set, else at -x; bit 1 is y, bit 2 is z. Faces are
-/// -x, +x, -y, +y, -z, +z.
+/// Vertex i lies at +x if bit 0 of i is set, else at -x; bit 1 is for y, bit 2 for z. The order of the faces is -x, +x,
+/// -y, +y, -z, +z.
 ///
 /// @param half_extents metres, finite and >= 0
 /// @param storage_out  the view points into it: it must outlive the view and must not move
@@ -79,27 +79,26 @@ struct ClimbTable {
     double slack = 0.0;
 };
 
-/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark they cross at 46 vertices, both
-/// at 39 ns.
+/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark both take 39 ns at 46 vertices.
 inline constexpr std::size_t kClimbFrom = 48;
 
-/// Support vertex: the vertex with the largest dot(direction, vertex) as vector_math.h computes it, of ties the lowest
-/// index; vertex 0 for a direction of 0 or NaN. Scan and climb give the same vertex for every direction.
+/// Support vertex: the vertex with the largest dot(direction, vertex) as computed by vector_math.h, the lowest index on
+/// a tie; vertex 0 for a direction of 0 or NaN. Scan and climb give the same vertex for every direction.
 ///
 /// @param direction body frame, any length
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
-/// Cost:      that of the faster of find_extreme_by_scan() and find_extreme_by_climb()
+/// Cost:      the faster of find_extreme_by_scan() and find_extreme_by_climb()
 std::uint32_t find_extreme(const Polyhedron& hull, const Eigen::Vector3d& direction);
 
 /// Evaluates every vertex: about 1 ns each.
 std::uint32_t find_extreme_by_scan(std::span<const Eigen::Vector3d> vertices,
                                    const Eigen::Vector3d& direction);
 
-/// Starts at a vertex from the table, climbs over neighbours, then searches all vertices within the rounding of the
-/// maximum; scans where these are many. About 40 ns for round hulls of any size; as slow as a scan in a direction
-/// orthogonal to a large face.
+/// Starts at a vertex from the table, climbs over neighbours, then searches all vertices within rounding of the
+/// maximum; falls back to a scan if there are many. About 40 ns for round hulls of any size; as slow as a scan in a
+/// direction orthogonal to a large face.
 std::uint32_t find_extreme_by_climb(std::span<const Eigen::Vector3d> vertices,
                                     const ClimbTable& table, const Eigen::Vector3d& direction);
 

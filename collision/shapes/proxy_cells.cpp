@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Computes hulls of pieces of a closed solid, cut by planes along the axes.
+// Hulls of the pieces of a closed solid that is cut by axis-aligned planes.
 //
 // Sources:    Lien, Amato. Approximate convex decomposition of polyhedra. SPM 2007 (cut where concavity is largest).
 //             Wei, Liu, Su. Approximate convex decomposition for 3D meshes with collision-aware concavity and tree
 //             search. SIGGRAPH 2022 (concavity as a Hausdorff distance; axis-aligned cutting planes).
 //             Mamou. Volumetric hierarchical approximate convex decomposition. Game Engine Gems 3, 2016 (planes chosen
-//             by the volume of hulls less that of the solid).
+//             by the volume of the hulls minus that of the solid).
 //             Sutherland, Hodgman. Reentrant polygon clipping. 1974.
-// Deviations: no piece is closed after a cut. An extreme point of the solid within a box is on the clipped surface, or
-//             is a corner of the box inside the solid: the hull of both is the hull of the piece.
+// Deviations: pieces are not closed after a cut. An extreme point of the solid within a box lies on the clipped surface
+//             or is a corner of the box inside the solid, so that the hull of both sets is the hull of the piece.
 //             Planes are chosen one at a time, without a tree search.
 #include "shapes/proxy_cells.h"
 
@@ -27,15 +27,15 @@ namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-// Of the distances that decide which piece is cut next: a quarter of the error, or this share of the extent, if that is
-// more. Whether a piece is within the error is decided whatever the precision.
+// Precision of the distances that order the pieces to be cut: a quarter of the error, or this fraction of the extent if
+// that is more. It does not affect whether a piece is within the error.
 constexpr double kCutPrecision = 1e-4;
 
 /// The solid within a box.
 struct Cell {
     Aabb box;
     std::vector<Polygon> surface;  ///< the solid's triangles, clipped to the box
-    double winding = 1.0;          ///< -1 where triangles are clockwise from outside
+    double winding = 1.0;          ///< -1 if triangles are clockwise seen from outside
     std::optional<ProxyPart> part;
 };
 
@@ -45,7 +45,7 @@ struct Cut {
     double at = 0.0;
 };
 
-/// The part of a polygon on one side of a cut, `sign` 1: above.
+/// The part of a polygon above a cut (`sign` 1) or below it (-1).
 Polygon clipped(const Polygon& polygon, const Cut& cut, double sign) {
     Polygon made;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -72,8 +72,8 @@ std::array<Eigen::Vector3d, 8> corners_of(const Aabb& box) {
     return corners;
 }
 
-/// Whether a polygon has points above a cut, sign 1, or below it, sign -1. Polygons in the plane are of the side
-/// where the solid is, so that the hull of the other side does not contain them.
+/// Whether a polygon belongs to the side above a cut (`sign` 1) or below it (-1): it has points there, or it lies in
+/// the plane with the solid on that side. So the hull of the other side does not contain it.
 bool is_of_side(const Polygon& polygon, const Cut& cut, double sign, double winding) {
     bool is_in_plane = true;
     for (const Eigen::Vector3d& p : polygon) {
@@ -100,8 +100,8 @@ Cell side_of(const Cell& cell, const Cut& cut, double sign) {
     return side;
 }
 
-/// The points whose hull is that of the solid within the cell. A corner on the surface is a point of the clipped
-/// surface already, or of the solid beyond the cell only.
+/// Points with the same hull as the solid within the cell. Corners on the surface are skipped: they are on the clipped
+/// surface already, or belong to the solid outside the cell.
 std::vector<Eigen::Vector3d> extreme_points(const SolidMesh& solid, const Cell& cell) {
     std::vector<Eigen::Vector3d> points;
     for (const Polygon& polygon : cell.surface) {
@@ -139,7 +139,7 @@ double rough_volume(const std::vector<Eigen::Vector3d>& points) {
     return hull ? volume_of(*hull) : 0.0;
 }
 
-/// Coordinates to try along an axis: quarters, vertices, and the place that stands out most.
+/// Candidate coordinates along an axis: quarters, vertices, and the most protruding point of the part.
 std::vector<double> positions_along(const Cell& cell, int axis) {
     constexpr std::size_t kMostVertices = 10;
     constexpr double kMargin = 0.02;  // of the box's side, left on both sides of a cut
@@ -163,8 +163,8 @@ std::vector<double> positions_along(const Cell& cell, int axis) {
     return positions;
 }
 
-/// The cut with the least volume of the two hulls; through the longest side's middle where none saves 3 %: a ring has
-/// no cut that saves volume at once.
+/// The cut with the smallest sum of hull volumes; if none saves 3 %, the middle of the longest side, because for
+/// instance no first cut of a ring saves volume.
 Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     constexpr double kSaved = 0.97;
     const Eigen::Vector3d sides = cell.box.high - cell.box.low;
@@ -177,7 +177,7 @@ Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     };
     double least = rough_volume(extreme_points(solid, cell)) * kSaved;
     for (int axis = 0; axis < 3; ++axis) {
-        // Slices much thinner than the error save volume and no distance.
+        // Slices much thinner than the error save volume but no distance.
         if (!(sides[axis] > std::max(0.25 * error, 1e-6 * sides[longest]))) continue;
         for (const double at : positions_along(cell, axis)) {
             const double volume = volume_after({axis, at});
@@ -204,7 +204,7 @@ Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points) {
 Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
                                             std::size_t max_parts) {
     const double precision = std::max(0.25 * error, kCutPrecision * solid.extent);
-    // The part of a cell; the cell's box shrinks to it, because nothing of the solid is outside.
+    // Makes the part of a cell and shrinks the cell's box to it: the solid has no points outside.
     const auto finish = [&](Cell& cell) -> Result<void> {
         const std::vector<Eigen::Vector3d> points = extreme_points(solid, cell);
         if (points.empty()) return {};
@@ -251,8 +251,8 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
 
 // Source:     Mamou, Ghorbel. A simple and efficient approach for 3D mesh approximate convex decomposition. ICIP 2009
 //             (parts are merged in the order of their cost).
-// Deviations: a merge costs the volume that the common hull adds; it is made where the certified distance of the common
-//             hull is within the error.
+// Deviations: the cost of a merge is the volume that the common hull adds; pairs are merged if the certified distance
+//             of the common hull is within the error.
 
 namespace {
 
@@ -275,7 +275,7 @@ public:
         count_ = parts_.size();
     }
 
-    /// Merges while the distance allows it and more than `enough` parts are left.
+    /// Merges as long as the distance allows it and more than `enough` parts are left.
     Result<void> run(double error, std::size_t enough, bool only_neighbours) {
         pairs_ = {};
         margin_ = only_neighbours ? std::max(0.5 * error, 1e-9 * solid_.extent) : kInfinity;
@@ -309,7 +309,7 @@ public:
     }
 
 private:
-    /// Removes the parts that a new one contains.
+    /// Removes the parts contained in a new one.
     void drop_contained(std::size_t by) {
         const ConvexHull& hull = parts_[by]->hull;
         for (std::size_t i = 0; i < by; ++i) {
@@ -325,7 +325,7 @@ private:
         }
     }
 
-    /// The pairs of a part with those before it.
+    /// Adds the pairs of a part with the preceding parts.
     Result<void> add_pairs(std::size_t second) {
         if (!parts_[second]) return {};
         const ProxyPart& b = *parts_[second];
@@ -345,7 +345,7 @@ private:
     const SolidMesh& solid_;
     double margin_ = 0.0;
     std::size_t count_ = 0;
-    std::vector<std::optional<ProxyPart>> parts_;  ///< those that were merged are absent
+    std::vector<std::optional<ProxyPart>> parts_;  ///< merged ones are absent
     std::priority_queue<MergedPair> pairs_;
 };
 
@@ -366,7 +366,7 @@ Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<P
 ReducedHull reduce_hull(const ConvexHull& hull, double error, std::size_t max_vertices) {
     const std::span<const Eigen::Vector3d> all = hull.vertices();
     if (all.size() <= 4) return {hull, 0.0};
-    // Four vertices to begin with: the first in order, the farthest from it, and so on.
+    // Starts with four vertices: the first in order, the farthest from it, and so on.
     std::vector<Eigen::Vector3d> chosen{all[0]};
     for (;;) {
         const ConvexHull made = ConvexHull::create(chosen).value();
@@ -385,31 +385,31 @@ ReducedHull reduce_hull(const ConvexHull& hull, double error, std::size_t max_ve
     }
 }
 
-// Proves that hulls cannot be near a solid.
+// Proves a lower bound of the error of any proxy.
 //
 // Let the hull of a part contain a point x, and let a path from x to infinity keep a distance of at least 2 e from the
-// solid. A simplified hull omits vertices. If one of them is farther than e from the simplified hull, the error is
-// above e. If none is, the simplified hull contains a point y within e of x. The path from y to x and along the first
-// path to infinity keeps a distance of at least e from the solid, and crosses the surface of the simplified hull: the
-// error is at least e.
+// solid. The proxy may replace the hull by a reduced one that omits vertices. If an omitted vertex is farther than e
+// from the reduced hull, the error exceeds e. Otherwise the reduced hull contains a point y within e of x. The path
+// from y to x and on to infinity keeps a distance of at least e from the solid and crosses the surface of the reduced
+// hull, so that the error is at least e.
 //
 // Source: J. Hart. Sphere tracing: a geometric method for the antialiased ray tracing of implicit surfaces. The Visual
 //         Computer 12(10), 1996 (steps along a ray by the distance, which bounds how near the surface can be).
 
 namespace {
 
-constexpr std::size_t kMostParts = 16;  // those with the largest distance from the solid
+constexpr std::size_t kMostParts = 16;  // the farthest from the solid
 constexpr int kMostSteps = 64;          // of a ray
-// Rounding of hulls and of clipped points, of the extent: ten times of what they promise.
+// Rounding of hulls and clipped points relative to the extent: ten times the promised bounds.
 constexpr double kReachRounding = 1e-8;
 
-// Whether a ray keeps a distance from the solid.
+// Whether a ray stays at least `clearance` away from the solid.
 bool is_clear(const SolidMesh& solid, Eigen::Vector3d p, const Eigen::Vector3d& direction,
               double clearance) {
     for (int step = 0; step < kMostSteps; ++step) {
         const double distance = find_nearest(solid, p).distance;
         if (!(distance > clearance)) return false;
-        // The point is farther away than the solid is long, so the rest of the ray does not approach the solid.
+        // Farther away than the extent of the solid: the rest of the ray does not approach it.
         if (distance > 8.0 * solid.extent) return true;
         p += 0.999 * (distance - clearance) * direction;
     }

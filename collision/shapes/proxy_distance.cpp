@@ -39,7 +39,7 @@ int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Ve
 }
 
 bool has_balanced_edges(const std::vector<SolidMesh::Triangle>& triangles) {
-    // Undirected edges, with their number of uses in the direction of growing indices less those against it.
+    // Undirected edges, with the number of uses in ascending direction minus the number in descending direction.
     std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, int>> edges;
     edges.reserve(3 * triangles.size());
     for (const SolidMesh::Triangle& t : triangles) {
@@ -134,18 +134,19 @@ double signed_volume(const SolidMesh& mesh) {
     return sum / 6.0;
 }
 
-// Computes the one-sided Hausdorff distance from a hull's faces to a solid, between two bounds.
+// Bounds of the one-sided Hausdorff distance from a hull's faces to a solid.
 //
 // Sources:    Tang, Lee, Kim. Interactive Hausdorff distance computation for general polygonal models. SIGGRAPH 2009
 //             (upper bounds of sub-triangles by one triangle of the other mesh; culling).
-// Deviations: distances to the solid, not to its surface: a sub-triangle that a ball inside the solid holds has none.
+// Deviations: distances are to the solid, not to its surface: a sub-triangle within a ball inside the solid has
+//             distance 0.
 //
-// The distance to one triangle is a convex function, so that its largest value over a sub-triangle is at a corner. The
-// triangle nearest to the sub-triangle's centroid gives the bound.
+// The distance to one triangle is a convex function, so that its maximum over a sub-triangle is at a corner. The
+// triangle nearest to the centroid of the sub-triangle gives the bound.
 
 namespace {
 
-constexpr std::size_t kMaxPieces = 20'000;  // sub-triangles of one hull; then `high` stays as it is
+constexpr std::size_t kMaxPieces = 20'000;  // limit of sub-triangles per hull
 
 struct Piece {
     double bound = 0.0;
@@ -174,7 +175,7 @@ public:
         const bool is_middle_inside = is_inside(solid_, middle);
         if (is_middle_inside) {
             if (nearest.distance >= radius) return;  // all of it is inside
-            // No point is deeper outside than it is beyond the ball around the centroid.
+            // No point is farther outside the solid than outside the ball around the centroid.
             bound = std::min(bound, radius - nearest.distance);
         } else if (nearest.distance > found_.low) {
             found_.low = nearest.distance;
@@ -191,7 +192,7 @@ public:
             if (found_.low > too_much || count_ > kMaxPieces) break;
             pieces_.pop();
             const auto& [a, b, c] = piece.corners;
-            // The longest side is halved.
+            // Bisects the longest side.
             const double ab = dot(b - a, b - a), bc = dot(c - b, c - b), ca = dot(a - c, a - c);
             if (ab >= bc && ab >= ca) {
                 const Eigen::Vector3d m = 0.5 * (a + b);

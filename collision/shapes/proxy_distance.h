@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// A triangle mesh with distances and, where it is closed, an inside.
+/// A triangle mesh with distance queries and, if it is closed, an interior.
 struct SolidMesh {
     using Triangle = std::array<std::uint32_t, 3>;
 
@@ -40,33 +40,32 @@ struct NearestTriangle {
     double distance = kInfinity;
 };
 
-/// Among triangles of equal distance returns the one of the smallest index.
+/// Of triangles at equal distance returns the lowest index.
 NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p);
 
-/// Whether the winding number of a closed mesh about a point is not 0. Either answer for points of the surface.
+/// Whether the winding number of a closed mesh about a point is not 0. Arbitrary for points on the surface.
 bool is_inside(const SolidMesh& mesh, const Eigen::Vector3d& p);
 
-/// Signed volume, m^3: negative where the triangles are wound inside out.
+/// Signed volume, m^3: negative if the triangles are wound inside out.
 double signed_volume(const SolidMesh& mesh);
 
 /// Bounds of the one-sided Hausdorff distance from a hull to a solid.
 struct HullDistance {
-    double low = 0.0;  ///< distance of `place` to the solid, metres
-    double high =
-        0.0;  ///< certified: no point of the hull's faces is farther from the solid, metres
+    double low = 0.0;   ///< distance of `place` from the solid, metres
+    double high = 0.0;  ///< certified upper bound, metres
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< on the hull
-    std::size_t pieces = 0;                           ///< sub-triangles that were made
+    std::size_t pieces = 0;                           ///< number of sub-triangles created
 };
 
-/// Branch and bound over the hull's faces. Ends where `high` is at most max(enough, low + precision), where `low` is
-/// above `too_much`, or after a fixed number of triangles.
+/// Branch and bound over the hull's faces. Stops when `high` is at most max(enough, low + precision), when `low`
+/// exceeds `too_much`, or after a fixed number of sub-triangles.
 HullDistance distance_outside(const SolidMesh& solid, const ConvexHull& hull, double enough,
                               double precision, double too_much);
 
-/// The distance from a point to a hull, metres; 0 inside. An upper bound within rounding.
+/// Distance from a point to a hull, metres; 0 inside. An upper bound within rounding.
 double distance_to_hull(const ConvexHull& hull, const Eigen::Vector3d& p);
 
-/// m^3.
+/// Volume, m^3.
 double volume_of(const ConvexHull& hull);
 
 }  // namespace terrane::internal

@@ -5,8 +5,8 @@
 // Sources:    O. Rodrigues. Des lois geometriques... 1840 (the rotation formula). S. W. Shepperd. Quaternion from
 //             rotation matrix. J. Guidance and Control 1978. W. J. Cody, W. Waite. Software manual for the elementary
 //             functions. 1980, chapter 8 (range reduction).
-// Deviations: sine, cosine and arc tangent are Taylor sums over a small range instead of minimax polynomials: a few
-//             terms more, and every coefficient can be checked by eye.
+// Deviations: sine, cosine and arc tangent are Taylor sums over a small range instead of minimax polynomials: they need
+//             a few more terms, but every coefficient can be verified by inspection.
 #include "base/vector_math.h"
 #include "shapes/query_shapes.h"
 
@@ -27,7 +27,7 @@ struct SineCosine {
     double cosine = 1.0;
 };
 
-// Sum over k of (-xx)^k / (2k + Odd)!: for xx = x^2 cos(x) if Odd is 0, sin(x) / x if it is 1.
+// Sum over k of (-xx)^k / (2k + Odd)!; with xx = x^2 this is cos(x) for Odd = 0 and sin(x) / x for Odd = 1.
 template <int Terms, int Odd>
 double alternating_sum(double xx) {
     double sum = 1.0;
@@ -38,7 +38,7 @@ double alternating_sum(double xx) {
     return sum;
 }
 
-// Error below 3e-16 for angles below 1e5; larger angles lose digits by the rounding of their products.
+// Error below 3e-16 for angles below 1e5; for larger angles the rounding of the products costs digits.
 SineCosine compute_sine_cosine(double angle) {
     // pi / 2 in three parts: multiples up to 2^20 of the first two are exact.
     constexpr double kHigh = 0x1.921fb544p+0;
@@ -77,7 +77,7 @@ Eigen::Vector3d normalized(const Eigen::Vector3d& v) {
 }
 
 Eigen::Matrix3d make_rotation(const Eigen::Vector3d& axis, double angle) {
-    // By the half angle, so that 1 - cos has no cancellation.
+    // Uses the half angle, so that 1 - cos has no cancellation.
     const SineCosine half = compute_sine_cosine(0.5 * angle);
     const double sine = 2.0 * half.sine * half.cosine;
     const double versine = 2.0 * half.sine * half.sine;
@@ -113,7 +113,7 @@ Pose Motion::at(double t) const {
 
 Eigen::Vector3d rotation_vector_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
     const Eigen::Matrix3d r = product(to, from.transpose());
-    // From the quaternion's largest component, to avoid cancellation.
+    // Starts from the quaternion's largest component to avoid cancellation.
     const double trace = r(0, 0) + r(1, 1) + r(2, 2);
     double w = 0.0;
     Eigen::Vector3d v = Eigen::Vector3d::Zero();

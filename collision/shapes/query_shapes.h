@@ -32,16 +32,16 @@ struct HullData {
     double smallest_half_extent = 0.0;  ///< metres
 };
 
-/// The hull of the result's vertices has the same bits.
+/// Makes a hull. Applied to the vertices of its result, it gives the same bits.
 /// @param points finite, 1 to ConvexHull::kMaxPoints
 std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> points);
 
 /// Width: the least extent over all directions, to a relative error of 1e-12; 0 for a flat hull.
 ///
-/// Cost: a find_extreme() for each face, and one or two for each edge that may give a smaller extent
+/// Cost: one find_extreme() per face, and one or two per edge that may give a smaller extent
 double compute_width(const Polyhedron& hull);
 
-/// View of a hull for queries; valid as long as `hull` or a copy of it.
+/// View of a hull for queries; valid while `hull` or a copy of it exists.
 const Polyhedron& polyhedron(const ConvexHull& hull);
 
 /// Shared data of the copies of a Compound.
@@ -53,7 +53,7 @@ struct CompoundData {
     double smallest_half_extent = std::numeric_limits<double>::infinity();
 };
 
-/// Of the parts' bounds, body frame. Valid as long as `compound` or a copy of it.
+/// Bounding volume tree of the parts, body frame. Valid while `compound` or a copy of it exists.
 std::span<const AabbNode> part_tree(const Compound& compound);
 
 /// Largest component of a motion's rotation vector, radians: a spin of 1e6 rad/s for 10 s.
@@ -63,10 +63,11 @@ inline constexpr double kMostRotation = 1e7;
 bool is_valid_place(const WorldPos& point_world);
 /// Whether check(shape) succeeds, the place is valid, and the rotation is orthonormal to 1e-6 with determinant 1.
 bool is_valid_query(const Shape& shape, const Pose& pose);
-/// The same of a motion's start; its translation is at most kFarthestPlace, its rotation kMostRotation.
+/// The same for the start of a motion whose translation is at most kFarthestPlace and whose rotation is at most
+/// kMostRotation.
 bool is_valid_query(const Shape& shape, const Motion& motion);
-/// Whether doubles at both ends of a motion are at most a quarter of a tolerance apart, metres: a cast cannot tell
-/// smaller gaps apart.
+/// Whether neighbouring doubles at both ends of a motion are at most a quarter of a tolerance apart, metres: a cast
+/// cannot resolve smaller gaps.
 bool is_resolved(const Motion& motion, double tolerance);
 
 }  // namespace terrane::internal

@@ -92,7 +92,7 @@ int side_of_plane(const LatticePoint& a, const LatticePoint& b, const LatticePoi
     const LatticePoint u = exact_difference(a, b);
     const LatticePoint v = exact_difference(a, c);
     const LatticePoint w = exact_difference(a, d);
-    // The sum is high 2^64 + low, each minor split into its upper and its lower 64 bits.
+    // The sum is high 2^64 + low; each minor is split into its upper and lower 64 bits.
     Int128 high = 0;
     Int128 low = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -212,9 +212,9 @@ std::vector<HullFace> make_flat_faces(const std::vector<LatticePoint>& points,
 
 // Sources: C. B. Barber, D. P. Dobkin, H. Huhdanpaa. The quickhull algorithm for convex hulls. ACM
 //          Trans. Mathematical Software 1996.
-// Deviations: no thick facets: points lie on a lattice and the orientation predicate is exact, with doubles as a
+// Deviations: no thick facets: points lie on a lattice and the orientation predicate is exact, with a floating-point
 //             filter, so that the surface is closed and convex for every input. Nearly coplanar faces are merged
-//             afterwards (face_merge).
+//             afterwards (merge_coplanar()).
 
 namespace {
 
@@ -306,7 +306,7 @@ private:
                              points_[face.vertices[2]], points_[point]) > 0;
     }
 
-    // Adds a point to the outside set of the first face from `first_face` on that it is above; drops it if there is
+    // Adds a point to the outside set of the first face, from `first_face` on, that it lies above; drops it if there is
     // none.
     void assign_point(std::uint32_t point, std::uint32_t first_face) {
         for (std::uint32_t i = first_face; i < faces_.size(); ++i) {

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Point of a cubic lattice with a spacing of at most 2^-59 of the largest extent. Coordinates are 0 to 2^60, so that
-/// the orientation predicate is exact in 192 bits.
+/// Point of a cubic lattice with a spacing of at most 2^-59 of the largest extent. Coordinates are 0 to 2^60, which
+/// makes the orientation predicate exact in 192 bits.
 using LatticePoint = std::array<std::int64_t, 3>;
 
 /// The points of a hull in canonical order: sorted by lattice point, each lattice point once.
@@ -21,8 +21,8 @@ struct LatticePoints {
     double extent = 0.0;                     ///< largest over the three axes, metres
     double largest = 0.0;                    ///< largest absolute coordinate, metres
     double spacing = 0.0;                    ///< of the lattice, metres; may underflow to 0
-    /// Points closer to a plane or line count as on it, in lattice spacings: 32 roundings of the largest coordinate, as
-    /// a rotation leaves them, at most 2^-35 of the extent.
+    /// Distance within which a point counts as on a plane or line, in lattice spacings: 32 roundings of the largest
+    /// coordinate, which a rotation can introduce, at most 2^-35 of the extent.
     double tolerance = 0.0;
 };
 
@@ -36,8 +36,8 @@ Eigen::Vector3d difference(const LatticePoint& a, const LatticePoint& b);
 Eigen::Vector3d triangle_normal(const LatticePoint& a, const LatticePoint& b,
                                 const LatticePoint& c);
 
-/// Orientation predicate: the exact sign of ((b - a) x (c - a)) . (d - a). 1 where a, b, c are counter-clockwise seen
-/// from d, 0 where the four are coplanar.
+/// Orientation predicate: the exact sign of ((b - a) x (c - a)) . (d - a). 1 if a, b, c are counter-clockwise seen from
+/// d, 0 if the four are coplanar.
 int side_of_plane(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
                   const LatticePoint& d);
 
@@ -55,13 +55,13 @@ struct TriangleHull {
     std::vector<Triangle> across;    ///< the triangle across each side
 };
 
-/// The exact convex hull of lattice points: no chosen point is above any triangle. Coplanar parts have an arbitrary
-/// triangulation, which may contain surface points that are no corners.
+/// The exact convex hull of lattice points: no chosen point is above any triangle. Coplanar regions are triangulated
+/// arbitrarily, possibly with surface points that are not corners.
 ///
 /// @param chosen  indices of the points to enclose, in increasing order
 /// @param simplex four chosen points that are not coplanar
 ///
-/// Cost: usually O(n log n) for n chosen points; 10,000 on a sphere take about 15 ms
+/// Cost: usually O(n log n) in the chosen points; 10,000 on a sphere take about 15 ms
 TriangleHull make_triangle_hull(const std::vector<LatticePoint>& points,
                                 std::span<const std::uint32_t> chosen,
                                 const std::array<std::uint32_t, 4>& simplex);
@@ -75,21 +75,22 @@ struct HullFace {
 /// The faces of a hull: triangles that are coplanar within the tolerance are merged.
 ///
 /// A face grows from its largest triangle, whose plane it keeps, over neighbours within the tolerance of that plane. It
-/// stays a topological disc, and a face that is not convex within four tolerances is split into its triangles again. So
-/// the faces cover the hull, each side is shared by two faces, and points inside a face are in no loop.
+/// stays a topological disc, and a face that is not convex within four tolerances is split into its triangles again.
+/// Therefore the faces cover the hull, each side is shared by two faces, and points in the interior of a face are in no
+/// loop.
 ///
 /// @param tolerance lattice spacings
 std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
                                      const TriangleHull& hull, double tolerance);
 
-/// Removes points with two faces that are collinear with their neighbours: in rounds in which no two neighbours are
-/// removed, each within half the tolerance of the remaining side. Every loop keeps at least three points.
+/// Removes points of exactly two faces that are collinear with their neighbours, within half the tolerance of the
+/// remaining side. Works in rounds, none of which removes two neighbours. Every loop keeps at least three points.
 void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
                            std::vector<HullFace>& faces);
 
 /// Initial simplex: each corner is the farthest from the point, line or plane of the previous ones.
 struct Simplex {
-    int dimension = 0;  ///< of the points within the tolerance: 0 point, 1 line, 2 plane, 3 solid
+    int dimension = 0;  ///< of the points, within the tolerance: 0 point, 1 line, 2 plane, 3 solid
     std::array<std::uint32_t, 4> corners{};  ///< the first dimension + 1 are valid
     double thickness = 0.0;                  ///< extent in the next dimension, in lattice spacings
 };
@@ -99,7 +100,7 @@ Simplex find_simplex(const std::vector<LatticePoint>& points, std::span<const st
                      double tolerance);
 
 /// The two faces of a flat hull: the convex polygon of the points projected along the simplex's normal, and its
-/// reverse. Empty where that polygon has fewer than three corners.
+/// reverse. Empty if that polygon has fewer than three corners.
 std::vector<HullFace> make_flat_faces(const std::vector<LatticePoint>& points,
                                       std::span<const std::uint32_t> chosen,
                                       const Simplex& simplex);

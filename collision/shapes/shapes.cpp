@@ -25,7 +25,7 @@ using internal::dot;
 using internal::length;
 using internal::rotated;
 
-// Visits the points whose convex hull, swept by the returned radius, is the shape.
+// Visits the core points of a shape: their convex hull, swept by the returned radius, is the shape.
 template <class Visit>
 double visit_core(const ConvexShape& shape, Visit visit) {
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
@@ -184,7 +184,7 @@ double support_distance(const Compound& compound, const Eigen::Vector3d& directi
 
 namespace {
 
-constexpr double kLargestSize = 1e5;  // metres; beyond it tolerances of 1e-9 m mean nothing
+constexpr double kLargestSize = 1e5;  // metres; beyond it tolerances of 1e-9 m are meaningless
 
 Result<void> check_size(const char* name, double value) {
     if (value >= 0.0 && value <= kLargestSize) return {};  // false for NaN
@@ -233,7 +233,7 @@ double support_distance(const Box& box, const Eigen::Vector3d& direction_body) {
 
 }  // namespace
 
-// Dispatch to the functions of the alternatives: above, and those of shapes.h and shapes.h.
+// Dispatch to the functions of the alternatives.
 Result<void> check(const Shape& shape) {
     return std::visit([](const auto& each) { return check(each); }, shape);
 }

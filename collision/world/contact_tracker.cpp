@@ -11,14 +11,14 @@
 namespace terrane::internal {
 namespace {
 
-/// Ground contacts with gaps up to this beyond the rest gap touch, in tolerances.
+/// Ground contacts touch up to this gap beyond the rest gap, in tolerances.
 constexpr double kTouchingGroundGap = 1.0 / 8.0;
 
 bool has_moved(Mobility mobility) {
     return mobility == Mobility::moving || mobility == Mobility::driving;
 }
 
-/// By index, the ground last; then by generation.
+/// Orders by index, the ground last, then by generation.
 bool is_before(const TouchingPair& x, const TouchingPair& y) {
     return std::tie(x.a, x.b) < std::tie(y.a, y.b);
 }
@@ -67,7 +67,7 @@ void ContactTracker::add_point(Contact& contact, const SolverContact& point, dou
     contact.normal = point.normal;
 }
 
-/// The points of bodies that touch at the end of the step.
+/// Finds the contact points of pairs at the end of the step.
 void ContactTracker::find_pairs(const IslandSolver& islands, const Bodies& bodies) {
     for (const PairManifold& manifold : islands.manifolds()) {
         const auto [a, b] = manifold.pair;
@@ -93,7 +93,7 @@ void ContactTracker::find_ground(const Bodies& bodies) {
             .a = a, .b = kNone, .first_point = static_cast<std::uint32_t>(points_.size())};
         for (std::size_t i = 0; i < cache.count(); ++i) {
             const SolverContact point = cache.contact(i, body, a);
-            // The cache's gaps are those over an offset surface, where a body at rest has the rest gap.
+            // The cache's gaps are relative to an offset surface, where a body at rest has the rest gap.
             add_point(contact, point, point.gap - point.rest_gap);
         }
         contact.touches = contact.least_gap <= kTouchingGroundGap * body.tolerance;
@@ -109,12 +109,12 @@ void ContactTracker::find_sensors(const IslandSolver& islands, const Bodies& bod
     }
 }
 
-/// Sums up the entries of each pair, in the order in which they were added.
+/// Merges the entries of each pair in the order in which they were added.
 void ContactTracker::merge_contacts() {
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         contacts_[i].order = static_cast<std::uint32_t>(i);
     }
-    // No stable sort, which allocates.
+    // std::stable_sort would allocate.
     std::sort(contacts_.begin(), contacts_.end(), [](const Contact& x, const Contact& y) {
         return std::tie(x.a, x.b, x.order) < std::tie(y.a, y.b, y.order);
     });
@@ -151,7 +151,7 @@ void ContactTracker::make_events(const Bodies& bodies) {
              ++before) {
             const bool exists = bodies.ids.contains(before->a) &&
                                 (!before->b.is_valid() || bodies.ids.contains(before->b));
-            // Contacts of bodies at rest are not found anew; those of sensors are.
+            // Contacts of bodies at rest are not redetected; those of sensors are.
             if (exists && !before->is_sensor && !moved(before->a) && !moved(before->b)) {
                 touching_.push_back(*before);
             } else {

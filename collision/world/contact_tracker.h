@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Two bodies that touch, or a body that touches the ground: then `b` is none.
+/// A pair of touching bodies, or a body that touches the ground (`b` is none).
 struct TouchingPair {
     BodyId a{}, b{};
     bool is_sensor = false;
@@ -19,10 +19,10 @@ struct TouchingPair {
     friend bool operator==(const TouchingPair&, const TouchingPair&) = default;
 };
 
-/// Compares which contacts there are after a step with those after the step before, and makes events of it.
+/// Compares the contacts after a step with those after the previous step, and generates contact events.
 class ContactTracker {
 public:
-    /// What the tracker reads of a world, [slots].
+    /// Data that the tracker reads of a world, [slots].
     struct Bodies {
         const SlotIds& ids;
         std::span<const RigidBody> bodies;
@@ -30,13 +30,13 @@ public:
         std::span<const Mobility> mobility;  ///< of the last collision step
     };
 
-    /// Starts a step: there are no events.
+    /// Starts a step and clears the events.
     void begin_step();
     /// Adds the impulses of a collision step.
     void add_impulses(const IslandSolver& islands, std::span<const Mobility> mobility);
-    /// Adds an impulse of the ground on a body that was not solved with its island, N s.
+    /// Adds an impulse of the ground on a body that was solved outside its island, N s.
     void add_ground_impulse(std::uint32_t body, const Eigen::Vector3d& impulse);
-    /// Ends a step: finds what touches, and makes the events.
+    /// Ends a step: finds touching pairs and generates the events.
     void end_step(const IslandSolver& islands, const Bodies& bodies);
 
     std::span<const ContactEvent> events() const { return events_; }
@@ -44,7 +44,7 @@ public:
         return std::span(points_).subspan(event.first_point, event.point_count);
     }
 
-    /// What touched after the last step, ascending.
+    /// Pairs that touched after the last step, ascending.
     std::span<const TouchingPair> touching() const { return touching_; }
     void restore(std::vector<TouchingPair> touching) { touching_ = std::move(touching); }
 
@@ -52,12 +52,12 @@ private:
     struct Contact {
         std::uint32_t a, b;  // b: kNone for the ground
         bool is_sensor = false;
-        bool touches = false;  // at the end of the step, or has had an impulse
+        bool touches = false;  // at the end of the step, or had an impulse
         Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
         Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
         double least_gap = kInfinity;
         std::uint32_t first_point = 0, point_count = 0;
-        std::uint32_t order = 0;  // in which entries of a pair were added
+        std::uint32_t order = 0;  // in which the entries of a pair were added
     };
     void find_pairs(const IslandSolver& islands, const Bodies& bodies);
     void find_ground(const Bodies& bodies);
@@ -67,7 +67,7 @@ private:
     void make_events(const Bodies& bodies);
     void make_event(const TouchingPair& pair, ContactPhase phase, const Contact* contact);
 
-    std::vector<Contact> contacts_;  // ascending, and one a pair, after merge_contacts()
+    std::vector<Contact> contacts_;  // ascending, one per pair after merge_contacts()
     std::vector<TouchingPair> touching_, touching_before_;
     std::vector<ContactEvent> events_;
     std::vector<ContactPoint> points_;

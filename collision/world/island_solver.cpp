@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Exclusive prefix sum: turns counts into the start of each group.
+/// Exclusive prefix sum: converts counts to group starts.
 void accumulate(std::vector<std::uint32_t>& counts) {
     std::uint32_t start = 0;
     for (std::uint32_t& count : counts) {
@@ -21,7 +21,7 @@ void accumulate(std::vector<std::uint32_t>& counts) {
     }
 }
 
-/// Restores the starts after filling has advanced each to the end of its group.
+/// Restores the group starts after filling has advanced each to the end of its group.
 void rewind(std::vector<std::uint32_t>& starts) {
     for (std::size_t i = starts.size() - 1; i > 0; --i) starts[i] = starts[i - 1];
     starts[0] = 0;
@@ -102,8 +102,9 @@ namespace {
 
 constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Threads take pairs in blocks of this size.
-constexpr std::size_t kBlock = 32;
-/// More pairs than this many a body, and this many in all, are a crowd: each body then has a limited number of them.
+constexpr std::size_t kBodyBlock = 32;
+/// A scene with more pairs per body, and more pairs in all, is a crowd, in which the number of pairs per body is
+/// limited.
 constexpr std::size_t kCrowdPairsPerBody = 32;
 constexpr std::size_t kLeastCrowdPairs = 4096;
 constexpr std::uint8_t kMaxPartnersInCrowd = 64;
@@ -112,8 +113,8 @@ bool is_moved_by_none(Mobility mobility) {
     return mobility != Mobility::moving && mobility != Mobility::driving;
 }
 
-/// Half extents of a shape's bounding box in world axes, metres, for all rotations that move no point by more than
-/// `turn_distance`.
+/// Half extents of a shape's bounding box in world axes, metres, valid for all rotations that move no point by more
+/// than `turn_distance`.
 Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
     const Shape& shape = *body.shape;
     const Eigen::Matrix3d& r = body.pose.rotation;
@@ -150,7 +151,7 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     spheres_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        // Not a dynamic body that is parked or recovers from the ground: its state may change.
+        // Excludes dynamic bodies that are parked or recover from the ground: their state may change.
         const bool is_still = mobility[i] == Mobility::asleep ||
                               (is_moved_by_none(mobility[i]) &&
                                !(is_dynamic(bodies[i]) && mobility[i] == Mobility::fixed));
@@ -178,7 +179,7 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     }
 }
 
-/// Whether one of the bodies has too many pairs already. Counts the pair if not.
+/// Whether one of the bodies already has too many pairs. Counts the pair if not.
 bool IslandSolver::is_crowded(const BodyPair& pair, bool is_limited) {
     if (!is_limited) return false;
     std::uint8_t &a = partner_count_[pair.a], &b = partner_count_[pair.b];
@@ -191,7 +192,7 @@ bool IslandSolver::is_crowded(const BodyPair& pair, bool is_limited) {
     return false;
 }
 
-/// Makes the manifolds of all pairs that may touch, and finds those of the previous collision step.
+/// Creates the manifolds of all pairs that may touch, and looks up those of the previous collision step.
 void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
                                  std::span<const Mobility> mobility, double duration) {
     std::swap(manifolds_, previous_manifolds_);
@@ -226,7 +227,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
-        // Not in a crowd, where it would decide which pairs are left out: a saved world does not know these pairs.
+        // Not in a crowd, where this would affect which pairs are skipped: saved worlds do not store separated pairs.
         if (!was && !is_crowd &&
             separated_.is_clear(pair, PairManifold::contact_reach(a, b, duration))) {
             continue;
@@ -240,8 +241,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     }
 }
 
-/// Removes pairs without contacts, and remembers how far apart they are. The others keep all their manifolds, empty
-/// ones too.
+/// Removes pairs without contacts and records their distances. Other pairs keep all manifolds, including empty ones.
 void IslandSolver::remove_separated() {
     std::size_t kept = 0;
     bool has_contacts = false;
@@ -295,7 +295,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
         broadphase_->update(bounds_, spheres_);
         collect_pairs(bodies, mobility, duration);
     }
-    team.run_blocks(manifolds_.size(), kBlock, [&](std::size_t i) {
+    team.run_blocks(manifolds_.size(), kBodyBlock, [&](std::size_t i) {
         if (previous_index_[i] == kNotFirst) return;  // belongs to the pair's first manifold
         const auto [a, b] = manifolds_[i].pair;
         const std::size_t most = PairManifold::max_count(bodies[a], bodies[b]);
@@ -334,7 +334,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     find_drivers(bodies, mobility, span);
 }
 
-/// Finds where the driving bodies of links are in each substep.
+/// Computes the poses of the driving bodies of links in each substep.
 void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
                                 std::span<const Mobility> mobility, const StepSpan& span) {
     later_drivers_.clear();

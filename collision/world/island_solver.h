@@ -21,12 +21,12 @@ namespace terrane::internal {
 /// No body, island or manifold.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Connected components of the moving bodies that touch: solved together, asleep together. A body that touches no other
-/// is an island of one. Islands are in order of their lowest body; bodies and links within them ascend.
+/// Connected components of touching moving bodies, which are solved and fall asleep together. A body that touches no
+/// other is an island of one. Islands are ordered by their lowest body; bodies and links within them ascend.
 class Islands {
 public:
-    /// @param links pairs that touch
-    /// @param moves [bodies] 0: a body that connects nothing and belongs to no island
+    /// @param links touching pairs
+    /// @param moves [bodies] 0: the body connects nothing and belongs to no island
     void build(std::span<const BodyPair> links, std::span<const std::uint8_t> moves);
 
     std::size_t count() const { return body_starts_.size() - 1; }
@@ -46,28 +46,28 @@ private:
 
 enum class Mobility : std::uint8_t {
     absent,   ///< no body has this index
-    fixed,    ///< does not move, whatever touches it
-    driving,  ///< moves whatever touches it, or has been placed anew: wakes sleepers that it touches
+    fixed,    ///< does not move, even if touched
+    driving,  ///< moves unaffected by contacts, or was placed anew: wakes sleepers that it touches
     asleep,   ///< at rest until a moving or driving body touches it
     moving,
 };
 
-/// Whether the owner lets two bodies collide, by their indices, a < b.
+/// Whether the owner permits a collision of two bodies, given by index, a < b.
 using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
 
-/// [bodies] What drives them, or null; empty where nothing drives any.
+/// [bodies] Wheels or feet of each body, or null; empty if no body has any.
 struct BodyDrives {
     std::span<WheelSet* const> wheels;
     std::span<const FootDrive* const> feet;
 };
 
-/// Finds the bodies that touch each other, and steps each island on its contacts. A body that touches no other is an
-/// island of one. All orders are those of the bodies, so that the number of threads changes no bit.
+/// Finds touching bodies and steps each island on its contacts. A body that touches no other is an island of one. All
+/// orders follow the bodies' indices, so that results are bit-identical for any number of threads.
 class IslandSolver {
 public:
     /// @param collide_bodies false: each body is an island of one
-    /// @param pair_filter    empty: all pairs that the bodies' filters permit
-    /// @param records_impulses pair_impulses() and ground_impulses() are wanted
+    /// @param pair_filter    empty: all pairs permitted by the bodies' filters
+    /// @param records_impulses record pair_impulses() and ground_impulses()
     IslandSolver(BroadphaseKind kind, bool collide_bodies, bool records_impulses,
                  PairFilter pair_filter)
         : broadphase_(make_broadphase(kind, 0.0)),
@@ -75,28 +75,28 @@ public:
           records_impulses_(records_impulses),
           pair_filter_(std::move(pair_filter)) {}
 
-    /// Finds the pairs that touch, or will within the step, and the islands of the moving bodies. Where a moving or
-    /// driving body touches a sleeping one, its whole sleep group becomes `moving`.
+    /// Finds the pairs that touch or may touch within the step, and the islands of moving bodies. If a moving or
+    /// driving body touches a sleeping one, the whole sleep group of the sleeper becomes `moving`.
     ///
     /// @param groups      [bodies] sleep group: sleepers with equal numbers wake together
-    /// @param wheel_links pairs of a vehicle and a body that its wheels stand on
+    /// @param wheel_links pairs of a vehicle and a body under its wheels
     void find(std::span<const RigidBody> bodies, std::span<const std::uint32_t> groups,
               std::span<const BodyPair> wheel_links, std::span<Mobility> mobility,
               const StepSpan& span, WorkerTeam& team);
 
-    /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The poses reached are not
+    /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The resulting poses are not
     /// yet proved clear of the ground.
     /// @param ground_contacts [bodies]
     /// @param drives          of the bodies that have wheels or feet
     void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
               const BodyDrives& drives, const StepSpan& span, WorkerTeam& team);
 
-    /// The body's box is computed anew in the next find(). Needed where a body that does not move has been changed.
+    /// Makes the next find() recompute the body's box; required after changing a body that does not move.
     void forget_bounds(std::size_t body) {
         if (body < has_bounds_.size()) has_bounds_[body] = 0;
     }
 
-    /// Of the last find(); sleepers belong to none.
+    /// Islands of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
     /// Whether a driving body touches an island of the last find().
     bool is_driven(std::size_t island) const {
@@ -107,7 +107,7 @@ public:
         }
         return false;
     }
-    /// Contacts between bodies, ascending by pair; the pairs of sleepers too.
+    /// Contacts between bodies, ascending by pair; includes pairs of sleepers.
     std::span<const PairManifold> manifolds() const { return manifolds_; }
     /// [manifolds] impulse on body a in the last step(), N s.
     std::span<const Eigen::Vector3d> pair_impulses() const { return pair_impulses_; }
@@ -115,38 +115,38 @@ public:
     std::span<const Eigen::Vector3d> ground_impulses() const { return ground_impulses_; }
     /// Sensors and dynamic bodies whose boxes overlapped in the last find(), ascending.
     std::span<const BodyPair> sensor_pairs() const { return sensor_pairs_; }
-    /// Pairs of the last find() that were left out because too many bodies are in one place.
+    /// Number of pairs skipped in the last find() because too many bodies are in one place.
     std::size_t skipped_pair_count() const { return skipped_pair_count_; }
 
-    /// Forgets the contacts of a body that has been removed or placed anew. Calls touched(other) for each body that it
-    /// had contacts with.
+    /// Removes the contacts of a body that was removed or placed anew. Calls touched(other) for each body that it was
+    /// in contact with.
     void forget_contacts(std::uint32_t body, const std::function<void(std::uint32_t)>& touched);
     /// Replaces the contacts by those of another solver's manifolds().
     void restore_contacts(std::vector<PairManifold> manifolds) {
         manifolds_ = std::move(manifolds);
     }
-    /// Whether a contact of a moving body with the ground closed in the last step() fast enough to bounce.
+    /// Whether a contact of a moving body with the ground closed fast enough to bounce in the last step().
     bool has_struck_ground(std::size_t body) const { return struck_[body] != 0; }
-    /// Pairs of touching bodies of which at least one moves.
+    /// Number of touching pairs with at least one moving body.
     std::size_t touching_pair_count() const { return pair_count_; }
 
 private:
-    /// A contact that has closed in the step, for the restitution after it.
+    /// Data of a contact that closes in the step, for restitution at its end.
     struct Impact {
         std::uint32_t a, b;   // b is kNone for a contact with the ground
-        double gap;           // that the contact had to close in the substep, metres
+        double gap;           // distance to close at the start of the substep, metres
         double acceleration;  // along the approach, m/s^2
-        double pushed_speed;  // of the approach, by wheels in the substep, m/s
+        double pushed_speed;  // closing speed caused by wheels in the substep, m/s
         double restitution;   // 0 to 1
     };
-    /// Buffers of a thread that steps an island.
+    /// Per-thread buffers for stepping an island.
     struct Scratch {
         std::vector<ContactRows> rows;
         std::vector<ContactDirection> directions;  // [contacts]
         std::vector<Impact> impacts;               // [contacts]
         std::vector<double> separating_speeds;     // [contacts]
     };
-    /// The arguments of step(), for all islands.
+    /// The arguments of step().
     struct Scene {
         std::span<RigidBody> bodies;
         std::span<GroundContactCache> ground_contacts;
@@ -168,7 +168,7 @@ private:
     double pushed_speed(std::size_t contact, const Impact& impact, const ContactSolver& solver,
                         const Scene& scene) const;
     double apply_wheels(std::span<const std::uint32_t> members, int substep, const Scene& scene);
-    /// The contacts of a link; those of wheels have none.
+    /// The contacts of a link; null for links of wheels.
     PairManifold* manifold(std::uint32_t link) {
         return link_manifolds_[link] == kNone ? nullptr : &manifolds_[link_manifolds_[link]];
     }
@@ -196,24 +196,23 @@ private:
     bool collide_bodies_, records_impulses_;
     PairFilter pair_filter_;
     std::vector<Aabb> bounds_;
-    std::vector<std::uint8_t>
-        has_bounds_;  // [bodies] the box of a body that does not move is known
-    std::vector<std::uint8_t> partner_count_;  // [bodies] pairs so far, in a crowd
+    std::vector<std::uint8_t> has_bounds_;     // [bodies] the box of a still body is valid
+    std::vector<std::uint8_t> partner_count_;  // [bodies] number of pairs so far, in a crowd
     std::vector<BodyPair> sensor_pairs_;
     std::size_t skipped_pair_count_ = 0;
     std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
     SeparatedPairs separated_;
-    // Of each pair's first manifold: its index in previous_manifolds_, or kNone.
+    // For each pair's first manifold: index in previous_manifolds_, or kNone.
     std::vector<std::uint32_t> previous_index_;
     std::size_t pair_count_ = 0;   // see touching_pair_count()
-    std::vector<BodyPair> links_;  // manifolds of which a body moves, then wheels on bodies
+    std::vector<BodyPair> links_;  // manifolds with a moving body, then wheels on bodies
     std::vector<std::uint32_t> link_manifolds_;  // index of each link's manifold; kNone: wheels
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
     std::vector<SolverBody> solver_bodies_;    // [bodies]
-    std::vector<RigidBody> later_drivers_;     // driving bodies of links in the later substeps
+    std::vector<RigidBody> later_drivers_;     // driving bodies of links, in later substeps
     std::vector<std::uint32_t> driver_index_;  // [bodies] in later_drivers_, or kNone
     std::vector<Eigen::Vector3d> pair_impulses_, ground_impulses_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()

@@ -2,9 +2,10 @@
 //
 // Sources:    Macklin et al. Small steps in physics simulation. SCA 2019 (substeps instead of iterations).
 //             Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses, warm start).
-//             Catto. Solver2D. 2024 (contacts found once a step; restitution in a pass after the contacts have closed).
-// Deviations: restitution gives back at most the energy that the contacts have removed, and no more than the island had
-//             at the start of the step, height included. Small islands are solved to convergence.
+//             Catto. Solver2D. 2024 (contact detection once a step; restitution in a pass after contacts have closed).
+// Deviations: restitution returns at most the energy that the contacts have removed, and the island's total energy
+//             (potential energy included) never exceeds that at the start of the step. Small islands are solved to
+//             convergence.
 #include "world/island_solver.h"
 
 #include <algorithm>
@@ -14,35 +15,35 @@
 namespace terrane::internal {
 namespace {
 
-/// Warm-started stacks converge over several substeps. Small islands are solved until no velocity changes by more than
-/// the tolerance, m/s, which is wider for moving ones; large ones stop after so many contact updates, which fall beyond
-/// a size, but not before so many sweeps.
+/// Small islands are solved until no velocity changes by more than the tolerance, m/s, which is larger for moving
+/// islands. Large islands stop after kMaxRowSolves contact updates (fewer above kManyContacts contacts), but not before
+/// kLeastIterations sweeps: warm-started stacks converge over several substeps.
 constexpr double kTolerance = 1e-5;
 constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
 constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
-/// Piles converge by less than a hundredth a sweep. Stalled, treated as infeasible: less than a tenth in so many
-/// sweeps.
+/// Piles converge by less than a hundredth per sweep. Stalled: less than a tenth in this many sweeps; then treated as
+/// infeasible.
 constexpr int kPatience = 100;
-/// Islands are solved along conjugate directions where the ratio of the masses of the heaviest and the lightest body is
-/// above kWideMassRatio, because sweeps alone reduce the error by about the inverse of this ratio, and stall. Above
-/// kWidestMassRatio they are not: the rounding of the heaviest body's impulses would accelerate the lightest.
+/// Islands with a mass ratio of heaviest to lightest body above kWideMassRatio are solved along conjugate directions,
+/// because sweeps alone reduce the error by about the inverse of this ratio, and stall. Not above kWidestMassRatio:
+/// rounding of the heaviest body's impulses would accelerate the lightest.
 constexpr double kWideMassRatio = 100.0;
 constexpr double kWidestMassRatio = 1e7;
-/// One body on the ground: a box on four corners converges by about a third a sweep. The targets of a body that rolls
-/// on two points may be infeasible for a rigid body; then nothing converges, and `patience` stops the solver.
+/// One body on the ground: a box on four corners converges by about a third per sweep. The targets of a body that rolls
+/// on two points may be infeasible for a rigid body; then `patience` stops the solver.
 constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .patience = 8};
-/// Rolling and rocking have no friction and would never end: an island below this speed, m/s, gets angular damping at
-/// this rate, 1/s, so that it can sleep.
+/// Nothing else damps rolling and rocking: an island below this speed, m/s, gets angular damping at this rate, 1/s, so
+/// that it can sleep.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
-/// Rounding of energies and heights, as a share of them: without it the sum could grow by a rounding in each step.
+/// Relative rounding error of energies and heights: without it the sum could grow by rounding in each step.
 constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
-/// @param mean_speed of the bodies' fastest points, m/s
+/// @param mean_speed mean over bodies of the speed of the fastest point, m/s
 /// @param is_conjugate solved along conjugate directions, which do not converge steadily
 StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed,
                            bool is_conjugate) {
@@ -67,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
         pair_impulses_.assign(manifolds_.size(), Eigen::Vector3d::Zero());
         ground_impulses_.assign(bodies.size(), Eigen::Vector3d::Zero());
     }
-    // Bodies that islands do not move may be in contacts of several islands: no island writes them.
+    // Bodies not moved by islands may have contacts in several islands, so no island writes them.
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
@@ -153,7 +154,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                // What wheels press down does not bounce.
+                // Closing speed caused by wheels does not bounce.
                 const double bouncing = approach - impact.pushed_speed;
                 if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
@@ -161,7 +162,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
                 }
                 if (impact.b == kNone) struck_[impact.a] = 1;
                 if (!(impact.restitution > 0.0)) continue;
-                // The impact comes before the substep ends: the acceleration had that much less time.
+                // The impact precedes the end of the substep, so the acceleration acted for less time.
                 const double excess = impact.acceleration * (substep - impact.gap / approach);
                 double& separating = scratch.separating_speeds[contact];
                 separating =
@@ -196,7 +197,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     for (const std::uint32_t member : members) bodies[member].velocity.angular *= kept;
 }
 
-/// Gives a contact of a character the drive of its feet.
+/// Applies the foot drive of a character to a contact.
 /// @param b kNone: the ground
 void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
                               const Scene& scene) {
@@ -207,7 +208,7 @@ void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint
     if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
 }
 
-/// Speed at which the wheels of the substep make a contact close, m/s, >= 0.
+/// Closing speed of a contact due to wheel forces of the substep, m/s, >= 0.
 double IslandSolver::pushed_speed(std::size_t contact, const Impact& impact,
                                   const ContactSolver& solver, const Scene& scene) const {
     const auto before = [&](std::uint32_t body) {
@@ -216,8 +217,8 @@ double IslandSolver::pushed_speed(std::size_t contact, const Impact& impact,
     return std::max(0.0, solver.closing_speed(contact, before(impact.a), before(impact.b)));
 }
 
-/// Applies the forces of wheels for a substep. Returns the energy that they add to the island by its end, J: the
-/// kinetic energy, less the work that the accelerations do along the displacements that they add.
+/// Applies wheel forces for a substep. Returns the energy that they add to the island by the end of the substep, J:
+/// kinetic energy, minus the work of the accelerations along the added displacements.
 double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int substep,
                                   const Scene& scene) {
     double added = 0.0;
@@ -240,7 +241,7 @@ double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int su
     return added;
 }
 
-/// A body of a link in a substep. Driving bodies are not stepped by islands.
+/// A body of a link in a substep; islands do not step driving bodies.
 const RigidBody& IslandSolver::body_at(std::uint32_t body, int substep, const Scene& scene) const {
     const bool is_later = substep > 0 && moves_[body] == 0 && driver_index_[body] != kNone;
     if (!is_later) return scene.bodies[body];
@@ -258,7 +259,7 @@ std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene)
     return count;
 }
 
-/// Adds the contacts at the bodies' poses at the start of the collision step.
+/// Adds the contacts for the poses at the start of the collision step.
 void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scratch& scratch,
                                 const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
@@ -282,10 +283,10 @@ void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scrat
             add(contact, 0.0);
         }
     }
-    // The ground comes last, so that its constraints are met best.
+    // The ground is last, so that its constraints are satisfied best.
     for (const std::uint32_t member : members) {
         const GroundContactCache& cache = scene.ground_contacts[member];
-        // Impulses of other contacts would be redistributed only in many sweeps: no warm start for a lone body.
+        // No warm start for a lone body with changed contacts: redistributing old impulses would take many sweeps.
         const bool is_warm = members.size() > 1 || !links.empty() || cache.has_same_contacts();
         for (std::size_t i = 0; i < cache.count(); ++i) {
             SolverContact contact = cache.contact(i, scene.bodies[member], member);
@@ -296,7 +297,7 @@ void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scrat
     }
 }
 
-/// Gives the contacts the gaps of a later substep. Their planes and points stay those of the start.
+/// Updates the gaps of the contacts for a later substep, keeping their planes and points.
 void IslandSolver::follow(std::size_t island, int substep, ContactSolver& solver,
                           const Scene& scene) {
     std::size_t row = 0;
@@ -316,7 +317,7 @@ void IslandSolver::follow(std::size_t island, int substep, ContactSolver& solver
     }
 }
 
-/// Sets what the impacts of a substep begin with. Returns whether a contact is to be separated.
+/// Initialises the impacts of a substep. Returns whether a contact needs separation.
 bool IslandSolver::begin_impacts(std::size_t contact_count, const ContactSolver& solver,
                                  Scratch& scratch, const Scene& scene) const {
     bool overlaps = false;
@@ -361,7 +362,7 @@ void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solv
     }
 }
 
-/// Opens contacts below their target gap, at bounded speed. It leaves no velocity behind.
+/// Opens contacts below their target gap at bounded speed, without changing velocities.
 void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
     for (const std::uint32_t member : members) solver_bodies_[member].velocity = {};
@@ -378,7 +379,7 @@ void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Sce
     }
 }
 
-/// Restitution of the contacts that have closed in the step.
+/// Applies restitution to the contacts that have closed in the step.
 void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& scratch,
                           const Scene& scene, double max_energy, const StoppingRule& rule) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
@@ -391,8 +392,8 @@ void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& sc
     }
 }
 
-/// Takes from the velocities what the total energy has grown by: contacts that follow their planes over a curved
-/// surface may lift the bodies.
+/// Removes growth of the total energy from the velocities: contacts that follow their planes over a curved surface may
+/// lift bodies.
 void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
                                 const WorldPos& origin, double most) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
@@ -414,7 +415,7 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
     }
 }
 
-/// Kinetic energy, and potential energy of the acceleration relative to an origin, J.
+/// Kinetic energy plus potential energy of the acceleration relative to an origin, J.
 double IslandSolver::total_energy(std::size_t island, const WorldPos& origin,
                                   const Scene& scene) const {
     double energy = 0.0;

@@ -17,13 +17,13 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Of a turn: cosine and sine.
+/// Cosine and sine of an angle.
 struct Turn {
     double cosine, sine;
 };
 
-/// |angle| up to pi or little more. The tangent of a quarter of the angle, where it is accurate, gives both functions
-/// of half of it, and these those of the angle.
+/// Cosine and sine for |angle| up to slightly above pi: the tangent of a quarter of the angle, where it is accurate,
+/// gives both for half the angle, and these both for the angle.
 Turn turn_of(double angle) {
     const double t = internal::tangent(0.25 * angle);
     const double share = 1.0 / (1.0 + t * t);
@@ -31,7 +31,7 @@ Turn turn_of(double angle) {
     return {cosine * cosine - sine * sine, 2.0 * sine * cosine};
 }
 
-/// An angle as one from -pi to pi.
+/// Wraps an angle to -pi to pi.
 double wrapped(double angle) { return angle - 2.0 * kPi * std::floor(angle / (2.0 * kPi) + 0.5); }
 
 }  // namespace
@@ -58,7 +58,7 @@ Result<std::vector<Eigen::Vector3d>> make_lidar_grid(const LidarGridSettings& se
             return ok;
         const double last =
             settings.first_elevation + settings.elevation_step * (settings.elevation_count - 1);
-        // to rounding of the product
+        // up to rounding of the product
         if (auto ok =
                 check_range("the last elevation", last, -0.5 * kPi - 1e-12, 0.5 * kPi + 1e-12);
             !ok)
@@ -84,9 +84,9 @@ Result<std::vector<Eigen::Vector3d>> make_lidar_grid(const LidarGridSettings& se
 
 namespace {
 
-/// Rays of a worker's turn.
+/// Rays per block of a worker.
 constexpr std::size_t kRaysOfTurn = 256;
-/// Largest error of the square of a direction's length, and of the products of a rotation's columns.
+/// Tolerance of squared lengths of directions, and of products of a rotation's columns.
 constexpr double kUnitError = 1e-6;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

@@ -20,10 +20,10 @@ using internal::check_value;
 using internal::check_vector;
 using internal::RigidBody;
 
-constexpr double kReachTime = 0.1;  // seconds: the longest step that needs() allows for
+constexpr double kReachTime = 0.1;  // seconds: longest step assumed by needs()
 constexpr double kMostImpulse = 1e18;
 constexpr double kMostArmPlace =
-    2.0 * internal::kMaxPlace;  // metres, of a point that a force acts at
+    2.0 * internal::kMaxPlace;  // metres, of a force's point of application
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
     hash = (hash ^ value) * 0x9e3779b97f4a7c15u;
@@ -34,7 +34,7 @@ void mix(std::uint64_t& hash, const Eigen::Vector3d& value) {
     for (int axis = 0; axis < 3; ++axis) mix(hash, std::bit_cast<std::uint64_t>(value[axis]));
 }
 
-/// The settings with their default tolerance, and the shape around its centre of mass where that matters.
+/// Settings with the default tolerance filled in, and the shape, centred if the body is dynamic.
 struct MadeBody {
     BodySettings settings;
     internal::CentredShape shape;
@@ -232,7 +232,7 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
     if (auto ok = internal::check_state(state); !ok) return ok;
     state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
     if (state.velocity.isZero(0.0) && state.angular_velocity.isZero(0.0)) {
-        // It is there, but for rounding: it does not move, and sleepers on it sleep on.
+        // Already there up to rounding: it does not move, and sleepers on it stay asleep.
         state_->bodies[body.index].pose = state_->states[body.index].pose = world_from_shape;
         state_->island_solver.forget_bounds(body.index);
         return {};
@@ -292,11 +292,11 @@ Result<void> World::add_force(BodyId body, const WorldPos& point_world,
     const Eigen::Vector3d before = state_->forces[body.index];
     if (auto ok = add_force(body, force); !ok) return ok;
     auto ok = add_torque(body, internal::cross(arm, force));
-    if (!ok) state_->forces[body.index] = before;  // nothing is changed then
+    if (!ok) state_->forces[body.index] = before;  // leave everything unchanged
     return ok;
 }
 
-// No force or torque beyond what a step of a second may turn into a velocity that is out of range.
+// Forces and torques are limited so that a step of one second keeps velocities in range.
 
 Result<void> World::State::check_force(std::size_t index, const Eigen::Vector3d& force) const {
     const double inverse_mass = bodies[index].mass.inverse_mass;
@@ -371,7 +371,7 @@ std::span<const BodyNeed> World::needs() {
     for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
         if (!state_->ids.is_used(i) || state_->type(i) != BodyType::dynamic_body) continue;
         const RigidBody& body = state_->bodies[i];
-        // An impact may turn a body anywhere, so the reach of a long step counts in every direction.
+        // An impact may deflect a body in any direction, so the reach of a long step counts in all directions.
         const double speed = internal::greatest_speed(body);
         state_->needs.push_back({.centre_world = body.pose.translation,
                                  .velocity = body.velocity.linear,
@@ -404,12 +404,11 @@ std::uint64_t World::state_hash() const {
     return hash;
 }
 
-// Spatial queries of a world. The tree is made by the first query after a change, so that a world that is never asked
-// has none.
+// Spatial queries. The first query after a change builds the tree, so that a world without queries has none.
 
 namespace {
 
-/// A tree is built anew after so many refits: bodies that have moved far make its boxes large.
+/// Number of refits after which the tree is rebuilt: bodies that have moved far enlarge its boxes.
 constexpr int kMaxRefits = 32;
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using internal::RigidBody;
 
-/// A body moves to a pose in pieces that turn by at most this, radians: casts are of a constant spin.
+/// Largest rotation of a piece of a move to a pose, radians, because casts have constant spin.
 constexpr double kMaxTurn = 0.5;
 
 internal::MassProperties mass_of(const BodySettings& settings, const Shape& shape) {
@@ -161,7 +161,7 @@ void World::State::place(std::size_t index, const BodyPlacement& placement) {
     touch();
 }
 
-/// Forgets the contacts of a body and wakes the bodies that it had them with.
+/// Removes the contacts of a body and wakes the bodies in contact with it.
 void World::State::forget_contacts(std::size_t index) {
     island_solver.forget_contacts(static_cast<std::uint32_t>(index),
                                   [this](std::uint32_t other) { wake(other); });

@@ -20,12 +20,12 @@
 #include <unordered_map>
 #include <vector>
 
-// Fields of a saved world as bytes: little-endian, fixed width, no padding. A writer and a reader have the same
-// functions, so that one list of fields serves both directions; names and ranges are for the reader.
+// Serialisation of worlds: little-endian fields of fixed width without padding. Writer and reader have the same
+// interface, so that one list of fields serves both directions; names and ranges are for the reader.
 namespace terrane::internal {
 
-/// Ranges of what steps compute. Steps have no limits of their own: these are far beyond what a world reaches, and far
-/// within what arithmetic allows.
+/// Valid ranges of values computed by steps. Steps enforce no such limits: these are far above values that occur and
+/// far below overflow.
 inline constexpr double kMostStoredLength = 1e15;   // metres
 inline constexpr double kMostStoredSpeed = 1e12;    // m/s, m/s^2
 inline constexpr double kMostStoredSpin = 1e15;     // rad/s
@@ -62,7 +62,7 @@ public:
         for (int column = 0; column < 3; ++column) vector("", value.rotation.col(column), 0.0);
         vector("", value.translation, 0.0);
     }
-    /// The number of elements, then write_each(element).
+    /// Writes the number of elements, then calls write_each(element).
     void list(const char*, const auto& values, std::size_t /*least_bytes*/, auto write_each) {
         put(values.size(), 4);
         for (const auto& value : values) write_each(value);
@@ -77,15 +77,15 @@ private:
     std::vector<std::byte> bytes_;
 };
 
-/// Reads fields from bytes. A field out of its range or beyond the end is an error. After the first error numbers read
-/// as 0 and lists as empty.
+/// Reads fields from bytes. A field out of range or beyond the end is an error. After the first error, numbers read as
+/// 0 and lists as empty.
 class FieldReader {
 public:
     static constexpr bool kReads = true;
 
     explicit FieldReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-    /// What the next fields belong to, for messages; null: the world.
+    /// Sets the owner of the next fields for error messages; null: the world.
     void begin(const char* thing, std::size_t index) {
         thing_ = thing;
         index_ = index;
@@ -156,7 +156,7 @@ public:
         }
         place(name, value.translation);
     }
-    /// @param least_bytes that an element has: the count is checked against the bytes that are left
+    /// @param least_bytes smallest size of an element, to check the count against the remaining bytes
     void list(const char* name, auto& values, std::size_t least_bytes, auto read_each) {
         const std::uint64_t count = get(name, 4);
         if (count > bytes_.size() / least_bytes) {
@@ -212,10 +212,10 @@ inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     return hash;
 }
 
-// Settings of vehicles and characters as fields. Fields that BodySettings holds too are stored there only. Ranges are
-// those of check_vehicle() and check_character().
+// Settings of vehicles and characters. Fields also in BodySettings are stored only there. check_vehicle() and
+// check_character() check the ranges.
 
-/// What a body is, besides a body.
+/// Additional role of a body.
 enum class BodyRole : std::uint8_t { plain, vehicle, character };
 
 template <class Stream>
@@ -227,7 +227,7 @@ void list_axle(Stream& stream, auto& axle) {
     stream.length("anti_roll", axle.anti_roll);
 }
 
-/// Without the shapes: those are the first parts of the chassis' compound.
+/// Without the shapes, which are the first parts of the chassis' compound.
 template <class Stream>
 void list_vehicle_settings(Stream& stream, auto& settings) {
     constexpr std::size_t kAxleBytes = 33;
@@ -251,10 +251,10 @@ void list_character_settings(Stream& stream, auto& settings) {
     }
 }
 
-// Shapes as fields. A hull is its vertices and a compound its parts: create() makes the same bits of them again. Hulls
-// and compounds that share their data are written once.
+// Shapes. Hulls are stored as vertices and compounds as parts, from which create() recreates identical bits. Hulls and
+// compounds with shared data are written once.
 
-/// Writes shapes, and knows which hulls and compounds it has written.
+/// Writes shapes, and tracks the hulls and compounds already written.
 class ShapeWriter {
 public:
     explicit ShapeWriter(FieldWriter& out) : out_(out) {}
@@ -271,15 +271,15 @@ private:
     bool write_index(Indices& known, const void* data);
 
     FieldWriter& out_;
-    Indices hulls_, compounds_;  // of shared data, in the order in which it was written
+    Indices hulls_, compounds_;  // of shared data, in writing order
 };
 
-/// Reads what a ShapeWriter has written.
+/// Reads the output of a ShapeWriter.
 class ShapeReader {
 public:
     explicit ShapeReader(FieldReader& in) : in_(in) {}
 
-    /// A sphere where the reader fails.
+    /// Reads a shape; a sphere on failure.
     Shape read();
 
 private:

@@ -59,7 +59,7 @@ void ShapeWriter::write_shape(const Compound& compound) {
     });
 }
 
-/// Writes the index of shared data. Returns whether the data must follow.
+/// Writes the index of shared data. Returns whether the data itself must follow.
 bool ShapeWriter::write_index(Indices& known, const void* data) {
     const auto [found, is_new] = known.emplace(data, static_cast<std::uint32_t>(known.size()));
     out_.word("index", found->second);
@@ -137,8 +137,9 @@ Compound ShapeReader::read_compound() {
 
 }  // namespace terrane::internal
 
-// A world as bytes: magic, version, settings, ids, bodies, contacts of bodies, touching pairs, checksum. What follows
-// from settings and shapes is computed again; queries, islands and events are made by the next call that needs them.
+// Format of a saved world: magic, version, settings, ids, bodies, contacts of bodies, touching pairs, checksum. Data
+// derived from settings and shapes is recomputed; queries, islands and events are rebuilt by the next call that needs
+// them.
 
 namespace terrane {
 namespace {
@@ -152,7 +153,7 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 12, kChecksumBytes = 8;
 constexpr std::size_t kIndexBytes = 4, kManifoldBytes = 12, kTouchingPairBytes = 17;
 
-/// Which callbacks a world has: they are not saved.
+/// Presence of callbacks, which are not saved themselves.
 struct CallbackFlags {
     bool gravity_at = false, may_collide = false;
 };
@@ -189,7 +190,7 @@ void list_body_settings(Stream& stream, auto& settings) {
     stream.flag("rotates", settings.rotates);
 }
 
-/// Everything else of a body that steps change. New state of bodies goes here.
+/// All other state of a body that steps change. Add new state of bodies here.
 template <class Stream>
 void list_body_state(Stream& stream, auto& world, std::size_t index) {
     auto& body = world.bodies[index];
@@ -233,7 +234,7 @@ void fail_unless(FieldReader& in, bool condition, const char* name, const char* 
     if (!condition) in.fail(name, what);
 }
 
-/// Fails where a condition is not of the body's type, or the body moves and must not.
+/// Fails if a condition does not match the body's type, or if the body has a velocity but must not move.
 void check_condition(FieldReader& in, BodyType type, const internal::RigidBody& body,
                      BodyCondition condition) {
     const bool is_dynamic_body = type == BodyType::dynamic_body;
@@ -268,7 +269,7 @@ std::vector<internal::PairManifold> read_manifolds(FieldReader& in, const intern
                                                    std::span<const internal::RigidBody> bodies) {
     std::vector<internal::PairManifold> manifolds;
     std::size_t index = 0;
-    std::size_t left = 0;  // manifolds of the present pair that are still to come
+    std::size_t left = 0;  // remaining manifolds of the current pair
     in.list("contacts of bodies", manifolds, kManifoldBytes, [&](internal::PairManifold& manifold) {
         in.begin("contact manifold", index);
         internal::PairManifold::list_fields(in, manifold);
@@ -313,7 +314,7 @@ std::vector<internal::TouchingPair> read_touching(FieldReader& in, std::size_t s
     return touching;
 }
 
-/// The fields between header and checksum.
+/// Checks header and checksum, and returns the fields between them.
 Result<std::span<const std::byte>> open_bytes(std::span<const std::byte> bytes) {
     const auto refuse = [](const std::string& what) {
         return fail(ErrorCode::bad_data, "saved world: " + what);
@@ -371,7 +372,7 @@ std::vector<std::byte> World::State::save() const {
     return std::move(out.bytes());
 }
 
-/// Whether a body is a vehicle or a character, its settings as such, and its state.
+/// Writes the role of a body, and the settings and state of a vehicle or character.
 void World::State::save_role(std::size_t index, FieldWriter& out) const {
     const internal::Vehicle* const vehicle = vehicles[index].get();
     const internal::Character* const character = characters[index].get();

@@ -25,14 +25,14 @@ class FieldWriter;
 class ShapeReader;
 }  // namespace internal
 
-/// Arrays indexed by slot, and what they share.
+/// Arrays indexed by slot, and shared data.
 struct World::State {
     explicit State(const WorldSettings& settings);
 
     // ---- Bodies (world_bodies.cpp) ----
 
     /// @param shape centred
-    /// @param mass  null: that of the shape with uniform density
+    /// @param mass  null: computed from the shape with uniform density
     BodyId add(const BodySettings& settings, internal::CentredShape&& shape,
                const BodyPlacement& placement, const internal::MassProperties* mass = nullptr);
     BodyId add_vehicle(std::unique_ptr<internal::Vehicle> vehicle, const BodySettings& settings,
@@ -45,14 +45,15 @@ struct World::State {
     BodyMove move_to(std::size_t index, const Pose& world_from_shape, const Ground& ground);
     /// Wakes the body and its sleep group.
     void wake(std::size_t index);
-    /// Radius around its centre of mass in which a dynamic body at rest meets the ground, wheels and steps included.
+    /// Radius around the centre of mass within which a dynamic body at rest can touch the ground, including wheels and
+    /// steps.
     double reach(std::size_t index) const;
     /// Copies a body's motion into its state.
     void publish(std::size_t index);
     BodyType type(std::size_t index) const { return body_settings[index].type; }
     Result<void> check_body_id(BodyId body) const;
     Result<void> check_dynamic(BodyId body) const;
-    /// Fails where the velocities would be out of range.
+    /// Fails if the velocities would be out of range.
     Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
                       const Eigen::Vector3d& angular_impulse);
 
@@ -75,7 +76,7 @@ struct World::State {
 
     std::vector<std::byte> save() const;
     void resize(std::size_t count);
-    /// Reads the body of a slot that is used.
+    /// Reads the body of a used slot.
     void load_body(std::size_t index, internal::FieldReader& in, internal::ShapeReader& shapes);
     void save_role(std::size_t index, internal::FieldWriter& out) const;
     void load_role(std::size_t index, const BodySettings& own, internal::FieldReader& in);
@@ -84,9 +85,9 @@ struct World::State {
 
     // ---- Queries (world.cpp) ----
 
-    /// The bodies at their present poses.
+    /// The bodies at their current poses.
     internal::QueryScene scene(const Ground& ground) const;
-    /// Needed after anything that queries read has changed.
+    /// Invalidates the query scene; call after changing anything that queries read.
     void touch() {
         is_idle = false;
         is_scene_current.store(false, std::memory_order_relaxed);
@@ -99,20 +100,20 @@ struct World::State {
     std::vector<BodySettings> body_settings;
     std::vector<BodyNeed> needs;
     std::vector<Eigen::Vector3d> forces, torques;  // of the next step; N, N m
-    std::vector<std::optional<Pose>> targets;      // of kinematic bodies that reach a pose
-    std::vector<double> target_times;              // seconds until then, see targets
+    std::vector<std::optional<Pose>> targets;      // of kinematic bodies that move to a pose
+    std::vector<double> target_times;              // seconds until the target is reached
     std::vector<Pose> frames;                      // body_from_centred
     std::vector<internal::GroundContactCache> ground_contacts;
-    std::vector<double> quiet_times;           // how long each body has been slow and held, s
-    std::vector<std::uint32_t> sleep_groups;   // the lowest body that it fell asleep with
+    std::vector<double> quiet_times;  // time for which a body has been slow and supported, s
+    std::vector<std::uint32_t> sleep_groups;   // lowest body of the group that fell asleep together
     std::vector<std::uint8_t> is_placed_anew;  // since the last step
     std::vector<std::unique_ptr<internal::Vehicle>> vehicles;      // null: not a vehicle
     std::vector<std::unique_ptr<internal::Character>> characters;  // null: not a character
     internal::ContactTracker contacts;
     internal::IslandSolver island_solver;
 
-    bool is_idle = false;    ///< nothing moves, and nothing has changed since the last step
-    StepReport idle_report;  ///< of a step of an idle world
+    bool is_idle = false;    ///< nothing moves and nothing has changed since the last step
+    StepReport idle_report;  ///< report of a step of an idle world
 
     // ---- Helpers of steps ----
 
@@ -157,12 +158,12 @@ struct World::State {
     std::vector<std::uint32_t> character_slots;    // ascending
     std::vector<const internal::FootDrive*> feet;  // as wheel_sets
     std::vector<std::uint32_t> vehicle_slots;      // ascending
-    std::vector<internal::WheelSet*> wheel_sets;   // that exert forces; empty without vehicles
-    std::vector<BodyPair> wheel_links;             // vehicles and bodies that their wheels stand on
-    std::deque<Shape> body_shapes;                 // centred; bodies point to them
-    std::vector<internal::BodyMotion> before;      // the step, for those that park in it
-    std::vector<internal::SubstepAnswer> totals;   // of the step
-    std::vector<internal::StepStart> starts;       // of the collision step
+    std::vector<internal::WheelSet*> wheel_sets;  // those that exert forces; empty without vehicles
+    std::vector<BodyPair> wheel_links;            // vehicles and bodies under their wheels
+    std::deque<Shape> body_shapes;                // centred; bodies point to them
+    std::vector<internal::BodyMotion> before;  // state before the step, for bodies that park in it
+    std::vector<internal::SubstepAnswer> totals;  // of the step
+    std::vector<internal::StepStart> starts;      // of the collision step
     std::vector<internal::Mobility> mobility;
     std::vector<std::uint8_t> is_parked;  // parked in this step
     std::optional<Ground> ground_before;  // of the last collision step; keeps its chunks alive
@@ -170,7 +171,7 @@ struct World::State {
     std::uint64_t failed_callbacks = 0;   // in this step
     internal::WorkerTeam team;
 
-    // What queries read; made by the first one after a change.
+    // The scene of queries, built by the first query after a change.
     mutable std::mutex scene_mutex;
     mutable std::atomic<bool> is_scene_current{false};
     mutable std::vector<internal::QueryBody> query_bodies;

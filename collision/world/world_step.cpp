@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Islands that fall asleep and wake up.
+// Sleeping and waking of islands.
 #include "world/solver/body_checks.h"
 #include "world/solver/body_step.h"
 #include "world/world_state.h"
@@ -12,7 +12,7 @@
 namespace terrane {
 namespace {
 
-constexpr double kSleepSpeed = 0.03;  // metres a second, of the fastest point
+constexpr double kSleepSpeed = 0.03;  // metres per second, of the fastest point
 constexpr double kSleepDelay = 0.5;   // seconds
 
 }  // namespace
@@ -26,8 +26,8 @@ void World::State::wake_group(std::uint32_t group) {
     }
 }
 
-/// Puts islands to sleep whose bodies have been slow and supported for kSleepDelay. An island that a driving body
-/// touches stays awake.
+/// Puts islands to sleep if all their bodies have been slow and supported for kSleepDelay. An island touched by a
+/// driving body stays awake.
 void World::State::fall_asleep(double dt) {
     const internal::Islands& islands = island_solver.islands();
     for (std::size_t island = 0; island < islands.count(); ++island) {
@@ -45,7 +45,7 @@ void World::State::fall_asleep(double dt) {
             const internal::Character* const character = characters[body].get();
             const bool may_sleep = (vehicle == nullptr || vehicle->is_braked()) &&
                                    (character == nullptr || character->is_idle());
-            // Separation of overlaps has no velocity.
+            // Separation of overlaps moves bodies without velocity.
             const double moved =
                 internal::greatest_move(bodies[body], before[body].pose, bodies[body].pose);
             const bool is_slow =
@@ -69,8 +69,8 @@ void World::State::put_to_sleep(std::size_t index, std::uint32_t group) {
     show_to_drives(index);
 }
 
-// What drives a world's vehicles and characters. Wheels are cast once a collision step through the bodies and the
-// ground, and exert their forces in the substeps of the islands; feet drive contacts there.
+// Drives of vehicles and characters. Wheels are cast against bodies and ground once per collision step, and exert
+// forces in the substeps of islands, where feet drive contacts.
 
 using internal::Mobility;
 using internal::StepStart;
@@ -87,7 +87,7 @@ void World::State::begin_drives(const Ground& ground, double duration) {
     });
 }
 
-/// Casts the wheels of the vehicles, of sleeping ones too: a body that moves under a wheel wakes its vehicle.
+/// Casts the wheels of all vehicles, including sleeping ones: a body that moves under a wheel wakes its vehicle.
 void World::State::cast_wheels(const internal::QueryScene& now) {
     team.run_blocks(vehicle_slots.size(), 1, [&](std::size_t i) {
         const std::uint32_t slot = vehicle_slots[i];
@@ -110,7 +110,7 @@ void World::State::cast_wheels(const internal::QueryScene& now) {
     }
 }
 
-/// Those of moving bodies act.
+/// Selects the drives of moving bodies.
 void World::State::choose_drives() {
     wheel_sets.clear();
     feet.clear();
@@ -124,7 +124,7 @@ void World::State::choose_drives() {
     }
 }
 
-/// Steps of stopped characters, one after the other: each sees where the others are.
+/// Moves stopped characters onto steps, sequentially, so that each sees the positions of the others.
 void World::State::end_drives(const Ground& ground, double duration) {
     for (const std::uint32_t slot : character_slots) {
         internal::Character& character = *characters[slot];
@@ -155,7 +155,7 @@ void World::State::finish_drives(const Ground& ground, double dt, StepReport& re
             vehicle.show(states[slot]);
             continue;
         }
-        // Where ground under a wheel is not resident, the contacts of the last collision step stand.
+        // If ground under a wheel is not resident, the contacts of the last collision step remain.
         vehicle.cast_wheels(bodies[slot], ids.id(slot), now);
         vehicle.end_step(states[slot], now, totals[slot].touches, dt);
         if (!settings.measure_depth) continue;
@@ -166,11 +166,11 @@ void World::State::finish_drives(const Ground& ground, double dt, StepReport& re
     }
 }
 
-// Sources:    Catto. Solver2D. 2024 (contacts found once a step, substeps on them).
+// Sources:    Catto. Solver2D. 2024 (contact detection once per step, substeps on these contacts).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
-// Deviations: islands are solved together with their ground contacts on poses that are scratch; then each body makes
-//             its net displacement alone against its offset surface, so that the ground constraint holds whatever the
-//             islands' solution.
+// Deviations: islands are solved with their ground contacts on scratch poses; then each body's net displacement is
+//             applied separately against its offset surface, so that the ground constraint holds for any solution of
+//             the islands.
 
 namespace {
 
@@ -178,18 +178,18 @@ using internal::Mobility;
 using internal::RigidBody;
 using internal::StepStart;
 
-/// Contacts are found once in so many substeps.
+/// Substeps per detection of contacts.
 constexpr double kSubstepsPerCollisionStep = 2.0;
-constexpr std::size_t kBlock = 16;      // bodies that a thread takes at a time
+constexpr std::size_t kBlock = 16;      // bodies per block of a thread
 constexpr double kMostGravity = 1e4;    // m/s^2
-constexpr double kSameDuration = 1e-9;  // relative: a kinematic body reaches its pose in this step
+constexpr double kSameDuration = 1e-9;  // relative tolerance of target times
 
 bool is_valid_gravity(const Eigen::Vector3d& gravity) {
     return std::abs(gravity.x()) <= kMostGravity && std::abs(gravity.y()) <= kMostGravity &&
            std::abs(gravity.z()) <= kMostGravity;
 }
 
-/// Whether a body may be there.
+/// Whether a position is within the limits.
 bool is_in_reach(const WorldPos& place) {
     return std::abs(place.x()) <= internal::kMaxPlace &&
            std::abs(place.y()) <= internal::kMaxPlace && std::abs(place.z()) <= internal::kMaxPlace;
@@ -258,7 +258,7 @@ void World::State::begin_step() {
         mobility[i] = ids.is_used(i) ? Mobility::fixed : Mobility::absent;
         if (!is_stepped(i)) continue;
         RigidBody& body = bodies[i];
-        // Cached contacts are not kept over a step: the result must not depend on what is loaded elsewhere.
+        // Cached contacts are dropped between steps, because results must not depend on what is loaded elsewhere.
         ground_contacts[i].begin_step();
         before[i] = body;
         totals[i] = {};
@@ -274,7 +274,7 @@ Eigen::Vector3d World::State::gravity_of(const RigidBody& body) {
     try {
         const Eigen::Vector3d gravity = settings.callbacks.gravity_at(body.pose.translation);
         if (is_valid_gravity(gravity)) return gravity;
-    } catch (...) {  // counted, as what is not valid is
+    } catch (...) {  // counted below, like an invalid value
     }
     ++failed_callbacks;
     return settings.gravity;
@@ -324,13 +324,13 @@ void World::State::set_mobility(std::size_t index) {
     } else if (!is_stepped(index) || starts[index].kind == StepStart::Kind::unresident) {
         mobility[index] = Mobility::fixed;
     } else {
-        // A body that recovers from the ground moves whatever touches it.
+        // A body that recovers from the ground moves unaffected by contacts.
         const bool is_deep = starts[index].kind == StepStart::Kind::too_deep;
         mobility[index] = is_deep ? Mobility::driving : Mobility::moving;
     }
 }
 
-/// Finds the bodies that touch, and wakes sleepers that are touched.
+/// Finds touching bodies and wakes touched sleepers.
 void World::State::find_islands(const Ground& ground, const internal::StepSpan& span) {
     for (std::size_t i = 0; i < bodies.size(); ++i) set_mobility(i);
     island_solver.find(bodies, sleep_groups, wheel_links, mobility, span, team);
@@ -375,7 +375,7 @@ void World::State::end_body(std::size_t index, const Ground& ground,
     }
     totals[index].add(answer);
     if (!answer.resident || !is_in_reach(body.pose.translation)) {
-        // The body parks for the whole step: its motion so far is undone.
+        // The body is parked for the whole step: undo its motion so far.
         static_cast<internal::BodyMotion&>(body) = before[index];
         ground_contacts[index].undo_step();
         if (vehicles[index] != nullptr) vehicles[index]->undo_step();
@@ -383,8 +383,8 @@ void World::State::end_body(std::size_t index, const Ground& ground,
         is_parked[index] = 1;
         return;
     }
-    // A body that fell off the world may not come back in below the ground. The ground's side has no surface that
-    // could resolve the contact, so the horizontal velocity is removed, and the body falls on.
+    // A body that fell off the world must not re-enter below the ground. The ground's side has no surface that could
+    // resolve the contact, so the horizontal velocity is removed and the body continues to fall.
     if (answer.lost_time > 0.0 && internal::is_outside(ground, body.pose.translation)) {
         body.velocity.linear.x() = 0.0;
         body.velocity.linear.y() = 0.0;

@@ -39,13 +39,13 @@ class MeshStatus(IntEnum):
     invalid_view = 4
 
 
-class TicketState(IntEnum):
+class RegionState(IntEnum):
     """The state of a region that Pager.require() asks for."""
 
     loading = 0
     ready = 1
     failing = 2
-    unknown = 3
+    released = 3
 
 
 class CellFlag(IntFlag):

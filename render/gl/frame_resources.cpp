@@ -153,7 +153,7 @@ StreamBuffer::~StreamBuffer() {
 void StreamBuffer::wait(Turn& turn) {
     if (turn.fence == nullptr) return;
     constexpr GLuint64 kOneSecond = 1'000'000'000;
-    // also ends where the wait fails: with a lost context no fence is signalled
+    // the loop also ends if the wait fails: a lost context never signals a fence
     while (glClientWaitSync(turn.fence, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond) ==
            GL_TIMEOUT_EXPIRED) {
     }

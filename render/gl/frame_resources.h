@@ -16,11 +16,11 @@ namespace terrane::internal {
 /// into the picture.
 class Framebuffer {
 public:
-    /// @param wanted_samples per pixel; a count that the device does not have is replaced by the next larger one, or
+    /// @param wanted_samples per pixel; a count that the device does not support is replaced by the next larger one, or
     ///         the largest
     ///
-    /// Fails with invalid_argument for a size below 1 or above what the device takes (at most 2^26
-    /// pixels together), device_unavailable where no combination of formats is complete.
+    /// Fails with invalid_argument for a size below 1 or above the device's limit (at most 2^26 pixels in all),
+    /// device_unavailable if no combination of formats is complete.
     static Result<Framebuffer> create(int width_px, int height_px, int wanted_samples);
 
     int width_px() const { return width_px_; }
@@ -50,9 +50,10 @@ private:
 
 /// A buffer rewritten by the CPU every frame while the device may still read the previous ones.
 ///
-/// Triple buffering with persistent mapping and fences: begin() waits only where the device is two frames behind.
-/// Measured on a software rasteriser with a million triangles and 150 morphing chunks (16 MB a frame), CPU time of a
-/// frame over one plain draw: 1.03 to 1.05; with one buffer reallocated every frame (glNamedBufferData) 1.08 to 1.10.
+/// Triple buffering with persistent mapping and fences: begin() waits only if the device is two frames behind. CPU time
+/// of a frame relative to a single plain draw, measured on a software rasteriser with a million triangles and 150
+/// morphing chunks (16 MB a frame): 1.03 to 1.05; with one buffer reallocated every frame (glNamedBufferData) 1.08 to
+/// 1.10.
 class StreamBuffer {
 public:
     StreamBuffer() = default;
@@ -60,7 +61,7 @@ public:
     StreamBuffer& operator=(const StreamBuffer&) = delete;
     ~StreamBuffer();
 
-    /// Memory of at least `bytes` for the next frame, with undefined content. Null where the device is out of memory.
+    /// Memory of at least `bytes` for the next frame, with undefined content. Null if the device is out of memory.
     std::byte* begin(std::size_t bytes);
     /// The buffer of the last begin().
     GLuint name() const { return turns_[turn_].buffer.name(); }
@@ -85,15 +86,15 @@ struct QueryKind {
 };
 using GlQuery = GlObject<QueryKind>;
 
-/// Time that the device takes for the commands of a frame, read without waiting for it.
+/// Measures the device time of a frame's commands without waiting for the result.
 ///
-/// Three queries in turn: a frame that is not finished when its query's turn comes again is not measured.
+/// Cycles through three queries: a frame whose query is still pending when it is needed again is not measured.
 class GpuTimer {
 public:
     /// Call around the commands of a frame; no other time query may be active.
     void begin();
     void end();
-    /// Milliseconds of the last frame whose time the device has reported; none before the first one.
+    /// Milliseconds of the most recent frame with a reported time, if any.
     std::optional<double> last_ms() const { return last_ms_; }
 
 private:

@@ -30,8 +30,8 @@ private:
     GLuint name_ = 0;
 };
 
-// Types instead of functions as template arguments: where inline functions are hidden (-fvisibility-inlines-hidden),
-// GCC takes a type that has one as its argument for hidden, and warns about the classes that have it as a member.
+// Template arguments are types instead of functions: with -fvisibility-inlines-hidden, GCC treats a type whose template
+// argument is an inline function as hidden, and warns about classes with members of that type.
 struct BufferKind {
     static void destroy(GLuint name) { glDeleteBuffers(1, &name); }
 };
@@ -112,7 +112,7 @@ struct GlLog {
 /// Redirects the debug output of the current context to a log, which must outlive the context.
 void attach_log(GlLog& log);
 
-/// Fails with device_unavailable where the current context has an error, or its log a message, and clears both.
+/// Fails with device_unavailable if the current context has an error or its log a message, and clears both.
 ///
 /// @param doing the operation, for the message: "draw the terrain"
 Result<void> check_gl(const std::string& doing);

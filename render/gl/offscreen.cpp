@@ -167,7 +167,7 @@ std::shared_ptr<const void> EglContext::keep_alive() const { return state_; }
 
 namespace {
 
-// Limit for the size in a file header; no picture of ours is larger.
+// Largest size accepted from a file header; the renderer writes none larger.
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
 // Owns the memory of libpng's simplified interface.
@@ -209,11 +209,11 @@ Result<void> write_png(const Image& image, const std::string& path) {
     out.png.width = static_cast<png_uint_32>(image.width);
     out.png.height = static_cast<png_uint_32>(image.height);
     out.png.format = PNG_FORMAT_RGB;
-    // fast rather than small: about a tenth larger, for hundreds of frames
+    // favours speed: files are about a tenth larger
     out.png.flags = PNG_IMAGE_FLAG_FAST;
     const int is_written =
         png_image_write_to_stdio(&out.png, file, 0, image.rgb.data(), 0, nullptr);
-    // a full disk may only show at the flush
+    // a full disk may only be reported at the flush
     const bool is_flushed = std::fflush(file) == 0;
     const int flush_error = errno;
     std::fclose(file);

@@ -33,7 +33,7 @@ struct LightFeatures {
     bool has_water = false;
     bool has_imagery = false;  ///< of the ground: for shade.frag
 };
-/// Text that goes before a shader which calls lit_at() or shown_at(): shadow.glsl and water.glsl.
+/// Text to prepend to a shader that calls lit_at() or shown_at(): shadow.glsl and water.glsl.
 std::string light_text(const LightFeatures& features);
 
 /// Compiles and links a program; light.glsl is prepended to both stages.
@@ -52,12 +52,12 @@ public:
         std::int32_t value = 0;
     };
 
-    /// @param count entries that will be added at most; at least half of the places stay free
+    /// @param count largest number of entries to be added; at least half of the places stay free
     explicit SquareTable(std::size_t count);
 
     /// Adds a square that is not in the table.
     ///
-    /// @param x, y relative to the square of the eye; clamped to 2^30: squares that far are below the precision of
+    /// @param x, y relative to the square of the eye; clamped to 2^30, beyond which squares are below the precision of
     ///           float
     void add(std::int64_t x, std::int64_t y, int level, std::int32_t value);
 

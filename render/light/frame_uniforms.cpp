@@ -19,7 +19,7 @@ Result<EyeFrame> make_eye_frame(const Lattice& lattice, const WorldPos& eye_worl
     const double x = (eye_world.x() - lattice.origin_x) / lattice.spacing;
     const double y = (eye_world.y() - lattice.origin_y) / lattice.spacing;
     const double height = eye_world.z() / lattice.quantum;
-    // half the range of SplitInteger: a sample may be as far on the other side of the origin
+    // half the range of SplitInteger: a sample may be equally far from the origin on the opposite side
     constexpr double kMaxIndex = 0x1p49;
     constexpr double kMaxHeight = 0x1p45;
     if (!(std::abs(x) < kMaxIndex && std::abs(y) < kMaxIndex && std::abs(height) < kMaxHeight)) {

@@ -24,9 +24,9 @@ inline constexpr int kHeightBits = 16;
 
 /// The eye on the lattice: nearest lattice point and quantum, and the remainder.
 ///
-/// The displayed position of a sample depends only on its integers and on this, whichever chunk draws it:
-/// float(integers - eye's integers) * spacing - remainder. So chunks of any level meet bit for bit, and nothing jitters
-/// far from the origin.
+/// The displayed position of a sample depends only on its integers and the eye, whichever chunk it is drawn with:
+/// float(integers - eye's integers) * spacing - remainder. Hence chunks of any level meet bit for bit, and nothing
+/// jitters far from the origin.
 struct EyeFrame {
     std::int64_t x = 0, y = 0;  ///< lattice index
     std::int64_t height = 0;    ///< quanta
@@ -34,7 +34,7 @@ struct EyeFrame {
            remainder_z = 0.0;  ///< eye minus lattice point and quantum, metres
 };
 
-/// Fails with invalid_argument where the eye is so far away that its integers do not fit.
+/// Fails with invalid_argument if the eye is so far from the origin that its integers do not fit.
 Result<EyeFrame> make_eye_frame(const Lattice& lattice, const WorldPos& eye_world);
 
 /// The uniform block `Frame` of light.glsl, in its std140 layout.

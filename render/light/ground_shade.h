@@ -20,7 +20,7 @@ class GroundLight {
 public:
     GroundLight();
 
-    /// Call once a frame, before bind(). Fails with device_unavailable where the device is out of memory.
+    /// Call once a frame, before bind(). Fails with device_unavailable if the device is out of memory.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye);
 
@@ -54,22 +54,22 @@ private:
 class GroundShade {
 public:
     /// @param sample_count of the framebuffers passed to draw()
-    /// @param lighting     text that goes before shade.frag: defines lit_at() and shown_at()
+    /// @param lighting     text prepended to shade.frag: defines lit_at() and shown_at()
     ///
-    /// Fails with device_unavailable where its shaders do not compile.
+    /// Fails with device_unavailable if its shaders do not compile.
     static Result<GroundShade> create(int sample_count,
                                       const std::string& lighting = light_text({}));
 
-    /// Call before draw(), where there is ground. Fails with device_unavailable.
+    /// Call before draw() if the frame has ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye) {
         return light_->prepare(resident, view, eye);
     }
 
-    /// Computes the colours of a picture from its depth and overlay, with the bound uniforms.
+    /// Shades a picture from its depth and overlay, with the bound uniforms.
     void draw(const Framebuffer& picture, bool has_overlay) const;
 
-    /// Binds the noise of the ground to a texture unit: 1 for shade.frag and solid.frag, 7 for water.glsl.
+    /// Binds the ground noise to a texture unit: 1 for shade.frag and solid.frag, 7 for water.glsl.
     void bind_noise(GLuint unit) const { glBindTextureUnit(unit, noise_.name()); }
 
     /// Call after the last draw() of a prepared frame.

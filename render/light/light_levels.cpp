@@ -37,8 +37,7 @@ public:
         }
     }
 
-    // `column` or `row`, not both, may be up to 128 samples beyond the edges. Absent where no chunk has the
-    // sample.
+    // `column` or `row`, not both, may be up to 128 samples beyond the edges. None if no chunk has the sample.
     std::optional<std::int32_t> at(int column, int row) const {
         int side = -1;
         if (column < 0) side = 0;
@@ -60,7 +59,7 @@ private:
     std::array<const Chunk*, 4> around_{};
 };
 
-// Rise per sample spacing, quanta: central difference over `baseline` samples to both sides, one-sided where one is
+// Rise per sample spacing, quanta: central difference over `baseline` samples to either side, one-sided if one is
 // absent.
 double rise(std::int32_t middle, std::optional<std::int32_t> before,
             std::optional<std::int32_t> after, int baseline) {
@@ -254,7 +253,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
     }
 }
 
-// Takes a free layer, or one of chunks not lit in the previous frame.
+// Takes a free layer, or one of a chunk not lit in the previous frame.
 bool LightLevels::take_layer(Record& record) {
     if (free_layers_.empty()) {
         for (Record* other : record_of_) {
@@ -268,8 +267,8 @@ bool LightLevels::take_layer(Record& record) {
     return true;
 }
 
-// Presence of a chunk: 0 where it is absent, 1 beyond the world or its window, so that light does not fade towards the
-// edge.
+// Presence of a chunk: 0 if it is not resident, 1 beyond the world or its root window, so that lighting does not fade
+// towards the edge.
 float LightLevels::presence_at(const ResidentSet& resident, const ChunkKey& key) const {
     if (!resident.window().contains(key)) return 1.0f;
     const std::int32_t index = resident.find(key);

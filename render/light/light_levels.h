@@ -15,11 +15,11 @@
 namespace terrane::internal {
 
 // The slope map of a chunk: shading normals at its samples for baselines of 1, 2, 4 ... 128 samples, so that a pixel is
-// lit with the slope at its own size, whichever triangle covers it.
+// lit with the slope at its own footprint, whichever triangle covers it.
 //
-// Layer k: samples at multiples of 2^k, central differences of heights 2^k samples apart. As a coarse sample is the
-// fine sample at that point, layer k of a chunk and layer k - 1 of its parent agree bit for bit where they overlap, and
-// so do neighbours along their shared edge: the light has no seam between chunks of any levels.
+// Layer k: samples at multiples of 2^k, central differences of heights 2^k samples apart. Because a coarse sample
+// equals the fine sample at that point, layer k of a chunk and layer k - 1 of its parent agree bit for bit where they
+// overlap, and so do neighbours along their shared edge: lighting has no seams between chunks of any levels.
 
 inline constexpr int kSlopeLayers = 8;  ///< 129, 65, 33, 17, 9, 5, 3 and 2 samples wide
 inline constexpr int kSlopeMapWidth = kChunkSamples;
@@ -31,14 +31,14 @@ constexpr int slope_layer_row(int layer) {
 }
 static_assert(slope_layer_row(kSlopeLayers) == kSlopeMapHeight);
 
-/// For each side (west, east, south, north) the level of the finest resident neighbour that is no finer than this
-/// chunk; -1 beyond the edge of the world.
+/// For each side (west, east, south, north), the level of the finest resident neighbour not finer than this chunk; -1
+/// beyond the edge of the world.
 using SideLevels = std::array<int, 4>;
 SideLevels find_side_levels(const ResidentSet& resident, const ChunkKey& key);
 
 /// x and y of unit normals (z is positive), scaled by 32767: [kSlopeMapHeight * kSlopeMapWidth * 2].
 ///
-/// Heights beyond the edges come from resident neighbours; where none is fine enough the difference is one-sided.
+/// Heights beyond the edges come from resident neighbours; if none is fine enough, the difference is one-sided.
 std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chunk& chunk,
                                          const SideLevels& side_levels);
 
@@ -51,7 +51,7 @@ struct LightNode {
 /// Row by row from the south-west.
 using LightNodes = std::array<LightNode, 9>;
 
-/// A chunk whose slope map the light uses.
+/// A chunk whose slope map is used for lighting.
 struct LitChunk {
     ChunkKey key;
     const Chunk* chunk = nullptr;
@@ -59,30 +59,31 @@ struct LitChunk {
     LightNodes nodes{};
 };
 
-/// The light level: a continuous field over the ground that says down to which chunk level the slopes are used.
+/// The light level: a continuous field over the ground, the finest chunk level whose slopes are used.
 ///
-/// Each level contributes 0 to 1: bilinear between nodes half a chunk apart; the value of a node is the least presence
-/// of the chunks of that level that touch it. An absent chunk has presence 0; arriving and leaving chunks change theirs
-/// in kFadeFrames steps. So the field is continuous across all borders, between any two levels, and in time. The sum
-/// over all coarser levels is bilinear between the same nodes, so that the nine values of a chunk are all that a shader
-/// needs: see shade.frag.
+/// Each level contributes 0 to 1, bilinear between nodes half a chunk apart; the value of a node is the smallest
+/// presence of the chunks of that level that touch it. A chunk that is not resident has presence 0; presence changes in
+/// kFadeFrames steps as chunks are loaded and evicted. Hence the field is continuous across all borders, between any
+/// two levels, and in time. The sum over all coarser levels is bilinear between the same nodes, so that a shader needs
+/// only the nine values of a chunk: see shade.frag.
 ///
-/// Chunks that are finer than pixels at their nearest point are left out: their parents give the same light there.
+/// Chunks whose spacing is below a pixel at their nearest point are omitted: their parents give the same lighting
+/// there.
 class LightLevels {
 public:
     static constexpr int kFadeFrames = 16;
 
-    /// @param max_chunks limit of lit chunks, 1 or more; beyond it the finest are left out
+    /// @param max_chunks limit of lit chunks, 1 or more; beyond it the finest are omitted
     explicit LightLevels(int max_chunks);
 
-    /// Call once a frame. An arriving chunk fades in, unless its parent arrived with it, or the eye has moved more than
-    /// a tenth of its distance since the last frame. A chunk whose ResidentSet::fade() falls fades out. The first frame
-    /// shows everything.
+    /// Call once a frame. A newly resident chunk fades in, unless its parent arrived in the same frame, or the eye has
+    /// moved by more than a tenth of the chunk's distance since the last frame. A chunk whose ResidentSet::fade() falls
+    /// fades out. The first frame shows everything.
     void update(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
     /// From coarse to fine; children follow their parents. Valid until the next update().
     std::span<const LitChunk> lit() const { return lit_; }
-    /// Number of layers of resident chunks, lit now or before.
+    /// Number of layers of resident chunks, lit in this frame or earlier.
     std::size_t layer_count() const;
 
 private:

@@ -2,8 +2,8 @@
 //
 // Sources: R. Dimitrov. Cascaded Shadow Maps. NVIDIA 2007 (cascades). M. Valient. Stable Rendering of Cascaded Shadow
 //          Maps. ShaderX 6, 2008 (a map around a bounding sphere, moved by whole texels).
-// Deviations: a cascade is for distances from the eye, not for depths along the view. So a turning eye changes neither
-//          the map nor the cascade of a point.
+// Deviations: cascades are split by distance from the eye, not by depth along the view, so that turning the view
+//          changes neither the map nor the cascade of a point.
 #include "light/shadow_maps.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr double kBorderTexels = 4.0;
 // Rows: right, up and towards the sun.
 Eigen::Matrix3d axes_towards(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d sun = direction / direction.norm();
-    // the world axis that is farthest from the sun's direction
+    // the world axis with the largest angle to the sun's direction
     int least = 0;
     sun.cwiseAbs().minCoeff(&least);
     Eigen::Vector3d right = Eigen::Vector3d::Unit(least).cross(sun);
@@ -31,8 +31,8 @@ Eigen::Matrix3d axes_towards(const Eigen::Vector3d& direction) {
     return axes;
 }
 
-// The smallest sphere around the points of a cone with the apex at the eye that are within `reach` of it: distance of
-// its centre along the cone's axis, and radius.
+// The smallest sphere around the part of a cone within `reach` of its apex, the eye: distance of its centre along the
+// cone's axis, and radius.
 struct ConeSphere {
     double forward = 0.0, radius = 0.0;
 };
@@ -72,7 +72,7 @@ std::array<float, 16> SunCascade::clip_from_eye(const WorldPos& eye_world) const
     std::array<float, 16> clip{};
     for (int column = 0; column < 3; ++column) {
         for (int row = 0; row < 3; ++row) {
-            // depths are from 0 to 1, the others from -1 to 1
+            // depth is in 0 to 1, x and y in -1 to 1
             const double scale = (row == 2 ? 0.5 : 1.0) / half_side;
             clip[static_cast<std::size_t>(4 * column + row)] =
                 static_cast<float>(axes(row, column) * scale);
@@ -120,8 +120,9 @@ struct ShadowBlock {
 static_assert(sizeof(ShadowBlock) == 16 * (3 + kCascades));
 static_assert(kCascades == 3, "ShadowBlock::reach holds three distances");
 
-// Depth is moved away from the sun by this many times its slope over a texel: the filter of shadow.glsl compares with
-// depths up to a texel and a half beside the receiver. Measured: 1 leaves stripes on planes in low sun, 1.5 none.
+// Slope-scaled depth bias, away from the sun, in units of the depth's slope over a texel: the filter of shadow.glsl
+// compares with depths up to a texel and a half beside the receiver. Measured: 1 leaves stripes on planes in low sun,
+// 1.5 none.
 constexpr float kSlopeOffset = 2.0f;
 
 ShadowBlock::Vec4 pack(const Eigen::Vector3d& v, double w) {
@@ -139,7 +140,7 @@ ShadowMaps::ShadowMaps(int texels)
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    // 1 where the receiver is no farther from the sun than the depth in the map
+    // 1 if the receiver is not farther from the sun than the depth in the map
     glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
     glNamedBufferStorage(places_.name(), sizeof(ShadowBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);

@@ -14,20 +14,20 @@
 
 namespace terrane::internal {
 
-/// Cascades of the shadows. Each reaches kCascadeRatio times as far as the one before, the last as far as the shadows.
+/// Number of shadow cascades. Each reaches kCascadeRatio times as far as the previous one, the last to the shadow
+/// distance.
 inline constexpr int kCascades = 3;
 inline constexpr double kCascadeRatio = 4.0;
 
-/// A square shadow map along the sun's direction: the part of the ground within a distance of the eye that the view
-/// shows, as the sun sees it.
+/// A square shadow map along the sun's direction that covers the visible ground within a distance of the eye.
 ///
-/// Side and orientation do not depend on where the view looks, and the map moves by whole texels: so its texels stay on
-/// the same ground, and shadows do not swim.
+/// Side and orientation do not depend on the view direction, and the map moves by whole texels: its texels stay fixed
+/// to the ground, so that shadow edges do not shimmer.
 struct SunCascade {
     Eigen::Matrix3d axes;    ///< rows: right, up and towards the sun, world axes
     Eigen::Vector3d centre;  ///< along these axes, metres
     double half_side = 0.0;  ///< metres, of the depths too
-    double reach = 0.0;      ///< greatest distance of its receivers from the eye, metres
+    double reach = 0.0;      ///< largest distance of its receivers from the eye, metres
 
     /// Whether a caster with this bounding volume can cast a shadow into the map. Conservative: the map's volume is
     /// extended to the sun.
@@ -40,10 +40,10 @@ struct SunCascade {
     std::array<float, 16> clip_from_eye(const WorldPos& eye_world) const;
 };
 
-/// The cascades of a view, the nearest first.
+/// The cascades of a view, nearest first.
 ///
 /// @param sun_direction towards the sun, finite and not zero
-/// @param distance      how far the shadows reach from the eye, metres, > 0
+/// @param distance      of the shadows from the eye, metres, > 0
 /// @param texels        along the side of each map
 std::array<SunCascade, kCascades> make_sun_cascades(const View& view,
                                                     const Eigen::Vector3d& sun_direction,
@@ -53,7 +53,7 @@ std::array<SunCascade, kCascades> make_sun_cascades(const View& view,
 inline constexpr int kLeastShadowTexels = 256;
 inline constexpr int kMostShadowTexels = 8192;
 
-/// Depths of a scene as the sun sees it, one layer of a texture array for each cascade.
+/// Depths of a scene seen from the sun, one layer of a texture array per cascade.
 class ShadowMaps {
 public:
     /// Requires texels in kLeastShadowTexels to kMostShadowTexels.
@@ -61,16 +61,17 @@ public:
 
     int texels() const { return texels_; }
 
-    /// Binds the map of a cascade as the target, sets viewport and state for casters, and clears it. The uniforms of
-    /// the frame must have the cascade's clip_from_eye.
+    /// Binds the map of a cascade as the target, sets viewport and state for casters, and clears it. The frame's
+    /// uniforms must contain the cascade's clip_from_eye.
     void begin_cascade(int cascade) const;
-    /// Resets the state that begin_cascade() has set.
+    /// Resets the state set by begin_cascade().
     void end_cascades() const;
 
-    /// Uploads the place of each cascade, and binds maps (texture unit 6) and places (uniform block 2) for lit_at().
+    /// Uploads the position of each cascade, and binds maps (texture unit 6) and positions (uniform block 2) for
+    /// lit_at().
     void bind(std::span<const SunCascade, kCascades> cascades, const WorldPos& eye_world) const;
 
-    /// On the device.
+    /// Device memory.
     std::size_t bytes() const;
 
 private:
@@ -80,20 +81,20 @@ private:
     std::array<GlFramebuffer, kCascades> targets_;
 };
 
-/// The shadow maps of a renderer, and the uniforms of the frame for each: positions are those of the view, seen from
-/// the sun.
+/// The shadow maps of a renderer, with frame uniforms for each: positions remain relative to the view's eye, the
+/// projection is the sun's.
 class ShadowPass {
 public:
     /// @param settings with shadow_distance above 0
     explicit ShadowPass(const RendererSettings& settings);
 
-    /// Places the maps around the receivers in a view.
+    /// Fits the maps to the receivers in a view.
     void prepare(const View& view);
-    /// Of the last prepare(), the nearest first.
+    /// Those of the last prepare(), nearest first.
     std::span<const SunCascade, kCascades> cascades() const { return cascades_; }
 
-    /// Draws the casters of each cascade with draw(cascade number), then binds the maps for lit_at(). Changes the bound
-    /// uniforms of the frame.
+    /// Draws the casters of each cascade with draw(cascade number), then binds the maps for lit_at(). Rebinds the
+    /// frame's uniforms.
     template <class Draw>
     void draw(const FrameUniforms& of_view, const View& view, const Draw& draw_casters) const {
         for (std::size_t cascade = 0; cascade < kCascades; ++cascade) {

@@ -29,14 +29,14 @@ ObjectMesh make_tube();
 /// Draws DrawnObjects: boxes, ellipsoids and cylinders.
 class FormDraws {
 public:
-    /// @param lighting    text that goes before object.frag: defines lit_at() and shown_at()
+    /// @param lighting    text prepended to object.frag: defines lit_at() and shown_at()
     /// @param has_shadows whether draw_casters() is called
     ///
-    /// Fails: device_unavailable where its shaders do not compile
+    /// Fails: device_unavailable if its shaders do not compile
     static Result<FormDraws> create(const std::string& lighting, bool has_shadows);
 
     void draw(const View& view, std::span<const DrawnObject> objects) const;
-    /// Draws into a shadow map those that can cast a shadow into it.
+    /// Draws into a shadow map the objects that can cast a shadow into it.
     void draw_casters(const SunCascade& cascade, const View& view,
                       std::span<const DrawnObject> objects) const;
 

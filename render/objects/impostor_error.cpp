@@ -31,7 +31,7 @@ struct PixelSums {
     }
 };
 
-// Adds the pixels where either picture differs from the one without the object.
+// Adds the pixels at which either picture differs from the one without the object.
 void add_pixels(const Image& a, const Image& b, const Image& empty, PixelSums& sums) {
     for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
         int apart = 0;

@@ -21,7 +21,7 @@ namespace {
 
 using Triangle = TriangleMesh::Triangle;
 
-// Levels of fewer triangles have no clusters: a few clusters of wide cones are rarely culled.
+// Levels with fewer triangles have no clusters: few clusters with wide cones are rarely culled.
 constexpr std::size_t kLeastClustered = 256;
 
 Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> levels) {
@@ -200,7 +200,7 @@ void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte) {
 
 namespace {
 
-// A view is drawn this many times as large as it is kept, a power of two.
+// A view is rendered at this multiple of its stored size, a power of two.
 constexpr int kOversampling = 4;
 constexpr int kOversamplingLevel = 2;
 
@@ -225,7 +225,7 @@ StoredImpostor measure(const StoredMesh& mesh, const ImpostorSettings& settings)
         height = std::max(height, std::abs(p.z()));
         radius = std::max(radius, p.norm());
     }
-    // A flat object has views of no extent: a little is left around every one, so that its edge is kept.
+    // Views of a flat object may have no extent: a small margin around each keeps its edge.
     const double margin = 1.0 + 2.0 / settings.texels;
     const double least = 1e-3 * radius + 1e-6;
     made.half_width = static_cast<float>(std::max(std::sqrt(squared), least) * margin);
@@ -264,7 +264,7 @@ GlTexture make_layers(int texels, int layers) {
     return texture;
 }
 
-// The large picture that a view is averaged from.
+// The large picture from which a view is averaged.
 struct BakeTarget {
     GlTexture colours = make_texture_2d(), shapes = make_texture_2d(), depths = make_texture_2d();
     GlFramebuffer framebuffer = make_framebuffer();

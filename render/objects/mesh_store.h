@@ -30,11 +30,12 @@ static_assert(sizeof(ObjectVertex) == 28);
 struct StoredMesh {
     struct Level {
         std::uint32_t first_index = 0, index_count = 0;
-        GlBuffer targets;  ///< of its vertices in the next level; no buffer: it does not morph
-        /// Their order is that of the indices; none of meshes that are two-sided or small.
+        GlBuffer
+            targets;  ///< morph targets of its vertices in the next level; no buffer: the level does not morph
+        /// In the order of the indices; none for meshes that are two-sided or small.
         std::optional<MeshClusters> clusters;
     };
-    std::vector<ObjectVertex> vertices;  ///< kept for objects whose vertices move
+    std::vector<ObjectVertex> vertices;  ///< kept for objects with moving vertices
     GlBuffer vertex_buffer, index_buffer;
     std::vector<Level> levels;
     Aabb bounds;  ///< of the positions
@@ -42,19 +43,19 @@ struct StoredMesh {
     std::size_t bytes = 0;  ///< on the device
 };
 
-/// Normals of vertices from the triangles around them, weighted by area; +z where there are none.
+/// Area-weighted vertex normals; +z for vertices without triangles.
 std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
-    /// Fails: invalid_argument as check(TriangleMesh), for an index of a level beyond the vertices, for a vertex of a
-    ///        level that morphs without a target, and for more than 2^31 indices; device_unavailable where OpenGL
-    ///        reports an error
+    /// Fails: invalid_argument as check(TriangleMesh), for a level's index beyond the vertices, for a vertex of a
+    ///        morphing level without a target, and for more than 2^31 indices; device_unavailable if OpenGL reports an
+    ///        error
     Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                        const MeshMaterial& material);
     void remove(MeshId mesh) { meshes_.erase(mesh); }
-    /// Null where there is none of that name.
+    /// Null for an unknown id.
     const StoredMesh* find(MeshId mesh) const;
     /// On the device.
     std::size_t bytes() const;
@@ -68,36 +69,36 @@ private:
 /// that a level morphs to (6 to 8, binding 2).
 GlVertexArray make_object_layout();
 
-/// Binds a layout, and a mesh's buffers to it.
+/// Binds a layout with a mesh's buffers.
 ///
 /// @param targets buffer of the vertices that the level morphs to; 0: none
 void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets);
-/// Replaces the vertices of the layout, without a morph.
+/// Replaces the vertex buffer of the layout; the vertices do not morph.
 void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte);
 
 /// Views of a mesh on the device.
 struct StoredImpostor {
     ImpostorSettings settings;
     Eigen::Vector3f centre =
-        Eigen::Vector3f::Zero();  ///< of the bounds, the object's frame, metres
+        Eigen::Vector3f::Zero();  ///< centre of the bounds, object's frame, metres
     float half_width = 0.0f;  ///< largest distance of the bounds from the z axis through the centre
     float half_height = 0.0f;  ///< metres
     float radius = 0.0f;       ///< of the bounding sphere: range of depths
-    /// [views] layers: views around the axis, then those above. Roots of the linear colour times opacity, opacity.
+    /// [views] layers: the ring around the axis, then those above. Square root of linear colour times opacity, opacity.
     GlTexture colours;
     GlTexture
         shapes;  ///< normal (0.5 + 0.5 n) and depth (0.5 + 0.5 towards the viewer / radius), times opacity
     std::size_t bytes = 0;
 };
 
-/// Makes impostors: a mesh is drawn from each direction without perspective and without light, four times as large as
-/// its view, and averaged.
+/// Renders impostors: a mesh is drawn from each direction in parallel projection, unlit, at four times the size of a
+/// view, and averaged.
 ///
 /// Source: P. Maciel, P. Shirley. Visual Navigation of Large Environments Using Textured Clusters. I3D 1995
 ///         (impostors).
 class ImpostorStore {
 public:
-    /// Fails: invalid_argument for settings out of range or a mesh without triangles; device_unavailable where OpenGL
+    /// Fails: invalid_argument for settings out of range or a mesh without triangles; device_unavailable if OpenGL
     ///        reports an error
     Result<ImpostorId> add(const StoredMesh& mesh, const ImpostorSettings& settings);
     void remove(ImpostorId impostor) { impostors_.erase(impostor); }

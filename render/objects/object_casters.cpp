@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-// Of a sphere around an object's origin that contains the mesh.
+// Radius of a sphere around the object's origin that contains the mesh.
 double radius_of(const SolidDraw& draw) {
     // vertices of its own may be anywhere
     if (draw.has_own_vertices) return std::numeric_limits<double>::infinity();

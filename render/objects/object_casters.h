@@ -14,26 +14,26 @@
 
 namespace terrane::internal {
 
-/// Draws the objects of a frame into shadow maps: meshes as they are, impostors as flat pictures that face the sun.
-/// Casters outside a map are culled.
+/// Draws the objects of a frame into shadow maps: meshes as such, impostors as flat pictures that face the sun. Casters
+/// outside a map are culled.
 class ObjectCasters {
 public:
-    /// Fails: device_unavailable where its shaders do not compile
+    /// Fails: device_unavailable if its shaders do not compile
     static Result<std::unique_ptr<ObjectCasters>> create();
 
     /// Selects the instances for each map and uploads them.
     ///
     /// @param solids, billboards of the frame, valid until finish()
-    /// @param frame_stream       has the vertices and indices that draws have of their own
+    /// @param frame_stream       contains the vertices and indices of streamed draws
     ///
-    /// Fails: device_unavailable where the device is out of memory
+    /// Fails: device_unavailable if the device is out of memory
     Result<void> prepare(std::span<const SolidDraw> solids,
                          std::span<const BillboardDraw> billboards,
                          std::span<const ObjectInstance> instances, GLuint frame_stream,
                          std::span<const SunCascade> cascades, const WorldPos& eye_world);
-    /// Draws into the map of a cascade, which is the target.
+    /// Draws into the map of a cascade, which must be the bound target.
     void draw(std::size_t cascade) const;
-    /// After the last draw of a frame.
+    /// Call after the last draw of a frame.
     void finish();
 
 private:

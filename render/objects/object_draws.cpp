@@ -69,16 +69,16 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::strin
 
 namespace {
 
-// An instance is drawn whole where it would leave out fewer triangles than this for each of its commands: about what a
-// command costs a software rasteriser.
+// An instance is drawn whole if fewer triangles than this would be omitted per command: about the cost of a command on
+// a software rasteriser.
 constexpr std::size_t kCommandTriangles = 64;
 
 // Roundings to float of instance.vert, relative to a vertex's distance from the object's origin and from the eye.
 constexpr double kVertexRounding = 0x1p-20;
 constexpr double kEyeRounding = 0x1p-19;
 
-// Rounding of window coordinates to the device's grid and to float, as an angle at the picture's centre: at most that
-// elsewhere.
+// Rounding of window coordinates to the device's grid and to float, as an angle at the picture's centre, which bounds
+// it elsewhere.
 double window_error(const View& view, int subpixel_bits) {
     const double grid_px = std::ldexp(1.0, -std::clamp(subpixel_bits, 1, 24));
     const double float_px = 0x1p-22 * std::max(view.width_px, view.height_px);
@@ -127,8 +127,8 @@ void SolidParts::add_instance(const SolidDraw& draw, const ObjectInstance& insta
     const double radius = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs()).norm();
     const bool is_clipped = !(origin_eye.dot(view.forward) - scale * radius > view.near_distance);
     if (is_clipped) return add_whole(draw, number);
-    // The transposed matrix is the inverse of that of a unit quaternion; of another one it moves the eye by less than
-    // four times the difference of its square and 1.
+    // The transpose is the inverse for a unit quaternion; otherwise it moves the eye by less than four times the
+    // difference between the quaternion's squared norm and 1.
     const Eigen::Vector4d q = Eigen::Vector4f(instance.rotation.data()).cast<double>();
     const Eigen::Matrix3d world_from_mesh = matrix_of(instance.rotation);
     const FacingView facing = {

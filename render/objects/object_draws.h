@@ -21,7 +21,7 @@ namespace terrane::internal {
 /// Triangles of one mesh for a range of a frame's instances.
 struct SolidDraw {
     const StoredMesh* mesh = nullptr;
-    GLuint targets = 0;  ///< buffer of the vertices that those of the mesh morph to; 0: none
+    GLuint targets = 0;                                      ///< buffer of morph targets; 0: none
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
@@ -30,7 +30,7 @@ struct SolidDraw {
     std::uint32_t first_part = 0, part_count = 0;  ///< of these commands
 };
 
-/// The billboards of an impostor, copied to a place of their own with the small ones first.
+/// The billboards of an impostor, copied to a separate range with the small ones first.
 struct BillboardDraw {
     const StoredImpostor* impostor = nullptr;
     std::uint32_t first_instance = 0, instance_count = 0;
@@ -45,21 +45,21 @@ struct ImpostorProgram {
     /// Sets the uniforms of the current program.
     void set(const StoredImpostor& impostor, std::uint32_t first) const;
 };
-/// Fails: device_unavailable where the program is refused
+/// Fails: device_unavailable if the program does not compile
 Result<ImpostorProgram> make_impostor_program(const std::string& name, std::string_view vertex,
                                               std::string_view fragment);
 
 /// The programs that draw a scene's objects.
 struct ObjectPrograms {
     GlProgram meshes, particles;
-    ImpostorProgram impostors;        ///< blend views, and follow their depth
-    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view alone
+    ImpostorProgram impostors;        ///< blend views, displaced by their depth
+    ImpostorProgram small_impostors;  ///< of few pixels: the nearest view only
     GlVertexArray object_layout, no_layout;
 
-    /// Fails: device_unavailable where a program is refused
+    /// Fails: device_unavailable if a program does not compile
     ///
     /// @param sample_count of the picture
-    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
+    /// @param lighting     text prepended to shaders: defines lit_at() and shown_at()
     static Result<ObjectPrograms> create(int sample_count, const std::string& lighting);
 };
 
@@ -71,22 +71,22 @@ struct PartCommand {
 };
 static_assert(sizeof(PartCommand) == 20);
 
-/// Splits the draws of meshes with clusters into commands that leave out clusters which face away.
+/// Splits the draws of clustered meshes into commands that omit back-facing clusters.
 ///
-/// Triangles keep their order. An instance is drawn whole where it morphs, where the near plane may clip it, and where
-/// few triangles would be left out.
+/// Triangles keep their order. An instance is drawn whole if it morphs, if the near plane may clip it, or if few
+/// triangles would be omitted.
 class SolidParts {
 public:
-    /// Replaces the commands of the frame before; draws without clusters get none.
+    /// Replaces the commands of the previous frame; draws without clusters get none.
     ///
-    /// @param solids        gets `has_parts`, `first_part` and `part_count`
+    /// @param solids        `has_parts`, `first_part` and `part_count` are set
     /// @param subpixel_bits of the device's window coordinates: GL_SUBPIXEL_BITS
     void prepare(std::span<SolidDraw> solids, std::span<const ObjectInstance> instances,
                  const View& view, int subpixel_bits);
 
     void clear();
     std::span<const PartCommand> commands() const { return commands_; }
-    /// Triangles of draws that no command has.
+    /// Triangles that no command draws.
     std::size_t culled_triangles() const { return culled_triangles_; }
 
 private:

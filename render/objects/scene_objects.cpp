@@ -27,13 +27,13 @@ Result<void> check_values(const SceneDraws& draws);
 /// Fails: invalid_argument for a range that ends beyond the instances
 Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count);
 
-/// Fails: invalid_argument for positions that are not finite or not one a vertex, and for triangles that are too many
-///        for OpenGL or name a vertex beyond the mesh's
+/// Fails: invalid_argument for positions that are not finite or whose number differs from the vertices', and for
+///        triangles that are too many for OpenGL or refer to a vertex beyond the mesh's
 Result<void> check_streamed(const StreamedDraw& streamed, std::size_t vertex_count);
 
 namespace {
 
-// Finite numbers keep their sum times 0; infinity and NaN do not.
+// The sum times 0 is 0 for finite numbers, and NaN for infinity and NaN.
 template <class Record>
 bool is_finite(const Record& record) {
     constexpr std::size_t kFloats = sizeof(Record) / sizeof(float);
@@ -116,7 +116,7 @@ tl::unexpected<Error> no_such(const char* what, std::uint32_t id) {
                 std::string("the renderer has no ") + what + " " + number_text(id));
 }
 
-// Impostors of at most this diameter, pixels, show one view.
+// Impostors up to this diameter, pixels, show a single view.
 constexpr double kSmallImpostor_px = 20.0;
 
 // Upper bound of the offset alignment of storage blocks on all devices.
@@ -264,11 +264,11 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     return {};
 }
 
-// Copies the instances of impostors to a place of their own, of each draw the small ones first.
+// Copies the instances of impostors to a separate range, the small ones of each draw first.
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     std::uint32_t copied = 0;
     for (BillboardDraw& draw : std::span(impostor_draws_).first(drawn_impostors_)) {
-        // diameter over distance
+        // largest diameter over distance
         const double most = kSmallImpostor_px /
                             (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
         const auto most_squared = static_cast<float>(most * most);

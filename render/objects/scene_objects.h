@@ -18,11 +18,12 @@
 
 namespace terrane::internal {
 
-/// Draws the objects of a scene. Programs are made with the first mesh or particle: before, nothing is on the device.
+/// Draws the objects of a scene. Programs are created with the first mesh or particle; until then nothing is on the
+/// device.
 class SceneObjects {
 public:
     /// @param sample_count of the picture
-    /// @param lighting     text that goes before shaders: defines lit_at() and shown_at()
+    /// @param lighting     text prepended to shaders: defines lit_at() and shown_at()
     explicit SceneObjects(int sample_count, std::string lighting)
         : sample_count_(sample_count), lighting_(std::move(lighting)) {}
 
@@ -34,11 +35,11 @@ public:
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
-    /// @param cascades maps for draw_casters(); none: no shadows, and the casters out of view are ignored
+    /// @param cascades maps for draw_casters(); empty: no shadows, and casters out of view are ignored
     ///
-    /// Fails: invalid_argument, naming what it is, for a number that is not finite, a scale or radius that is not above
+    /// Fails: invalid_argument, naming the item, for a number that is not finite, a scale or radius that is not above
     ///        0, a coverage beyond -1 to 2, a mesh, level, impostor or range of instances that does not exist, or
-    ///        streamed positions or triangles that do not fit the mesh; device_unavailable where OpenGL fails
+    ///        streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});
     bool is_empty() const {
@@ -47,17 +48,17 @@ public:
 
     /// Draws meshes and impostors into the bound target.
     void draw_solid() const;
-    /// Draws the shadow casters of a cascade into its map, which is the target.
+    /// Draws the shadow casters of a cascade into its map, which must be the bound target.
     void draw_casters(std::size_t cascade) const;
     /// Blends particles over the overlay; reads the depth of the picture.
     void draw_particles(const Framebuffer& picture) const;
-    /// After the last draw of a frame.
+    /// Call after the last draw of a frame.
     void finish();
 
-    /// Of what is drawn; casters out of view are not counted.
+    /// Drawn objects, excluding casters out of view.
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
-    /// Of triangle_count(): in clusters that face away, not submitted.
+    /// Those of triangle_count() in back-facing clusters: not submitted.
     std::size_t culled_triangle_count() const { return parts_.culled_triangles(); }
     /// Of meshes and impostors on the device.
     std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
@@ -89,11 +90,11 @@ private:
     ImpostorStore impostors_;
     StreamBuffer stream_;
     SolidParts parts_;
-    GLint subpixel_bits_ = 0;  // 0: not asked yet
+    GLint subpixel_bits_ = 0;  // 0: not queried yet
 
     // Of the frame.
     double pixels_per_radian_ = 0.0;
-    std::vector<SolidDraw> solid_;               // those that are drawn, then casters out of view
+    std::vector<SolidDraw> solid_;               // visible ones, then casters out of view
     std::vector<BillboardDraw> impostor_draws_;  // in the same order
     std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
     std::vector<const StreamedDraw*> streamed_;  // of the last of the solids that are drawn

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which samples of a pixel are drawn of an object that is there in part only. SAMPLES is defined by the program.
+// Selects the samples of a pixel that a partly covering object is drawn to. SAMPLES is defined by the program.
 // Thresholds are spread evenly over the samples of a pixel and over 8 x 8 pixels (B. Bayer, An optimum method for
 // two-level rendition of continuous-tone pictures, ICC 1973).
 
@@ -11,8 +11,8 @@ float dither(ivec2 pixel) {
     return (float(rank) + 0.5) / 64.0;
 }
 
-// The limit of a coverage, 0 to 1. c - 1 is rounded, and so is its sum with 1: c is rounded alike, so that c and c - 1
-// have the same limit.
+// The limit of a coverage, 0 to 1. c - 1 is rounded, and so is its sum with 1: c is rounded in the same way, so that c
+// and c - 1 have the same limit.
 float limit_of(float coverage) {
     precise float below_one = coverage > 0.0 ? coverage - 1.0 : coverage;
     precise float limit = below_one + 1.0;
@@ -20,7 +20,7 @@ float limit_of(float coverage) {
 }
 
 // coverage: see ObjectInstance. opacity: 0 to 1, rounded to samples, so that outlines are as smooth as those of
-// triangles; below one sample dithered, so that thin things are not lost.
+// triangles; dithered below one sample, so that thin features are not lost.
 int covered_samples(float coverage, float opacity) {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float first = dither(pixel), other = dither(pixel + ivec2(3, 5));
@@ -37,7 +37,7 @@ int covered_samples(float coverage, float opacity) {
     return mask;
 }
 
-// Leaves the samples of the pixel that the mask has.
+// Keeps the samples of the pixel that are in the mask.
 void keep_samples(int mask) {
     if (mask == 0) discard;
 #if SAMPLES > 1

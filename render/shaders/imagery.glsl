@@ -15,15 +15,15 @@ layout(std140, binding = 3) uniform Imagery {
 
 const float kImageryTexels = 256.0, kImageryBorder = 4.0;
 const float kMostMipmap = 2.0;
-// Texels of the source that are this many pixels wide begin, and end, to lose a share of their colour to the procedural
+// Range of the source's texel width, in pixels, over which imagery loses a share of its colour to the procedural
 // ground: coarse texels look blurred.
 const float kCoarseFrom = 8.0, kCoarseTo = 200.0, kCoarseLoss = 0.35;
 
-// Displayed colour times opacity, and opacity, at the size of a pixel.
+// Displayed colour times opacity, and opacity, filtered to the size of a pixel.
 vec4 imagery_at(vec3 p_eye, float pixel_m) {
     float wanted = log2(imagery.root_texel / pixel_m);
     vec4 colour = vec4(0.0);
-    float rest = 1.0;  // share of squares that are coarser
+    float rest = 1.0;  // weight left for coarser squares
     for (int level = clamp(int(ceil(wanted)), 0, imagery.finest_level); level >= 0 && rest > 0.0;
          --level) {
         vec4 grid = imagery.levels[level];
@@ -40,7 +40,7 @@ vec4 imagery_at(vec3 p_eye, float pixel_m) {
     return colour * (1.0 - kCoarseLoss * blur);
 }
 
-// Albedo of ground that shows these colours where it is level and the sun is on it: display() the other way, without its
+// Albedo of ground that is displayed in this colour where it is level and sunlit: the inverse of display(), without its
 // contrast.
 vec3 albedo_of(vec3 shown) {
     vec3 squared = min(shown * shown, 0.85);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Blends the nearest views of an object. Each view is looked up where the ray from the eye meets the surface that the
-// view's depth describes, so that views agree on what they both see.
+// Blends the nearest views of an object. Each view is sampled where the ray from the eye meets the surface given by the
+// view's depth, so that views agree on points that both see.
 uniform vec3 centre;
 uniform vec2 half_box;
 uniform ivec2 views;
-uniform float radius;  // of the depths, metres
+uniform float radius;  // range of the depths, metres
 
-layout(binding = 0) uniform sampler2DArray colours;  // roots of the linear colour times opacity, opacity
+layout(binding = 0) uniform sampler2DArray colours;  // square root of linear colour times opacity, opacity
 layout(binding = 1) uniform sampler2DArray shapes;   // normal and depth, times opacity
 
 in vec3 p_object;
@@ -19,7 +19,7 @@ flat in float map_level;
 layout(location = 0) out vec4 colour_out;
 
 const float kTurn = 6.283185307179586;
-// Opacity below which a look-up describes no surface.
+// Opacity below which a sample has no surface.
 const float kLeastOpacity = 1.0 / 64.0;
 
 void main() {
@@ -27,7 +27,7 @@ void main() {
     vec4 colour = vec4(0.0), shape = vec4(0.0);
     float fraction = 0.0;
     for (int i = 0; i < 4; ++i) {
-        // the axes of the view, as mesh_store.cpp has them
+        // axes of the view, as in mesh_store.cpp
         float azimuth = float(layers[i] % views.x) * kTurn / float(views.x);
         float elevation =
             views.y > 1 ? float(layers[i] / views.x) * 0.25 * kTurn / float(views.y - 1) : 0.0;
@@ -39,7 +39,7 @@ void main() {
 
         float across = dot(along, towards);
         float t = dot(centre - eye_object, towards) / across;
-        // two steps to the surface, the first from the plane through the middle
+        // two steps to the surface, starting from the plane through the centre
         vec4 seen, form;
         for (int step = 0; step < 3; ++step) {
             vec3 p = eye_object + t * along - centre;

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A billboard of two triangles around an object's bounds. Of a ring of views it turns about the object's up axis only, of a
-// hemisphere it is square to the view.
-// Not instanced: six vertices are one billboard, because instances of two triangles cost a software rasteriser 6
-// microseconds each.
+// A billboard of two triangles around an object's bounds. With a ring of views it turns about the object's up axis
+// only; with a hemisphere it is perpendicular to the view direction. Not instanced: six vertices form one billboard,
+// because instances of two triangles cost a software rasteriser 6 microseconds each.
 layout(std430, binding = 1) readonly buffer Instances {
-    vec4 instances[];  // three of each: see ObjectInstance
+    vec4 instances[];  // three per instance: see ObjectInstance
 };
 
 uniform int first_instance;
 uniform vec3 centre;    // of the object's bounds, its frame, metres
 uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
-uniform ivec2 views;    // around the axis, from level to above
+uniform ivec2 views;    // around the axis, from horizontal to above
 uniform float texels;   // along the side of a view
 
 out vec3 p_object;
@@ -18,10 +17,10 @@ flat out vec3 eye_object;
 flat out vec4 place_of, rotation_of, share_of;
 flat out ivec4 layers;
 flat out vec4 weights;
-flat out float map_level;  // of the mipmaps
+flat out float map_level;  // mipmap level
 
 const float kTurn = 6.283185307179586;
-// Mipmap bias: the average of the larger level blurs twice, as samples of the picture do.
+// Mipmap bias: multisampling already averages, so that the unbiased level would blur twice.
 const float kSharper = 0.5;
 
 void main() {
@@ -36,7 +35,7 @@ void main() {
     vec3 up = views.y > 1 ? cross(towards, right) : vec3(0.0, 0.0, 1.0);
     vec2 size = half_box;
     if (views.y > 1) size.y = half_box.y * level + half_box.x * abs(towards.z);
-    // the nearer half of the object is seen larger than its middle
+    // perspective enlarges the nearer half of the object
     size *= 1.0 + length(half_box) / max(length(eye_object - centre), length(half_box));
 
     const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
@@ -50,7 +49,7 @@ void main() {
                   float(views.y - 1);
     int low = int(floor(above)), high = min(low + 1, views.y - 1);
     layers = ivec4(first, second, first, second) + views.x * ivec4(low, low, high, high);
-    // mostly one view: where several are mixed, outlines are soft
+    // mostly one view: blending several softens outlines
     vec2 t = smoothstep(0.2, 0.8, vec2(around - floor(around), above - float(low)));
     weights = vec4((1.0 - t.x) * (1.0 - t.y), t.x * (1.0 - t.y), (1.0 - t.x) * t.y, t.x * t.y);
 

@@ -3,7 +3,7 @@ in vec3 surface_normal;
 in vec3 surface_colour;
 in float depth;
 
-layout(location = 0) out vec4 colour_out;  // roots of the linear colour, opacity
+layout(location = 0) out vec4 colour_out;  // square root of linear colour, opacity
 layout(location = 1) out vec4 shape_out;   // xyz: normal, w: depth; 0 to 1
 
 void main() {

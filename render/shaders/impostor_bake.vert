@@ -15,6 +15,6 @@ void main() {
     surface_normal = normal;
     surface_colour = colour.rgb;
     depth = p.z;
-    // depth is reversed: the nearest point has the largest
+    // depth is reversed: largest at the nearest point
     gl_Position = vec4(p.xy, 0.5 + 0.49 * p.z, 1.0);
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Shadow of an impostor: the view nearest to the sun's direction, as a flat picture through the middle of the object that
+// Shadow of an impostor: the view nearest to the sun's direction, as a flat picture through the object's centre that
 // faces the sun. See small_impostor.vert.
 layout(std430, binding = 1) readonly buffer Instances {
-    vec4 instances[];  // three of each: see ObjectInstance
+    vec4 instances[];  // three per instance: see ObjectInstance
 };
 
 uniform int first_instance;
 uniform vec3 centre;    // of the object's bounds, its frame, metres
 uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
-uniform ivec2 views;    // around the axis, from level to above
+uniform ivec2 views;    // around the axis, from horizontal to above
 
 out vec2 at;          // in the view, 0 to 1
 flat out float view;  // layer
@@ -30,7 +30,7 @@ void main() {
 
     float level = length(towards.xy);
     vec3 right = level > 1e-4 ? vec3(-towards.y, towards.x, 0.0) / level : vec3(0.0, 1.0, 0.0);
-    // of a ring, whose views are level, the picture stands upright
+    // with a ring of horizontal views the picture stands upright
     vec3 up = views.y > 1 ? cross(towards, right) : vec3(0.0, 0.0, 1.0);
     float elevation = views.y > 1 ? float(above) * 0.25 * kTurn / float(views.y - 1) : 0.0;
     vec2 size = vec2(half_box.x, half_box.y * cos(elevation) + half_box.x * sin(elevation));

@@ -2,7 +2,7 @@
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;  // with display gamma
-// of the instance: see ObjectInstance
+// per instance: see ObjectInstance
 layout(location = 3) in vec4 place;     // xyz: origin from the eye, metres, w: scale
 layout(location = 4) in vec4 rotation;  // quaternion
 layout(location = 5) in vec4 share;     // x: coverage, yzw: tint

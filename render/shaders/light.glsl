@@ -19,13 +19,13 @@ layout(std140, binding = 0) uniform Frame {
     vec4 near;  // x: distance of the near plane along forward, y: the water's level above the eye, metres
 } frame;
 
-// Positions on the lattice are computed in integers up to one rounding, from the integers of the point and the eye only:
-// whatever draws a point gives it the same position. Parts of integers: see SplitInteger.
+// Positions on the lattice are computed in integers with a single rounding, from the integers of the point and the eye
+// only: a point has the same position whatever draws it. Parts of integers: see SplitInteger.
 const int kIndexBits = 20;
 const int kHeightBits = 16;
 
-// Metres from the eye's lattice point along an axis, of the `index`-th sample of a chunk: from its corner and the stride
-// between its samples, high and low parts.
+// Metres along an axis from the eye's lattice point to the `index`-th sample of a chunk, given its corner and the
+// stride between samples, in high and low parts.
 float lattice_place(int high, int low, int index, ivec2 stride) {
     low += index * stride.y;
     int carry = (low + (1 << (kIndexBits - 1))) >> kIndexBits;
@@ -36,7 +36,7 @@ float lattice_place(int high, int low, int index, ivec2 stride) {
     return metres;
 }
 
-// Metres of a height in quanta above the eye's quantum.
+// Metres from the eye's quantum up to a height in quanta.
 float lattice_rise(int height) {
     int low = (height & ((1 << kHeightBits) - 1)) - frame.eye_height.y;
     int carry = (low + (1 << (kHeightBits - 1))) >> kHeightBits;
@@ -47,8 +47,7 @@ float lattice_rise(int height) {
     return metres;
 }
 
-// The value of a square of a level in the table of shader.h, or -1.
-// square: relative to that of the eye
+// The value of a square of a level in the table of shader.h, or -1. square: relative to the eye's square
 int find_entry(isamplerBuffer table, int mask, ivec2 square, int level) {
     uint hash = uint(square.x) * 0x9e3779b1u ^ uint(square.y) * 0x85ebca77u ^
                 uint(level) * 0xc2b2ae3du;
@@ -103,7 +102,7 @@ vec3 sky(vec3 direction) {
     return colour + glow(direction) * (1.0 - colour);
 }
 
-// Displayed colour of a surface behind haze.
+// Displayed colour of a surface seen through haze.
 vec3 behind_air(vec3 colour, vec3 p_eye, float distance) {
     vec3 along = p_eye / distance;
     vec3 air = frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb);

@@ -3,7 +3,7 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 
 uniform mat3 axes;    // columns: the object's axes, unit
-uniform vec3 extents; // along them, metres
+uniform vec3 extents; // half extents along the axes, metres
 uniform vec3 centre;  // from the eye
 
 out vec3 p_eye;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A ball of smoke: its opacity falls off to its edge, and to where it meets what is drawn behind it (T. Lorach, Soft
-// Particles, NVIDIA 2007).
+// A ball of smoke: its opacity falls off towards its edge and towards the intersection with surfaces behind it (T.
+// Lorach, Soft Particles, NVIDIA 2007).
 #if SAMPLES > 1
 layout(binding = 2) uniform sampler2DMS depths;
 #else
-layout(binding = 2) uniform sampler2D depths;  // i of texelFetch is its level 0
+layout(binding = 2) uniform sampler2D depths;  // last argument of texelFetch: level 0
 #endif
 
 in vec3 p_eye;
@@ -20,11 +20,11 @@ void main() {
     float bulge = sqrt(1.0 - squared);
     float distance = dot(p_eye, frame.forward.xyz);
     float nearness = clamp((distance - frame.near.x) / radius, 0.0, 1.0);
-    // the mean of the samples, so that the edges of what hides it are smooth
+    // mean over the samples, so that edges of occluders are smooth
     float softness = 0.0;
     for (int i = 0; i < SAMPLES; ++i) {
         float depth = texelFetch(depths, ivec2(gl_FragCoord.xy), i).x;
-        // of what is behind, along the view's direction; nothing is: far away
+        // depth along the view direction of the surface behind; far away if there is none
         float behind = depth > 0.0 ? frame.near.x / depth : 1e30;
         softness += clamp((behind - distance) / radius + 0.5 * bulge, 0.0, 1.0) / float(SAMPLES);
     }
@@ -32,7 +32,7 @@ void main() {
     vec3 towards = -normalize(p_eye);
     vec3 normal = normalize(towards * bulge + frame.up.xyz / length(frame.up.xyz) * at.y +
                             frame.right.xyz / length(frame.right.xyz) * at.x);
-    // light goes through smoke: half of it does not depend on the side
+    // light passes through smoke: half of it does not depend on direction
     vec3 albedo = pow(colour_of.rgb, vec3(2.2));
     vec3 light = 0.5 * (lit(albedo, normal) + lit(albedo, frame.sun.xyz));
     vec3 shown = shown_at(light, p_eye);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Six vertices are one disc.
+// Six vertices form one disc.
 layout(std430, binding = 1) readonly buffer Particles {
-    vec4 particles[];  // two of each: see Particle
+    vec4 particles[];  // two per particle: see Particle
 };
 
 out vec3 p_eye;
@@ -16,7 +16,7 @@ void main() {
     const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
                                    vec2(-1, 1));
     at = corners[gl_VertexID % 6];
-    // square to the direction from the eye: discs near the picture's edge are not stretched
+    // perpendicular to the direction from the eye: discs near the picture's edge are not stretched
     vec3 towards = -normalize(place.xyz);
     vec3 right = normalize(cross(normalize(frame.up.xyz), towards));
     vec3 up = cross(towards, right);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Deferred shading of ground and sky under the overlay, once a pixel: the position of the ground is reconstructed from
-// depth. So small triangles cost no more than large ones, and the light depends neither on the triangles nor on the
-// chunks that drew them.
+// Deferred shading of ground and sky under the overlay, once per pixel: the position of the ground is reconstructed
+// from depth. Hence small triangles cost no more than large ones, and lighting depends neither on the triangles nor on
+// the chunks that were drawn.
 //
 // SAMPLES (of the depth and the overlay) and OVERLAY (whether there is one) are defined by the program.
 
@@ -14,7 +14,7 @@ layout(binding = 3) uniform sampler2D overlays;
 #endif
 layout(binding = 0) uniform sampler2DArray slopes;  // see light_levels.h
 layout(binding = 1) uniform sampler2D noise;        // see ground_shade.cpp
-layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: own share; see light_levels.h
+layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: share of the chunk's own level; see light_levels.h
 
 layout(binding = 5) uniform isamplerBuffer table;  // xy: chunk relative to the eye's, z: its
                                                    // level (-1: free), w: layer of slopes and nodes
@@ -36,7 +36,7 @@ const int kLastLayer = 7;
 // Mipmap bias of the noise: the level of a pixel's longer side would blur it.
 const float kSharper = -1.2;
 const float kNoiseTexels = 256.0;
-// The samples of a pixel are shaded as one where their depths differ by at most the ratio kOneSurface and are coplanar
+// The samples of a pixel are shaded as one if their depths differ by at most the ratio kOneSurface and are coplanar
 // within kOnePlane times the depth.
 const float kOneSurface = 1.06;
 const float kOnePlane = 0.004;
@@ -47,7 +47,7 @@ vec2 slope_at(vec2 cell, int layer, float map) {
     return textureLod(slopes, vec3(texel / vec2(129.0, 263.0), map), 0.0).xy;
 }
 
-// Normal of the ground at the size of a pixel, as far as samples exist. Depends only on position, distance and
+// Normal of the ground at a baseline of one pixel, as far as samples exist. Depends only on position, distance and
 // direction.
 vec3 ground_normal(vec3 p_eye, float pixel_m) {
     float wanted = log2(light.root_spacing / pixel_m);
@@ -75,7 +75,7 @@ vec3 ground_normal(vec3 p_eye, float pixel_m) {
     return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));
 }
 
-// Light of the ground.
+// Light reflected by the ground.
 vec3 ground(vec3 p_eye) {
     float distance = length(p_eye);
     vec3 along = p_eye / distance;
@@ -111,7 +111,7 @@ vec3 ground(vec3 p_eye) {
     albedo = mix(albedo, snow, smoothstep(0.80, 0.92, high) * (1.0 - smoothstep(0.22, 0.42, steep)));
 #ifdef IMAGERY
     vec4 draped = imagery_at(p_eye, pixel_m * inversesqrt(max(abs(along.z), 0.10)));
-    // of roots, so that a fade is even to the eye
+    // blends square roots, so that the fade looks even
     vec3 blended = mix(sqrt(albedo), sqrt(albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0))), draped.a);
     albedo = draped.a > 0.0 ? blended * blended : albedo;
     // noise replaces detail finer than the texels
@@ -128,13 +128,13 @@ vec3 ground(vec3 p_eye) {
 
 vec3 sky_with_sun() {
     vec3 direction = normalize(ray);
-    // the sun itself, a quarter of a degree
+    // the sun's disc, a quarter of a degree in radius
     float disc = smoothstep(0.99998, 0.999992, dot(direction, frame.sun.xyz));
     return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
 }
 
 #ifdef WATER
-// Metres to where no ground is.
+// Distance used for pixels without ground, metres.
 const float kNoGround = 1e8;
 
 // Colour of ground, water or sky at a depth.
@@ -142,7 +142,7 @@ vec3 background(float depth) {
     float level = frame.near.y;
     vec3 p_eye = depth > 0.0 ? ray * (frame.near.x / depth) : normalize(ray) * kNoGround;
     vec3 light = vec3(0.0);
-    // a loop and no branch: a software rasteriser takes both sides of a branch
+    // a loop instead of a branch: a software rasteriser executes both sides of a branch
     for (int left = depth > 0.0 && !is_hidden(p_eye) ? 1 : 0; left > 0; --left) light = ground(p_eye);
     vec3 shown = shown_at(light, p_eye);
     for (int left = depth == 0.0 && p_eye.z >= level ? 1 : 0; left > 0; --left) {
@@ -177,7 +177,7 @@ void main() {
     int count = is_one ? 1 : SAMPLES;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < count; ++i) {
-        // each sample with its own depth: an average between two surfaces is on neither
+        // each sample with its own depth: an average of two surfaces is on neither
         vec3 behind = background(texelFetch(depths, pixel, i).x);
 #if OVERLAY
         vec4 over = texelFetch(overlays, pixel, i);

@@ -1,25 +1,27 @@
 // SPDX-License-Identifier: MIT
-// Light of a surface with the sun's shadows. CASCADES, the number of shadow maps, is defined where there are any: see
-// shadow_maps.h and shadow_maps.h.
+// Lighting of a surface with the sun's shadows. CASCADES, the number of shadow maps, is defined if there are any: see
+// shadow_maps.h.
 
 #ifdef CASCADES
 layout(std140, binding = 2) uniform Shadow {
     vec4 right;             // xyz: axes of the maps; the third is frame.sun
     vec4 up;
     vec4 places[CASCADES];  // xyz: centre of the map from the eye along the axes, metres, w: 1 / side
-    vec4 reach;             // xyz: of each cascade from the eye, metres, w: of a texel in the side
+    vec4 reach;             // xyz: reach of each cascade from the eye, metres, w: texel size relative to the side
 } shadow;
 layout(binding = 6) uniform sampler2DArrayShadow shadow_maps;
 
-// Displacement of the receiver along its normal, texels: see D. Holbert, Saying Goodbye to Shadow Acne, GDC 2011. Shadows
-// become shorter by as much over the tangent of the sun's elevation. Measured: with 0 stripes stay, with 0.3 none.
+// Displacement of the receiver along its normal, texels: see D. Holbert, Saying Goodbye to Shadow Acne, GDC 2011.
+// Shadows become shorter by this divided by the tangent of the sun's elevation. Measured: stripes remain with 0, none
+// with 0.3.
 const float kAway = 0.4;
-// Distance of the filter's samples from the middle, texels; each is bilinear.
+// Distance of the filter's samples from its centre, texels; each is bilinear.
 const float kFilter = 0.5;
-// Share of a cascade's reach from which on it fades to the next one, and of the last one's to full light.
+// Share of a cascade's reach beyond which it fades to the next one, and of the last one's beyond which it fades to full
+// light.
 const float kBlendFrom = 0.9, kFadeFrom = 0.75;
 
-// Share of the sun in one map.
+// Share of sunlight by one map, 0 to 1.
 float sun_share(vec3 p_eye, vec3 normal, int cascade) {
     vec4 place = shadow.places[cascade];
     vec3 p = p_eye + normal * (kAway * shadow.reach.w / place.w);
@@ -33,19 +35,20 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
                    texture(shadow_maps, vec4(at.xy + beside.yy, layer, at.z)));
 }
 
-// Share of the sun that reaches a point of a surface with a unit normal, 0 to 1.
+// Share of sunlight that reaches a point of a surface with a unit normal, 0 to 1.
 float sun_share(vec3 p_eye, vec3 normal) {
     float distance = length(p_eye);
     float most = shadow.reach[CASCADES - 1];
-    // No component of a uniform vector by a variable index: a driver of NVIDIA (580.159) reads a wrong one here.
+    // Avoids a variable index into a uniform vector, for which an NVIDIA driver (580.159) reads the wrong component
+    // here.
     vec3 reach = shadow.reach.xyz;
     int cascade = int(distance > reach.x) + int(distance > reach.y) + int(distance > reach.z);
     float own_reach = cascade == 0 ? reach.x : (cascade == 1 ? reach.y : reach.z);
-    // towards the next one, where there is one
+    // blend towards the next cascade, if any
     float to_next = (distance / own_reach - kBlendFrom) / (1.0 - kBlendFrom);
     to_next = cascade < CASCADES - 1 ? max(to_next, 0.0) : 0.0;
     int last = cascade + (to_next > 0.0 ? 1 : 0);
-    // a loop and no branch: a software rasteriser takes both sides of a branch
+    // a loop instead of a branch: a software rasteriser executes both sides of a branch
     float share = 0.0;
     for (int i = cascade; i <= min(last, CASCADES - 1); ++i)
         share += (i == cascade ? 1.0 - to_next : to_next) * sun_share(p_eye, normal, i);

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
-// A billboard of few pixels: shows the nearest view alone, as a flat picture that faces the eye. See impostor.vert.
+// A billboard of few pixels: shows only the nearest view, as a flat picture that faces the eye. See impostor.vert.
 // Values that are constant over the billboard, such as haze, are computed here.
 layout(std430, binding = 1) readonly buffer Instances {
-    vec4 instances[];  // three of each: see ObjectInstance
+    vec4 instances[];  // three per instance: see ObjectInstance
 };
 
 uniform int first_instance;
 uniform vec3 centre;    // of the object's bounds, its frame, metres
 uniform vec2 half_box;  // of the bounds: largest distance from the axis, half the height, metres
-uniform ivec2 views;    // around the axis, from level to above
+uniform ivec2 views;    // around the axis, from horizontal to above
 uniform float texels;   // along the side of a view
 
 out vec2 at;               // in the view, 0 to 1
 flat out vec3 layer;       // x: of the view, y: of the mipmaps, z: coverage
-flat out vec3 tint;        // of what the view holds
+flat out vec3 tint;        // of the view's colours
 flat out vec3 sun_object;  // unit, in the object's frame
 flat out vec3 up_object;
 #ifdef CASCADES
@@ -44,7 +44,7 @@ void main() {
     float level = length(towards.xy);
     vec3 right = level > 1e-4 ? vec3(-towards.y, towards.x, 0.0) / level : vec3(0.0, 1.0, 0.0);
     vec3 up = views.y > 1 ? cross(towards, right) : vec3(0.0, 0.0, 1.0);
-    // as the view has been made
+    // elevation at which the view was rendered
     float elevation = views.y > 1 ? float(above) * 0.25 * kTurn / float(views.y - 1) : 0.0;
     vec2 size = vec2(half_box.x, half_box.y * cos(elevation) + half_box.x * sin(elevation));
     const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1),
@@ -64,7 +64,7 @@ void main() {
     sun_object = rotated(back, frame.sun.xyz);
     up_object = rotated(back, vec3(0.0, 0.0, 1.0));
 #ifdef CASCADES
-    // sampled at the object's middle, moved towards the sun by its radius so that it does not shadow itself
+    // sampled at the object's centre, moved towards the sun by its radius so that it does not shadow itself
     vec3 middle = place.xyz + rotated(rotation, place.w * centre);
     sun_part = sun_share(middle + frame.sun.xyz * (place.w * length(half_box)), frame.sun.xyz);
 #endif

@@ -8,11 +8,11 @@ in float depth_below;
 
 layout(location = 0) out vec4 colour_out;
 
-// An exponent of 2 at which a third is left.
+// log2(3): 2^-x leaves a third at this x.
 const float kToThird = 1.585;
-const float kSunDepth = 5.0;   // metres at which two thirds of the sun are gone
-const float kSkyDepth = 11.0;  // and of the sky
-const float kLampRange = 20.0; // metres at which the lamp has a quarter of its light
+const float kSunDepth = 5.0;   // depth at which a third of the sunlight is left, metres
+const float kSkyDepth = 11.0;  // the same for the sky, metres
+const float kLampRange = 20.0; // distance at which the lamp has a quarter of its light, metres
 
 void main() {
     float distance = length(p_eye);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A vertex of a solid surface: a sample of the finest level, and an offset from it. Without an offset it has the bits of
-// terrain.vert, so that both surfaces meet.
+// A vertex of a solid surface: a sample of the finest level, and an offset from it. Without an offset its position
+// equals that of terrain.vert bit for bit, so that both surfaces meet.
 layout(location = 0) in ivec3 place;   // column, row, height in quanta
 layout(location = 1) in vec3 offset;   // metres
 layout(location = 2) in vec3 normal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One sample of a chunk: chunks of all levels give it the same position.
+// One sample of a chunk; its position is the same in chunks of all levels.
 
 layout(location = 0) in int height;  // quanta
 
@@ -25,7 +25,7 @@ void main() {
     precise vec3 place_eye = vec3(lattice_place(corner.x, corner.y, column, numbers.xy),
                                   lattice_place(corner.z, corner.w, row, numbers.xy),
                                   lattice_rise(height)) - frame.remainder.xyz;
-    // last addition, so that samples that do not morph keep their bits
+    // added last, so that samples that do not morph keep their bits
     place_eye.z += offset;
     p_eye = place_eye;
     gl_Position = frame.clip_from_eye * vec4(place_eye, 1.0);

@@ -1,46 +1,46 @@
 // SPDX-License-Identifier: MIT
-// Attenuates the light of a surface on its way to the eye: by haze and, where WATER is defined, by water up to a level.
+// Attenuates the light of a surface on its way to the eye: by haze and, if WATER is defined, by water up to a level.
 //
 // Sources: R. Pope, E. Fry. Absorption spectrum (380-700 nm) of pure water. Applied Optics 36(33), 1997. C. Schlick. An
 // Inexpensive BRDF Model for Physically-based Rendering. Eurographics 1994 (Fresnel reflection).
-// Deviations: light is not refracted, and reflections show the sky alone.
+// Deviations: light is not refracted, and reflections show only the sky.
 
 #ifdef WATER
 layout(binding = 7) uniform sampler2D ripples;  // see ground_shade.cpp
 
-// Absorption a metre: of pure water at 650, 550 and 450 nm, and of substances dissolved in a clear lake.
+// Absorption per metre: pure water at 650, 550 and 450 nm, plus substances dissolved in a clear lake.
 const vec3 kAbsorption = vec3(0.340, 0.057, 0.009) + vec3(0.06, 0.07, 0.11);
-// Metres of water through which less than 1 / 400 of any colour comes.
+// Metres of water that transmit less than 1 / 400 of any colour.
 const float kOpaque = 52.0;
 // Albedo of water that is too deep to show its bottom.
 const vec3 kDeepWater = vec3(0.010, 0.026, 0.030);
-// Reflection straight down, from the refractive index 1.33.
+// Reflectance at normal incidence, for the refractive index 1.33.
 const float kReflection = 0.02;
 // Ripples: repeats of the noise in its period of 56 m, and slope.
 const float kRepeats = 3.0, kSlope = 0.2;
-// Exponent of the sun's highlight, and the least that is seen of it.
+// Exponent of the sun's highlight, and the least visible value of it.
 const float kGlint = 500.0, kLeastGlint = 0.002;
 // Mipmap bias, as in shade.frag.
 const float kSharperRipples = -1.0;
 
-// Metres of water that light of a lower point has come through to the surface, down from the sun and up to the eye.
+// Length of the light's path in water for a point below the surface, down from the sun and up to the eye, metres.
 float way_in_water(vec3 p_eye) {
     float level = frame.near.y;
     return (1.0 - level / p_eye.z) * length(p_eye) + level - p_eye.z;
 }
-// Whether the eye, above the water, sees none of a point in it.
+// Whether water hides a point in it entirely from an eye above the surface.
 bool is_hidden(vec3 p_eye) {
     float level = frame.near.y;
     return level < 0.0 && p_eye.z < level && way_in_water(p_eye) > kOpaque;
 }
 
-// Light of a point after some metres of water.
+// Light of a point attenuated by some metres of water.
 vec3 through_water(vec3 light, float metres) {
     vec3 deep = kDeepWater * (kSunLight * max(frame.sun.z, 0.0) + kSkyLight);
     return mix(deep, light, exp(-kAbsorption * metres));
 }
 
-// Normal of the water where the eye sees it in a unit direction.
+// Normal of the water surface seen in a unit direction.
 vec3 water_normal(vec3 p_eye, vec3 along, float distance) {
     float footprint = distance * frame.grid.w * inversesqrt(max(abs(along.z), 0.01));
     vec2 at = kRepeats * (frame.noise_phase.xy + p_eye.xy * frame.tint.z);
@@ -49,7 +49,7 @@ vec3 water_normal(vec3 p_eye, vec3 along, float distance) {
     return normalize(vec3(-kSlope * slope, 1.0));
 }
 
-// The water's surface at a point, with this light coming up from below.
+// Light of the water surface at a point, given the light from below.
 vec3 water_surface(vec3 light, vec3 p_eye) {
     float distance = length(p_eye);
     vec3 along = p_eye / distance;
@@ -70,7 +70,7 @@ vec3 water_surface(vec3 light, vec3 p_eye) {
 }
 #endif
 
-// Displayed colour of a surface with this light.
+// Displayed colour of a surface, given its light.
 vec3 shown_at(vec3 light, vec3 p_eye) {
     float distance = length(p_eye);
 #ifdef WATER
@@ -80,7 +80,7 @@ vec3 shown_at(vec3 light, vec3 p_eye) {
         return display(through_water(light, wet));
     }
     vec3 shown = behind_air(display(light), p_eye, distance);
-    // a loop and no branch: a software rasteriser takes both sides of a branch
+    // a loop instead of a branch: a software rasteriser executes both sides of a branch
     for (int left = p_eye.z < level ? 1 : 0; left > 0; --left)
         shown = water_surface(through_water(light, way_in_water(p_eye)), level / p_eye.z * p_eye);
     return shown;

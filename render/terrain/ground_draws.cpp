@@ -148,7 +148,7 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
     return made;
 }
 
-// Positions are rounded to float on the device, relative to the eye: the box is a little larger.
+// Enlarges the box for the rounding of positions to float, relative to the eye, on the device.
 constexpr double kViewMargin = 1e-5;
 
 // The volume or cascade that chunks are culled against.

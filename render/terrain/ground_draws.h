@@ -48,11 +48,11 @@ public:
     /// Slot limit of the current device, from its largest shader storage block.
     static int largest_page();
 
-    /// Frees the slots of chunks that are not in the set. Call before find() where the set may have changed.
+    /// Frees the slots of chunks that are not in the set. Call before find() if the set may have changed.
     void follow(const ResidentSet& resident);
 
-    /// The slot of a chunk of the last followed set; uploads the chunk if necessary. Null where the set does not
-    /// contain the chunk. The slot is valid until the next follow(), page() until the next find().
+    /// The slot of a chunk of the last followed set; uploads the chunk if necessary. Null if the set does not contain
+    /// the chunk. The slot is valid until the next follow(), page() until the next find().
     const ChunkSlot* find(const ResidentSet& resident, const Chunk& chunk);
 
     int page_count() const { return static_cast<int>(pages_.size()); }
@@ -83,8 +83,8 @@ static_assert(sizeof(ChunkAttributes) == 32);
 
 /// Which chunks of a mesh are submitted.
 enum class GroundCulling : std::uint8_t {
-    view,  ///< those that the view can show: pictures of triangles do not change
-    none,  ///< all: lines are a pixel wide, and reach into the picture from chunks beyond its edge
+    view,  ///< chunks in view: pictures of triangles do not change
+    none,  ///< all chunks: lines are a pixel wide and reach into the picture from chunks beyond its edge
 };
 
 /// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
@@ -96,23 +96,23 @@ public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
 
-    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (their square, their
-    /// heights and offsets) is out of view are left out.
+    /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (from their square,
+    /// heights and offsets) is out of view are omitted.
     ///
-    /// @param casters shadow maps; a list of the chunks that can cast into it is made for each
+    /// @param casters shadow maps; each gets a list of the chunks that can cast into it
     ///
-    /// Fails with invalid_argument where the mesh draws a chunk that is not in its resident set, device_unavailable
-    /// where the device is out of memory.
+    /// Fails with invalid_argument if the mesh draws a chunk that is not in its resident set, device_unavailable if the
+    /// device is out of memory.
     Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
                          GroundCulling culling = GroundCulling::view,
                          std::span<const SunCascade> casters = {});
 
-    /// Draws what the view shows with the current program. Binds the offsets to storage block 0.
+    /// Draws the chunks in view with the current program. Binds the offsets to storage block 0.
     void draw() const { draw_list(0); }
     /// Draws the shadow casters of a map of prepare().
     void draw_casters(std::size_t caster) const { draw_list(1 + caster); }
 
-    /// After the last draw() of a frame.
+    /// Call after the last draw() of a frame.
     void finish();
 
     const ChunkPool& pool() const { return pool_; }
@@ -122,7 +122,7 @@ public:
     std::size_t culled_count() const { return culled_count_; }
 
 private:
-    // Bit i: list i has the chunk. List 0 is for the view, list 1 + i for caster i.
+    // Bit i: the chunk is in list i. List 0 is for the view, list 1 + i for caster i.
     using Lists = std::uint8_t;
     // A chunk of the mesh and its slot.
     struct ChunkDraw {

@@ -13,9 +13,9 @@
 namespace terrane::internal {
 namespace {
 
-// Squares that are uploaded in a frame: a megabyte and a third.
+// Squares uploaded per frame: 1.33 MiB.
 constexpr std::size_t kUploadsAFrame = 4;
-// Squares that wait for the loader: more would be out of date when their turn comes.
+// Squares queued for the loader: more would be out of date by the time they are read.
 constexpr std::size_t kRequests = 32;
 constexpr int kMostLayers = 2048;  // the limit that every device supports
 constexpr std::size_t kLevels = kMostImageryLevel + 1;
@@ -62,7 +62,7 @@ GroundImagery::GroundImagery(std::shared_ptr<const ImagerySource> source, std::s
         free_layers_.push_back(static_cast<int>(layer));
 }
 
-// A layer that is free, or whose square has been wanted least recently and not in this frame; -1: none.
+// A free layer, or the least recently wanted one that is not wanted in this frame; -1: none.
 int GroundImagery::take_layer() {
     if (free_layers_.empty()) {
         auto oldest = slots_.end();
@@ -99,7 +99,7 @@ void GroundImagery::upload(const ImageryLoad& load) {
     slots_[load.request.square] = slot;
 }
 
-// Requests absent squares, and uploads some that have arrived.
+// Requests absent squares, and uploads some of those that have been read.
 void GroundImagery::load(const ResidentSet& resident, const std::vector<ImagerySquare>& wanted) {
     const auto request_of = [&](const ImagerySquare& square) -> ImageryRequest {
         return {square, imagery_rect_with_border(resident.lattice(), square)};
@@ -128,7 +128,7 @@ void GroundImagery::load(const ResidentSet& resident, const std::vector<ImageryS
     const std::size_t count = waits_ ? arrived_.size() : std::min(arrived_.size(), kUploadsAFrame);
     for (std::size_t i = 0; i < count; ++i) upload(arrived_[i]);
     arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(count));
-    // squares that failed, and are no longer wanted
+    // failed squares that are no longer wanted
     std::erase_if(slots_, [&](const auto& slot) {
         return slot.second.layer < 0 && slot.second.wanted_frame < frame_;
     });
@@ -137,7 +137,7 @@ void GroundImagery::load(const ResidentSet& resident, const std::vector<ImageryS
 Result<void> GroundImagery::prepare(const ResidentSet& resident, const View& view) {
     ++frame_;
     if (!(resident.lattice() == lattice_)) {
-        // another world: squares have other places
+        // another world: squares are elsewhere
         lattice_ = resident.lattice();
         for (const auto& [square, slot] : slots_) {
             if (slot.layer >= 0) free_layers_.push_back(slot.layer);

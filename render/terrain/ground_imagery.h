@@ -13,8 +13,9 @@
 
 namespace terrane::internal {
 
-/// Imagery of the ground on the device: squares in the layers of a texture array, and a hash table from level and place
-/// of a square to its layer, which imagery.glsl looks up from the finest level that a pixel needs to the coarsest.
+/// Imagery of the ground on the device: squares in the layers of a texture array, and a hash table from level and
+/// position of a square to its layer, which imagery.glsl searches from the finest level that a pixel needs to the
+/// coarsest.
 class GroundImagery {
 public:
     static constexpr int kFadeFrames = 16;
@@ -27,8 +28,8 @@ public:
     GroundImagery(std::shared_ptr<const ImagerySource> source, std::size_t memory_bytes,
                   bool waits);
 
-    /// Requests what a view needs and uploads what has been read, a few squares a frame. Call once a frame, before
-    /// bind(). Fails with device_unavailable where the device is out of memory.
+    /// Requests the squares that a view needs and uploads those that have been read, a few per frame. Call once a
+    /// frame, before bind(). Fails with device_unavailable if the device is out of memory.
     Result<void> prepare(const ResidentSet& resident, const View& view);
     /// Binds table and squares to texture units 8 and 9, and the uniform block to 3.
     void bind() const;

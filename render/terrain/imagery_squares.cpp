@@ -58,7 +58,7 @@ ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels) {
 
 namespace {
 
-// Root squares farther from the eye's than this many are not looked at.
+// Root squares farther than this many from the eye's are ignored.
 constexpr std::int64_t kMostRoots = 16;
 
 bool do_meet(const WorldRect& a, const WorldRect& b) {
@@ -169,7 +169,7 @@ ImageryLoader::~ImageryLoader() = default;
 void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
     {
         const std::lock_guard lock(mutex_);
-        // squares that are being read, or have been read and not taken, are not read again
+        // skips squares being read, or read and not taken
         std::erase_if(wanted, [&](const ImageryRequest& request) {
             return request == loading_ ||
                    std::ranges::find(loaded_, request, &ImageryLoad::request) != loaded_.end();
@@ -197,7 +197,7 @@ ImageryLoad ImageryLoader::load(const ImageryRequest& request) const {
         if (source_->read(request.rect, kImageryTexels, texels))
             load.texture = make_imagery_texture(std::move(texels));
     } catch (...) {
-        // the user's source, or no memory: the square counts as failed
+        // the user's source threw, or memory ran out: the square counts as failed
         load.texture.reset();
     }
     return load;

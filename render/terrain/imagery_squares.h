@@ -20,8 +20,8 @@
 
 namespace terrane::internal {
 
-// Imagery is paged by squares of the quadtree whose roots are the world's root squares: down to the finest level of
-// chunks their squares are those of chunks, and below as long as the imagery is finer.
+// Imagery is paged in squares of the quadtree rooted in the world's root squares: the squares of chunks down to the
+// finest chunk level, and finer squares as long as the imagery is finer.
 
 /// Texels along the side of a square's texture. kImageryBorder of them at each edge show the neighbours, so that the
 /// coarsest mipmap still has one border texel.
@@ -41,11 +41,11 @@ struct ImagerySquare {
 
 /// Side of the squares of a level, metres.
 double imagery_side(const Lattice& lattice, int level);
-/// Where a square is, without and with its border, world metres.
+/// Rectangle of a square without and with its border, world metres.
 WorldRect imagery_rect(const Lattice& lattice, const ImagerySquare& square);
 WorldRect imagery_rect_with_border(const Lattice& lattice, const ImagerySquare& square);
 
-/// The mipmaps of a square, the finest first: colours times opacity.
+/// The mipmaps of a square, finest first: colours times opacity.
 struct ImageryTexture {
     std::array<std::vector<ImageryTexel>, kImageryMipmaps> mipmaps;
 };
@@ -55,17 +55,17 @@ struct ImageryTexture {
 /// @param texels [kImageryTexels * kImageryTexels] of a source
 ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels);
 
-/// The finest level at which imagery has texels for pixels to show.
+/// The finest level for which imagery has texels.
 int finest_imagery_level(const Lattice& lattice, double texel_size);
 
-/// The squares that a view shows at the size of its pixels, each after the square that contains it: those in view, then
-/// those around the eye that a turn would show.
+/// The squares that a view needs at its pixel size, each after the square that contains it: those in view, then those
+/// around the eye that become visible by turning.
 ///
 /// @param resident heights of the ground
 /// @param rect     of the imagery
-/// @param most     squares; the finest are left out where there are more
+/// @param most     largest number of squares; beyond it the finest are omitted
 ///
-/// Cost: linear in the squares, and in the root squares within 16 of the eye's
+/// Cost: linear in the squares, plus the root squares within 16 of the eye's
 std::vector<ImagerySquare> select_imagery(const ResidentSet& resident, const View& view,
                                           const WorldRect& rect, double texel_size,
                                           std::size_t most);
@@ -82,7 +82,7 @@ struct ImageryLoad {
     std::optional<ImageryTexture> texture;  ///< absent: the source failed
 };
 
-/// Reads squares on a thread of its own, the first of the last request first.
+/// Reads squares on its own thread, in the order of the last request.
 ///
 /// Threads: called by the renderer's thread only
 class ImageryLoader {
@@ -95,7 +95,7 @@ public:
     void request(std::vector<ImageryRequest> wanted);
     /// Squares that have been read since the last call. Never waits for the source.
     std::vector<ImageryLoad> take();
-    /// Waits until all that was requested has been read.
+    /// Waits until all requested squares have been read.
     void finish();
 
 private:

@@ -28,7 +28,7 @@ GlVertexArray make_solid_layout() {
     return layout;
 }
 
-/// Bilinear height of a chunk's samples at a place in cells, metres.
+/// Bilinear height of a chunk's samples at a position in cells, metres.
 double height_over(const Lattice& lattice, const Chunk& chunk, double column, double row) {
     const int i = std::clamp(static_cast<int>(std::floor(column)), 0, kChunkCells - 1);
     const int j = std::clamp(static_cast<int>(std::floor(row)), 0, kChunkCells - 1);
@@ -47,7 +47,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
     const SolidTriangles& solid = chunk.solid->triangles();
     const double spacing = lattice.level_spacing(chunk.key.level);
     std::vector<Eigen::Vector3d> normals(solid.vertices_world.size(), Eigen::Vector3d::Zero());
-    // Of walls alone: the parts of the heightfield beside them are shaded as the heightfield is.
+    // From walls only: adjacent parts of the heightfield are shaded as heightfield.
     for (const auto& [a, b, c] : std::span(solid.triangles).subspan(solid.ground_count)) {
         const auto& v = solid.vertices_world;
         const Eigen::Vector3d across = (v[b] - v[a]).cross(v[c] - v[a]);

@@ -30,10 +30,9 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
 /// Keeps the triangles of volumes on the device while their chunks are resident, and draws those of a mesh.
 class SolidDraws {
 public:
-    /// Uploads the surfaces that a mesh draws for the first time, and frees the buffers of those that no chunk holds
-    /// any more.
+    /// Uploads the surfaces that a mesh draws for the first time, and frees the buffers of surfaces without a chunk.
     ///
-    /// Fails: device_unavailable where OpenGL reports an error
+    /// Fails: device_unavailable if OpenGL reports an error
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
     bool is_empty() const { return draws_.empty(); }
 
@@ -45,9 +44,9 @@ public:
         Program() = default;
         explicit Program(GlProgram made);
     };
-    /// Which triangles: those that remain of the heightfield, which are shaded as ground, or walls.
+    /// Selects triangles: what remains of the heightfield, shaded as ground, or walls.
     enum class Part { ground, walls };
-    /// Draws with a program, which becomes the current one.
+    /// Draws with a program, which becomes current.
     void draw(Part part, const Program& program) const;
 
     /// Bytes on the device.

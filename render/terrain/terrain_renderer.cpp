@@ -100,7 +100,7 @@ struct TerrainRenderer::State {
     GroundDraws draws;
     SolidDraws solids;
     SceneObjects scene;
-    std::optional<GpuTimer> timer;  // none of software rasterisers
+    std::optional<GpuTimer> timer;  // none for software rasterisers
     DrawCounts counts;
 
     State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,

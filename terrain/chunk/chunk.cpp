@@ -17,10 +17,10 @@
 
 namespace terrane::internal {
 
-/// Checks bounds of vertices against the source's own samples: the vertical distance of a vertex from the middle of
-/// the edge that it splits is at most its bound. Skips vertices whose ends are not among the samples.
+/// Checks bounds of vertices against the source's own samples: the vertical distance of a vertex from the middle of the
+/// edge that it splits must not exceed its bound. Skips vertices whose ends are not among the samples.
 ///
-/// @param grid    of the bounds: as HeightSource::vertex_bounds() takes it
+/// @param grid    of the bounds, as for HeightSource::vertex_bounds()
 /// @param bounds  [grid.size()] metres
 /// @param samples of the heights; its step divides that of `grid`
 /// @param heights [samples.size()] metres
@@ -31,11 +31,11 @@ Result<void> check_rises(const Lattice& lattice, const SampleGrid& grid,
                          std::span<const double> heights);
 
 #if TERRANE_ASSERTS
-/// Spot checks of a source while a chunk is made, in builds with asserts: its samples lie in the source's interval
-/// over the chunk, and height() at some points of its cells is within the cells' bounds. Violations go to
-/// the assert handler, as one line with position and figures.
+/// Spot checks of a source while a chunk is made, in builds with asserts: its samples must lie in the source's interval
+/// over the chunk, and height() at some points of its cells must be within the cells' bounds. Violations are reported
+/// to the assert handler as one line with position and values.
 ///
-/// @param grid        of samples
+/// @param grid        of the heights
 /// @param heights     [grid.size()] metres
 /// @param cell_bounds [(columns - 1) * (rows - 1)] metres
 void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
@@ -58,7 +58,7 @@ void SamplePyramid::fill(std::span<const std::int32_t> heights) {
                    "a pyramid stands on all samples of a chunk");
     constexpr std::size_t kSide = std::size_t{1} << kFinest;
     for (std::size_t south = 0; south < kChunkCells; south += kSide) {
-        // across rows first: columns are contiguous, so it vectorises
+        // rows first: columns are contiguous, so that the loop vectorises
         std::array<std::int32_t, kChunkSamples> low;
         std::copy_n(&heights[south * kChunkSamples], kChunkSamples, low.begin());
         std::array<std::int32_t, kChunkSamples> high = low;
@@ -112,7 +112,7 @@ Result<void> check_rises(const Lattice& lattice, const SampleGrid& grid,
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = row % 2 == 0 ? 1 : 0; column < grid.columns;
              column += row % 2 == 0 ? 2 : 1) {
-            // offset from the vertex to one of its ends; the other end is opposite
+            // offset of one of the vertex's ends; the other end is opposite
             const bool is_centre = (column & row & 1) != 0;
             const bool rises = ((column / 2 + row / 2 + parity) & 1) == 0;
             const int to_x = column % 2 * stride;
@@ -163,7 +163,7 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
     if (!(*lowest >= held.low - slack)) refuse("interval", west, south, held.low, *lowest);
     if (!(*highest <= held.high + slack)) refuse("interval", west, south, held.high, *highest);
 
-    // points by integer hashing of the chunk's address: always the same ones
+    // points from integer hashing of the chunk's address: always the same
     const WorldRect& extent = source.extent();
     std::uint64_t state = static_cast<std::uint64_t>(grid.corner.x) * 0x9e3779b97f4a7c15u ^
                           static_cast<std::uint64_t>(grid.corner.y) ^
@@ -206,7 +206,7 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
             (high - low + off) / (lattice.spacing * static_cast<double>(grid.step));
         const double rounding =
             kHeightAccuracy + 0x1p-50 * (std::abs(plane) + slope * (std::abs(x) + std::abs(y)));
-        // NaN: the source could not be read, which violates nothing
+        // NaN means that the source could not be read, which violates nothing
         if (off > bound + rounding) refuse("cell bound", x, y, bound, off);
     }
 }
@@ -226,11 +226,11 @@ using internal::kWideSamples;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
-// A chunk without what its vectors own. The 32 bytes of linkage and padding between the two structures do not count:
-// simulated loads transfer max_bytes(), which must not depend on the layout.
+// Size of a chunk without the memory of its vectors. The 32 bytes of linkage and padding between the two structures are
+// excluded: simulated loads transfer max_bytes(), which must not depend on the layout.
 constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 48;
 
-// The sum, rounded up.
+// Sum, rounded up.
 float add_up(float bound, double half_quantum) {
     const double sum = static_cast<double>(bound) + half_quantum;
     const auto rounded = static_cast<float>(sum);
@@ -245,7 +245,7 @@ float inverse_square(float bound) {
     return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
 }
 
-// Samples and cells of a chunk and of a margin around it.
+// Samples and cell bounds of a chunk and a margin around it.
 struct Surroundings {
     SampleGrid grid;
     std::vector<double> heights;
@@ -307,7 +307,7 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
     return {};
 }
 
-// The stored bound of a vertex of the chunk's own spacing; const or not.
+// The stored bound of a vertex of the chunk's own spacing; works for const and non-const vertices.
 template <typename AnyVertices>
 auto& own_bound(AnyVertices& vertices, int column, int row) {
     const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
@@ -317,7 +317,7 @@ auto& own_bound(AnyVertices& vertices, int column, int row) {
     return vertices.areas[area].inverse_square_bounds[kind][square];
 }
 
-// Of samples with even column and row.
+// Index of a sample with even column and row.
 std::size_t coarse_index(int column, int row) {
     return static_cast<std::size_t>(row / 2) * (kChunkSquares + 1) +
            static_cast<std::size_t>(column / 2);
@@ -331,7 +331,7 @@ void store_bound(ChunkVertices& vertices, int column, int row, float bound) {
     }
 }
 
-// A vertex on a line between areas belongs to all of them.
+// Raises the bound of all areas that a vertex belongs to: on a line between areas it belongs to all of them.
 void raise_areas(Chunk& chunk, int column, int row, float bound) {
     const int last = kChunkAreas - 1;
     for (int y = std::max(0, (row - 1) / kAreaCells); y <= std::min(last, row / kAreaCells); ++y) {
@@ -343,14 +343,14 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
     }
 }
 
-// Stores the bounds of the vertices of one spacing, without those of the margin.
+// Stores the bounds of the vertices of one spacing, without those in the margin.
 Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
                                  double half_quantum, ChunkVertices& vertices, Chunk& chunk) {
     const auto stride = static_cast<int>(grid.step / chunk.step);
     const auto margin = static_cast<int>((chunk.corner.x - grid.corner.x) / grid.step);
     for (int row = 0; row < grid.rows - 2 * margin; ++row) {
         for (int column = 0; column < grid.columns - 2 * margin; ++column) {
-            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            if (((row | column) & 1) == 0) continue;  // vertex of a coarser spacing
             const float given =
                 bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
             if (const Result<void> good = check_bound(given); !good) return good;
@@ -363,7 +363,7 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
     return {};
 }
 
-// Reads and stores the bounds of own vertices: those of the chunk's spacing, and in a root all coarser ones. Also
+// Reads and stores the bounds of own vertices: those of the chunk's spacing, and for a root also all coarser ones. Also
 // reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
                                 Surroundings& wide, ChunkVertices& vertices, Chunk& chunk) {
@@ -505,7 +505,7 @@ std::size_t Chunk::bytes() const {
 
 namespace {
 
-// Of root chunks; others have no coarse bounds.
+// Does nothing for chunks other than roots, which have no coarse bounds.
 void fill_largest_coarse_bounds(ChunkVertices& vertices) {
     if (vertices.coarse_bounds.empty()) return;
     std::array<float, ChunkVertices::kCoarseStrides> least;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Height intervals of the reaches of vertices. The key of a vertex uses the distance from the eye to its reach,
-// which must not be less for a child than for its parent: the reach of a centre covers three cells around it, that
-// of a midpoint two, so that reaches nest in the plane (see screen_error.cpp). For the intervals to nest in height,
-// too, the certified bounds of cells are doubled, since bounds shrink by about half from level to level. Where that
-// does not suffice, the triangulator raises keys to the parents' (kNestMargin). The rise bound of the source
-// limits the intervals.
+// Height intervals of the reaches of vertices. The key of a vertex uses the distance from the eye to its reach, which
+// must not be smaller for a child than for its parent. The reach of a centre covers three cells around it, that of a
+// midpoint two, so that reaches are nested in the plane (see screen_error.cpp). To nest the intervals in height as
+// well, the certified bounds of cells are doubled, because bounds shrink by about half from level to level. Where this
+// does not suffice, the triangulator raises keys to the parents' (kNestMargin). The source's rise bound limits the
+// intervals.
 #include "chunk/chunk_vertices.h"
 
 #include <algorithm>
@@ -24,8 +24,8 @@ std::size_t wide_index(int column, int row) {
     return static_cast<std::size_t>(row) * kWideCells + static_cast<std::size_t>(column);
 }
 
-// Minima over squares of cells, stored at their south-western cell: enlarges the squares by `more` cells, at most
-// doubling them. Entries whose squares leave the chunk's surroundings are not used.
+// Enlarges the squares of cells over which minima are taken by `more` cells; at most doubles them. Minima are stored at
+// the square's south-western cell. Entries whose squares extend beyond the chunk's surroundings are not used.
 std::vector<float> widen(const std::vector<float>& squares, int more) {
     std::vector<float> across(squares);
     for (int row = 0; row < kWideCells; ++row) {
@@ -44,7 +44,7 @@ std::vector<float> widen(const std::vector<float>& squares, int more) {
     return both;
 }
 
-// The lowest value over the reach of a vertex at a sample.
+// Lowest value over the reach of the vertex at a sample.
 struct Lowest {
     std::vector<float> of_midpoint, of_centre;
 
@@ -56,18 +56,18 @@ struct Lowest {
     }
 };
 
-// To float, at most the value.
+// Converts to a float that is at most the value.
 float round_down(double value) {
     const auto rounded = static_cast<float>(value);
     return rounded - std::abs(rounded) * 0x1p-22f;
 }
 
-// Intervals of cells, relative to a height near the chunk's middle.
+// Height intervals of cells, relative to a height near the middle of the chunk's range.
 struct Depths {
     double middle = 0.0;  // metres
     std::vector<float> down,
         up;             // [kWideCells^2] low - middle and middle - high of each cell, metres
-    float most = 0.0f;  // metres, absolute
+    float most = 0.0f;  // largest absolute value, metres
 
     Depths(std::span<const double> heights, std::span<const float> bounds)
         : middle(std::floor(0.5 * (heights.front() + heights.back()))),
@@ -91,7 +91,7 @@ struct Depths {
     }
 };
 
-// Unions over areas and the chunk.
+// Computes the unions of reaches over areas and over the chunk.
 void enclose_reaches(ChunkVertices& vertices, Chunk& chunk) {
     using AreaReach = ChunkVertices::AreaReach;
     constexpr AreaReach kEmpty{std::numeric_limits<std::int16_t>::max(),
@@ -124,7 +124,7 @@ std::int64_t double_rise(const Chunk& chunk, int column, int row) {
     const auto height = [&](int x, int y) {
         return std::int64_t{chunk.heights[sample_index(x, y)]};
     };
-    // an even square's diagonal rises from its south-western corner
+    // the diagonal of an even square rises from its south-western corner
     const bool rises = (column / 2 + row / 2) % 2 == 0;
     const int to_x = column % 2, to_y = row % 2 == 0 ? 0 : column % 2 == 0 || rises ? 1 : -1;
     return 2 * height(column, row) - height(column - to_x, row - to_y) -
@@ -158,7 +158,7 @@ void fill_rises(double quantum, const Chunk& chunk, int area, AreaVertices& vert
 
 ReachHeights reach_heights(const HeightSource& source, double spacing) {
     constexpr double kDiagonal = 0.70710678118654757;
-    // a geometric series: descendants below the finest spacing are included
+    // a geometric series, because it includes descendants below the finest spacing
     const double smallest = std::ldexp(source.lattice().spacing, -24);
     ReachHeights reach;
     double of_children = 0.0;
@@ -187,7 +187,7 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
     while (depths.most > kLargest * vertices_out.reach_unit) vertices_out.reach_unit *= 2;
     const Lowest down(depths.down), up(depths.up);
     const float per_unit = 1.0f / vertices_out.reach_unit;
-    // truncated, minus two units: rounded down, with a margin for the rounding of sums with the eye's height
+    // truncates and subtracts two units: rounds down, with a margin for the rounding of sums with the eye's height
     const auto to_units = [&](float depth) {
         return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
     };

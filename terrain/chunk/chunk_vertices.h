@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-// What the triangulator reads of a chunk, apart from its samples: the private part of Chunk. Besides terrain itself,
-// only terrane::store, which serialises it, and tests may include this header.
+// The private part of Chunk: the triangulator's data apart from the samples. Besides terrain itself, only
+// terrane::store, which serialises it, and tests may include this header.
 
 namespace terrane::internal {
 
@@ -28,18 +28,18 @@ inline float from_upper_half(std::uint16_t half) {
     return std::bit_cast<float>(std::uint32_t{half} << 16);
 }
 
-/// The vertices of a chunk's own spacing in one area: three for each square. Index of a square:
-/// row * kAreaSquares + column, from the south-west.
+/// The vertices of a chunk's own spacing in one area: three per square. Index of a square: row * kAreaSquares + column,
+/// from the south-west.
 struct AreaVertices {
-    /// In the middle of a square; on its southern side; on its western side. Midpoints on an area's
-    /// eastern and northern side belong to the adjacent area.
+    /// Centre of a square; midpoint of its southern side; midpoint of its western side. Midpoints on an area's eastern
+    /// and northern side belong to the adjacent area.
     enum Kind : std::size_t { centre = 0, along_x = 1, along_y = 2 };
     static constexpr std::size_t kKinds = 3;
     static constexpr std::size_t kSquares = std::size_t{kAreaSquares} * kAreaSquares;
     template <typename Value>
     using PerVertex = std::array<std::array<Value, kSquares>, kKinds>;
 
-    /// Where the values of an own vertex are stored.
+    /// Storage location of an own vertex's values.
     struct Address {
         std::size_t area, kind, square;
     };
@@ -51,10 +51,10 @@ struct AreaVertices {
         return {static_cast<std::size_t>(area), kind, static_cast<std::size_t>(square)};
     }
 
-    /// 1 / e(v)^2, rounded down to the upper half of a float: see upper_half(). e(v) is the
-    /// certified bound, metres, half a quantum included.
+    /// 1 / e(v)^2, rounded down to the upper half of a float: see upper_half(). e(v) is the certified bound, metres,
+    /// including half a quantum.
     alignas(64) PerVertex<std::uint16_t> inverse_square_bounds;
-    /// Heights of the vertex's reach, in ChunkVertices::reach_unit from reach_base, rounded outward: they
+    /// Heights of the vertex's reach relative to reach_base, in ChunkVertices::reach_unit, rounded outward: they
     /// enclose the true surface over its diamond, with a margin for the reaches of its descendants.
     PerVertex<std::int16_t> low, high;
     /// Height of the vertex above the middle of the edge that it splits, in rise_unit.
@@ -73,25 +73,25 @@ struct ChunkVertices {
     static constexpr std::size_t kCoarseStrides = 6;  ///< 1, 2, 4 .. kChunkSquares / 2
     /// Row by row from the south-west.
     std::array<AreaVertices, std::size_t{kChunkAreas} * kChunkAreas> areas;
-    /// Heights of the reaches of an area's vertices, including those on the chunk's eastern and northern
-    /// side, as AreaVertices::low and high.
+    /// Heights of the reaches of an area's vertices, including those on the chunk's eastern and northern side; units as
+    /// for AreaVertices::low and high.
     struct AreaReach {
         std::int16_t low = 0;
         std::int16_t high = 0;
     };
     std::array<AreaReach, std::size_t{kChunkAreas} * kChunkAreas> area_reaches{};
-    /// Midpoints that belong to the neighbours, with the same bounds as there.
+    /// Midpoints that belong to the neighbours, with the same bounds as in the neighbours.
     SideVertices east_side, north_side;
     double reach_base = 0.0;  ///< metres
     float reach_unit = 1.0f;  ///< metres, a power of two
-    /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, at every
-    /// second sample of every second row; infinite at the corners. Empty in other chunks.
+    /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, at every second sample of
+    /// every second row; infinite at the corners. Empty for other chunks.
     std::vector<float> coarse_bounds;
     /// Root chunks: the largest of these bounds e(v), metres, rounded up, by log2 of the vertices' stride in even
     /// samples.
     std::array<float, kCoarseStrides> largest_coarse_bounds{};
 
-    /// Heights of the reaches of an area's vertices, world, metres.
+    /// Height interval of the reaches of an area's vertices, world z, metres.
     HeightInterval reach_of_area(int area) const {
         const AreaReach& reach = area_reaches[static_cast<std::size_t>(area)];
         return metres(reach.low, reach.high);
@@ -100,21 +100,21 @@ struct ChunkVertices {
         const auto unit = static_cast<double>(reach_unit);
         return {reach_base + unit * low_units, reach_base + unit * high_units};
     }
-    /// 1 / e(v)^2 of the vertex at a sample. Infinite if a coarser chunk owns it.
+    /// 1 / e(v)^2 of the vertex at a sample; infinite if a coarser chunk owns it.
     float inverse_square_bound(int column, int row) const;
 };
 
-/// The bound of which an inverse square is stored, rounded up.
+/// Converts a stored inverse square to its bound, rounded up.
 float bound_of(float inverse_square_bound);
 
-/// Completes a chunk from its other fields: pyramid, low and high, areas except max_vertex_bound, quadrant_bound, the
-/// reaches, rises and largest coarse bounds in `vertices`, and vertex_reach; then hands `vertices` to the chunk. These
-/// need not be stored with a chunk.
+/// Completes a chunk from its other fields: pyramid, low and high, areas except max_vertex_bound, quadrant_bound,
+/// vertex_reach, and in `vertices` the reaches of areas, rises and largest coarse bounds; then moves `vertices` into
+/// the chunk. These fields need not be stored with a chunk.
 ///
-/// Requires: heights, cell_bounds and max_vertex_bound (areas' too) of the chunk; bounds, low and high of all
-///           vertices, both sides, reach_base and reach_unit
+/// Requires: heights, cell_bounds and max_vertex_bound (also of areas) of the chunk; bounds, low and high of all
+///           vertices and both sides, reach_base and reach_unit
 ///
-/// @param quantum of the lattice, metres
+/// @param quantum Lattice::quantum, metres
 void complete_chunk(double quantum, std::shared_ptr<ChunkVertices> vertices, Chunk& chunk);
 
 /// Margin around a chunk, in cells of its spacing, that the reaches of its vertices cover. The reach of a vertex is the
@@ -123,22 +123,22 @@ inline constexpr int kReachCells = 2;
 inline constexpr int kWideCells = kChunkCells + 2 * kReachCells;
 inline constexpr int kWideSamples = kWideCells + 1;
 
-/// Upper bound of half the height of a vertex's reach, metres, from the source's rise bound. A centre's includes
-/// those of its midpoints, a midpoint's those of the centres of half the spacing.
+/// Upper bounds of half the height of a vertex's reach, metres, from the source's rise bound. A centre's includes those
+/// of its midpoints, a midpoint's those of the centres of half the spacing.
 struct ReachHeights {
     double of_centre = 0.0;
     double of_midpoint = 0.0;
 };
 ReachHeights reach_heights(const HeightSource& source, double spacing);
 
-/// Sets the lows and highs of the reaches of a chunk's vertices, reach_base and reach_unit.
+/// Sets the low and high of the vertices' reaches, reach_base and reach_unit.
 ///
-/// @param heights [kWideSamples^2] metres, of the chunk and kReachCells around it
+/// @param heights [kWideSamples^2] metres, of the chunk and a margin of kReachCells
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
                   const HeightSource& source, const Chunk& chunk, ChunkVertices& vertices_out);
 
-/// Sets the reaches of areas and of the chunk from those of the vertices, and the rises of the vertices.
+/// Computes the reaches of areas and of the chunk from those of the vertices, and the rises of the vertices.
 void derive_reaches(double quantum, ChunkVertices& vertices, Chunk& chunk);
 
 }  // namespace terrane::internal

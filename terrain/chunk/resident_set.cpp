@@ -208,7 +208,7 @@ void ResidentSet::Change::link_neighbours() {
     }
 }
 
-// Links chunks without a parent index: arrived ones, and children of a chunk that was evicted and arrived again.
+// Links chunks without a parent index: those that arrived, and children of a chunk that was evicted and arrived again.
 void ResidentSet::Change::link_parents() {
     std::int32_t root_count = 0;
     for (std::int32_t i = 0; i < next_index(); ++i) {

@@ -16,11 +16,11 @@
 
 namespace terrane {
 
-/// Converts an index that is not negative.
+/// Converts a non-negative index.
 inline std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
-/// A block of slots that own chunks; free slots are null. A set copies the blocks that change and shares the others
-/// with the set before: updating the reference count of every chunk for every set would dominate the cost, because
+/// A block of slots that own chunks; free slots are null. A new set copies the blocks that change and shares the others
+/// with the previous set: updating the reference count of every chunk for every set would dominate the cost, because
 /// the counts are scattered in memory.
 struct ResidentSet::Owners {
     static constexpr std::size_t kSlots = 32;
@@ -57,14 +57,14 @@ private:
 
     const Structure& before_;
     std::shared_ptr<Structure> made_;
-    std::vector<Owners*> own_blocks_;  // of made_->owners: the unshared ones, else null
+    std::vector<Owners*> own_blocks_;  // [made_->owners] the unshared blocks, else null
     std::vector<std::int32_t>
-        new_indices_;  // [old index + 1]: new index, kNone or kEvicted; kNone maps to kNone
-    std::vector<std::int32_t> arrived_;  // their indices
+        new_indices_;  // [old index + 1] new index, kNone or kEvicted; kNone maps to kNone
+    std::vector<std::int32_t> arrived_;  // indices of the arrived chunks
 };
 
-// Position of a key in the table, or of the free entry for it. Multiplicative (Fibonacci) hashing: keys lie in rows and
-// squares, which it spreads over the upper bits more evenly than a random hash.
+// Index of a key in the table, or of the free entry for it. Multiplicative (Fibonacci) hashing: keys form rows and
+// squares, which it distributes over the upper bits more evenly than a random hash.
 inline std::size_t ResidentSet::Structure::bucket_of(const ChunkKey& key) const {
     const std::uint64_t packed =
         static_cast<std::uint32_t>(key.x) | std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
@@ -80,12 +80,12 @@ inline std::size_t ResidentSet::Structure::bucket_of(const ChunkKey& key) const 
 
 namespace terrane::internal {
 
-/// Along one axis, the index of the window's first root square: the one nearest to `before` for which the root square
-/// of the place is one of the window's middle two, clamped to the world.
+/// Index of the window's first root square along one axis: the one nearest to `before` for which the root square at
+/// `place` is one of the window's middle two, clamped to the world.
 ///
 /// @param first, count root squares of the world
 /// @param along        root squares of the window
-/// @param before       first root square of the window until now
+/// @param before       first root square of the previous window
 inline std::int32_t first_in_window(double place, double origin, double side, std::int32_t first,
                                     std::int32_t count, std::int32_t along, std::int64_t before) {
     const std::int64_t last = std::int64_t{first} + count - 1;
@@ -97,9 +97,10 @@ inline std::int32_t first_in_window(double place, double origin, double side, st
         std::clamp<std::int64_t>(wanted, first, std::max<std::int64_t>(first, last + 1 - along)));
 }
 
-/// The root window of a world for a client at a place, as a lattice of its root squares (ResidentSet::window()): the
-/// window before, moved by the fewest root squares that bring the client's into its middle two. So a client that
-/// crosses an edge of root squares to and fro moves it once. The whole lattice where it has no window.
+/// The root window of a world for a client at a position, as a lattice of the window's root squares
+/// (ResidentSet::window()): the previous window, moved by the fewest root squares that bring the client's root square
+/// into its middle two. So a client that repeatedly crosses the edge between two root squares moves it only once. The
+/// whole lattice if it has no window.
 ///
 /// @param place finite, metres
 inline Lattice moved_root_window(const Lattice& world, const Lattice& before,
@@ -119,7 +120,7 @@ inline Lattice moved_root_window(const Lattice& world, const Lattice& before,
     return window;
 }
 
-/// The window of a pager without clients: around the lattice's origin.
+/// The window of a pager without clients: centred on the lattice's origin.
 inline Lattice first_root_window(const Lattice& world) {
     return moved_root_window(world, world, {world.origin_x, world.origin_y});
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: S. Woop, C. Benthin, I. Wald. Watertight ray/triangle intersection. JCGT 2(1), 2013.
-// Deviations: both sides are hit. The products of an edge have the same bits for both triangles at it, so that a ray
-//             cannot pass between them.
+// Deviations: both sides of triangles are hit. The products of an edge have the same bits for both of its triangles, so
+//             that a ray cannot pass between them.
 #include "base/aabb_tree.h"
 
 #include <terrane/base/result.h>
@@ -18,12 +18,12 @@
 namespace terrane {
 namespace {
 
-/// Boxes are widened by this, metres, so that rounding excludes no triangle.
+/// Margin around boxes, metres, so that rounding does not exclude triangles.
 constexpr double kBoxMargin = 1e-9;
-/// Rounding of the height of a triangle, as a share of it.
+/// Relative rounding error of a triangle's height.
 constexpr double kHeightSlack = 1e-14;
 
-/// A ray, sheared so that it runs along one axis.
+/// A ray, sheared so that it is parallel to one axis.
 class ShearedRay {
 public:
     ShearedRay(const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) : from_(from) {
@@ -35,7 +35,7 @@ public:
         scale_ = 1.0 / displacement[along_];
     }
 
-    /// The ray's parameter at a triangle; infinity where it passes by.
+    /// Parameter of the ray at a triangle; infinity if it misses.
     double meet(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 const Eigen::Vector3d& c) const {
         const Point p = sheared(a), q = sheared(b), r = sheared(c);
@@ -45,7 +45,7 @@ public:
         const bool is_front = of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0;
         const bool is_back = of_a <= 0.0 && of_b <= 0.0 && of_c <= 0.0;
         const double sum = of_a + of_b + of_c;
-        if (!(is_front || is_back) || sum == 0.0) return internal::kInfinity;  // or in its plane
+        if (!(is_front || is_back) || sum == 0.0) return internal::kInfinity;  // a miss
         return (of_a * p.w + of_b * q.w + of_c * r.w) / sum * scale_;
     }
 
@@ -67,18 +67,18 @@ private:
 }  // namespace
 
 /// A bounding volume tree whose leaves are groups of four consecutive triangles. Consecutive triangles of a contour are
-/// neighbours, so that the box of a group is little larger than those of its triangles. The boxes of a group's
-/// triangles are tested together.
+/// adjacent, so the box of a group is little larger than the boxes of its triangles. The boxes of a group's triangles
+/// are tested together.
 struct SolidSurface::Tree {
     static constexpr std::uint32_t kGroup = 4;
     static constexpr int kGroupBits = 2;
     static_assert(kGroup == 1u << kGroupBits);
 
-    /// Boxes of a group's triangles from the low corner of all, rounded outward; those beyond the last triangle are
-    /// empty.
+    /// Boxes of a group's triangles relative to the low corner of all, rounded outward; boxes beyond the last triangle
+    /// are empty.
     struct GroupBoxes {
         std::array<std::array<float, kGroup>, 3> low, high;
-        std::uint32_t first = 0;  ///< triangle
+        std::uint32_t first = 0;  ///< first triangle of the group
 
         GroupBoxes() {
             for (auto& axis : low) axis.fill(std::numeric_limits<float>::max());
@@ -102,7 +102,7 @@ struct SolidSurface::Tree {
     std::vector<GroupBoxes> groups;         // in the order of the leaves
     Eigen::Vector3d origin_world;
 
-    /// Bit i: the box of triangle i of a group overlaps or touches that of triangle 0 of `with`, to a rounding.
+    /// Bit i: the box of triangle i of a group overlaps or touches that of triangle 0 of `with`, up to rounding.
     std::uint32_t overlaps(std::uint32_t group, const GroupBoxes& with) const {
         const GroupBoxes& own = groups[group];
         std::array<std::uint32_t, kGroup> is;
@@ -184,7 +184,7 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
 std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, double at_most) const {
     const double highest = std::min(at_most, bounds_.high.z());
     if (!(highest >= bounds_.low.z())) return std::nullopt;
-    // From a rounding above, so that a surface at this height is met; a metre longer, so that it has a length.
+    // starts slightly higher, so that a surface at this height is hit; a metre longer, so that the length is not 0
     const double top = highest + kHeightSlack * (1.0 + std::abs(highest));
     const double length = top - bounds_.low.z() + 1.0;
     std::optional<Hit> hit = ray({x, y, top}, {0.0, 0.0, -length}, 0.0, 1.0);
@@ -199,7 +199,7 @@ std::size_t SolidSurface::find_overlaps(const Aabb& box_world, std::uint32_t& cu
     if (nodes.empty()) return count;
     Tree::GroupBoxes box;
     box.set(0, box_world, tree_->origin_world);
-    // The cursor is a node, and the next triangle of its group.
+    // the cursor is a node and the next triangle of its group
     std::uint32_t at = cursor >> Tree::kGroupBits, in_group = cursor % Tree::kGroup;
     while (at < nodes.size() && count < out.size()) {
         const internal::AabbNode& node = nodes[at];

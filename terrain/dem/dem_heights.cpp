@@ -27,12 +27,12 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
 
 namespace {
 
-/// Amplitude of the first octave over the mean second difference of the samples: that of a sine of half the shortest
-/// wavelength that they resolve, continued as a fractal of gain 1/2.
+/// Amplitude of the first octave relative to the mean second difference of the samples: that of a sine of half the
+/// shortest wavelength that they resolve, continued as a fractal with a gain of 1/2.
 constexpr double kAmplitudeOverBend = 0.5;
 constexpr int kMaxOctaves = 24;
 
-/// Number of octaves from the cell down; the last wavelength is at least two finest spacings.
+/// Number of octaves from the cell down; the shortest wavelength is at least two finest spacings.
 int octaves_below(double cell, double finest) {
     int count = 1;
     for (double wavelength = 0.5 * cell; wavelength >= 2.0 * finest && count < kMaxOctaves;

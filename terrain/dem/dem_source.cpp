@@ -19,20 +19,20 @@
 namespace terrane::internal {
 namespace {
 
-/// Sum over levels of half the resolution each.
+/// Sum over all levels, each with half the resolution of the previous one.
 constexpr double kAllLevels = 4.0 / 3.0;
 constexpr double kMebibyte = 1024.0 * 1024.0;
 
 }  // namespace
 
 double opening_bytes(const BilinearGrid& grid, double held_bytes) {
-    // Per sample of a strip: as read, twice as a height, packed, and its validity.
+    // Bytes per sample of a strip: as read, twice as a height, packed, and its validity.
     constexpr double kStripSample = 3 * sizeof(double) + sizeof(std::uint32_t) + 1;
-    // Per block: intervals on all levels, flags of nodata, fill of voids, amplitude of detail.
+    // Bytes per block: intervals on all levels, flags of nodata, fill of voids, amplitude of detail.
     constexpr double kBlock = kAllLevels * 2 * sizeof(double) + 1 + 24 + sizeof(float);
-    // Per point of the first tier: height, two bounds, two deviations.
+    // Bytes per point of the first tier: height, two bounds, two deviations.
     constexpr double kTierPoint = kAllLevels * (sizeof(double) + 4 * sizeof(float));
-    // Windows of samples and points of the threads.
+    // Windows of samples and points, for all threads.
     constexpr double kWindows = 64.0 * kMebibyte;
     const double columns = grid.columns, rows = grid.rows;
     const double blocks =
@@ -45,7 +45,7 @@ double opening_bytes(const BilinearGrid& grid, double held_bytes) {
 
 namespace {
 
-/// The version changes with every change of the bounds computed from the same samples.
+/// Incremented with every change of the bounds that are computed from the same samples.
 constexpr SealedKind kKind{{'B', 'N', 'D', 'S'}, 1};
 constexpr std::int64_t kFewSamples = std::int64_t{1} << 16;
 
@@ -96,7 +96,7 @@ Result<ContentHash> make_key(const FineSurface& fine) {
     return hasher.value();
 }
 
-/// A raster's path, made unique per lattice; "" if it is no file in a folder.
+/// A cache file next to the raster, named by raster and lattice; "" if the path is not a regular file.
 std::string file_beside(const std::string& raster_path, const BilinearGrid& grid) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(raster_path, error)) return {};
@@ -129,7 +129,7 @@ std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const Fine
     for (const std::string& place : paths_) {
         const auto file = SealedReader::open(place, kKind);
         if (!file) {
-            // A file that is absent or not readable is not reported.
+            // Absent and unreadable files are not reported.
             if (file.error().code != ErrorCode::io) {
                 use_.note = file.error().message + "; its bounds are made again";
             }
@@ -137,7 +137,7 @@ std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const Fine
         }
         ByteReader in(file->directory());
         const ContentHash key{in.get<std::uint64_t>(), in.get<std::uint64_t>()};
-        if (key != key_) continue;  // stale: of other heights
+        if (key != key_) continue;  // stale: belongs to other heights
         auto pyramid = HeightPyramid::read(fine->grid(), in);
         if (!pyramid) continue;
         auto tiers = BoundTiers::read(fine, in);
@@ -197,7 +197,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     std::function<bool(double)> report_progress, double spacing_tolerance) {
     auto reader = RasterReader::open(path, settings.patience_s);
     if (!reader) return tl::unexpected(reader.error());
-    // A spacing out of range and a raster too large are refused before it is read.
+    // Refuses a spacing out of range and a raster that is too large before reading it.
     const DemInfo& raster = (*reader)->info();
     const auto first_grid = make_grid(raster, finest_spacing, spacing_tolerance);
     if (!first_grid) return tl::unexpected(first_grid.error());
@@ -240,7 +240,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
 double DemSource::height(double x, double y) const {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     if (!std::isfinite(x) || !std::isfinite(y)) return kNaN;
-    // Beyond the edge the surface repeats it, so coordinates are clamped to a little beyond.
+    // The surface repeats the raster's edge, so coordinates may be clamped to slightly beyond it.
     const BilinearGrid& g = grid();
     const WorldRect& e = extent();
     const double near_x = std::clamp(x, e.west - g.cell_x, e.east + g.cell_x);
@@ -296,7 +296,7 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
     }
     if (store_->rounding() == 0.0) return {};
     add_rounding(bounds_out.first(grid.size()));
-    // Points of even column and row are no vertices: the corner is a multiple of twice the step.
+    // Points of even column and row are not vertices: the corner is a multiple of twice the step.
     for (int row = 0; row < grid.rows; row += 2) {
         for (int column = 0; column < grid.columns; column += 2) {
             bounds_out[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +

@@ -17,27 +17,25 @@
 
 namespace terrane::internal {
 
-/// Upper bound of the bytes of a raster during and after opening, without those that depend on its nodata and without
-/// the cache of GDAL.
+/// Upper bound of the memory during and after opening a raster, bytes, without that for its nodata and GDAL's cache.
 ///
-/// @param held_bytes  of samples: all of them, or the cache of a raster read by window
+/// @param held_bytes of samples: all of them, or the cache of a raster read by window
 double opening_bytes(const BilinearGrid& grid, double held_bytes);
 
-/// What opening a raster computes from its samples.
+/// Bounds that opening a raster computes from its samples.
 struct OpeningBounds {
     HeightPyramid pyramid;
     std::unique_ptr<const BoundTiers> tiers;
 };
 
-/// How an opening used the cache: see DemInfo.
+/// How the cache was used: see DemInfo.
 struct CacheUse {
     bool is_hit = false;
     std::string note;
 };
 
-/// Stores the bounds of a raster in a file. The key is a hash of every sample, of the lattice and of the format's
-/// version, so that bounds of other heights are never read. Several programs may open one raster at once: files
-/// appear atomically.
+/// Stores the bounds of a raster in a file. The key is a hash of all samples, the lattice and the format's version, so
+/// that bounds of other heights are never used. Several programs may open one raster at once: files appear atomically.
 class OpeningCache {
 public:
     /// Computes the key: one pass over the samples, unless the cache is off.
@@ -45,20 +43,20 @@ public:
     static Result<OpeningCache> create(const DemCache& cache, const std::string& raster_path,
                                        const FineSurface& fine);
 
-    /// The stored bounds; nothing if there are none with this key.
+    /// The stored bounds; absent if there are none with this key.
     std::optional<OpeningBounds> load(const std::shared_ptr<const FineSurface>& fine);
-    /// Stores bounds in the first of the files that can be written.
+    /// Stores the bounds in the first file that can be written.
     void save(const OpeningBounds& bounds);
 
     const CacheUse& use() const { return use_; }
 
 private:
-    std::vector<std::string> paths_;  ///< files, in the order in which they are tried
+    std::vector<std::string> paths_;  ///< candidate files, in order of preference
     ContentHash key_;
     CacheUse use_;
 };
 
-/// The bilinear surface of a raster as a source of heights; immutable once made.
+/// The bilinear surface of a raster as a height source; immutable.
 class DemSource final : public HeightSource {
 public:
     /// Fails: io; timed_out; cancelled; bad_data; out_of_memory; invalid_argument if the finest

@@ -17,7 +17,7 @@ constexpr SampleRange kEverything{std::numeric_limits<std::int32_t>::min(),
 constexpr SampleRange kNothing{std::numeric_limits<std::int32_t>::max(),
                                std::numeric_limits<std::int32_t>::min()};
 
-// log2 of the cells along the side of the smallest squares that ranges are made of.
+// log2 of the side of the smallest squares that ranges are composed of, cells.
 constexpr int kBlockLog2 = 3;
 
 void add(SampleRange& range, const SampleRange& more) {
@@ -62,7 +62,7 @@ SampleRange range_of_blocks(const Chunk& chunk, const ChunkCells& cells) {
     return range;
 }
 
-// The largest bound of the cells of a square, aligned to its size.
+// The largest error bound of the cells of an aligned square.
 float largest_bound(const Chunk& chunk, int west, int south, int side) {
     float bound = 0.0f;
     if (side >= kAreaCells) {
@@ -101,7 +101,7 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
     extent_ = resident_->extent();
     in_extent_ = {column_at(extent_.west), row_at(extent_.south), column_at(extent_.east),
                   row_at(extent_.north)};
-    // without cells that only touch the extent's edge, and clipped to the root squares
+    // excludes cells that only touch the extent's edge, and clips to the root squares
     if (columns_.at(in_extent_.east) >= extent_.east) --in_extent_.east;
     if (rows_.at(in_extent_.north) >= extent_.north) --in_extent_.north;
     in_extent_.west = std::max(in_extent_.west, lattice.west() / step_);
@@ -140,8 +140,8 @@ GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
     return GroundReader(*this).cell(column, row);
 }
 
-// Bounds of the contact surface over an absent chunk: the samples of its finest resident ancestor there, widened by
-// their bound to the true surface. Unbounded if no ancestor is resident.
+// Bounds of the contact surface over an absent chunk: the range of its finest resident ancestor's samples there,
+// widened by their error bound to the true surface. Unbounded if no ancestor is resident.
 SampleRange Ground::range_of_absent(const ChunkKey& key) const {
     for (ChunkKey ancestor = key; ancestor.level > 0;) {
         ancestor = ancestor.parent();
@@ -160,7 +160,7 @@ SampleRange Ground::range_of_absent(const ChunkKey& key) const {
         const int log2_side = std::countr_zero(static_cast<unsigned>(side));
         const SampleRange samples = chunk.samples_in(log2_side, west, south);
         const float bound = largest_bound(chunk, west, south, side);
-        // one quantum more, for the rounding of the absent samples
+        // one more quantum, for the rounding of the absent samples
         const double margin = std::ceil(static_cast<double>(bound) / quantum_) + 1.0;
         const auto clamp = [](double quanta) {
             return static_cast<std::int32_t>(std::clamp(quanta, -2147483648.0, 2147483647.0));
@@ -214,12 +214,12 @@ struct Ground::CellPoint {
 
 namespace {
 
-// The highest of a heightfield's answer, if it is not replaced, and of the triangles of a joined solid.
+// Selects the higher of the heightfield's answer, unless replaced, and the joined solid's triangles.
 void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, double y,
                        double at_most, HeightAnswer& answer) {
     const bool has_field = !is_replaced && answer.height <= at_most;
     const std::optional<SolidSurface::Hit> hit = solid.highest(x, y, at_most);
-    // The solid has copies of triangles beside replaced ones: the heightfield answers ties, to rounding.
+    // The solid has copies of triangles next to replaced ones: the heightfield wins ties, up to rounding.
     const double rounding = 1e-14 * (1.0 + std::abs(answer.height));
     if (hit && !(has_field && answer.height >= hit->t - rounding)) {
         answer.height = hit->t;
@@ -234,7 +234,7 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
 
 }  // namespace
 
-// Returns false if the cell is no ground; true with an answer, or with not_resident.
+// Returns false if the cell is not ground; true with an answer or with not_resident.
 inline bool Ground::height_over(const CellPoint& point, double at_most,
                                 HeightAnswer& answer) const {
     if (!is_in_extent(point.column, point.row)) return false;
@@ -297,7 +297,7 @@ inline HeightAnswer Ground::height_at_most(double x, double y, double at_most) c
     };
     const CellPoint point = over(0, 0);
     if (height_over(point, at_most, answer)) return answer;
-    // cells are closed: on a line the western or southern cell answers if the other one is no ground
+    // cells are closed: on a line the western or southern cell answers if the other one is not ground
     const bool is_on_column = point.x == 0.0, is_on_row = point.y == 0.0;
     if (is_on_column && height_over(over(1, 0), at_most, answer)) return answer;
     if (is_on_row && height_over(over(0, 1), at_most, answer)) return answer;

@@ -53,7 +53,7 @@ Result<void> check_length(const char* name, std::size_t length, std::size_t coun
 namespace terrane {
 namespace {
 
-// Of an array whose last point is cut short, the count includes that point, so that its lengths are refused.
+// If the last point is incomplete, the count includes it, so that the length check fails.
 PointArray interleaved(std::span<const double> numbers, std::size_t dimensions) {
     const auto from = [&](std::size_t first) {
         return numbers.subspan(std::min(first, numbers.size()));
@@ -103,16 +103,15 @@ GroundBatch::GroundBatch(GroundBatch&&) noexcept = default;
 GroundBatch& GroundBatch::operator=(GroundBatch&&) noexcept = default;
 GroundBatch::~GroundBatch() = default;
 
-// Heights of many points. Points are answered in blocks: first the cells of a block are found and their samples
-// requested from memory (prefetch), then the heights are computed, so that the accesses of a block overlap. The
-// arithmetic is vectorised over the points of a block (kernels/height_kernels.h). Sorting
-// scattered points by chunk was measured and does not pay: it only moves the scattered accesses from samples to points
-// and answers (docs/batch.md).
+// Batches of heights. Points are processed in blocks: the cells of a block are found and their samples prefetched, then
+// the heights are computed, so that the memory accesses of a block overlap. The arithmetic is vectorised over the
+// points of a block (height_kernels.h). Sorting scattered points by chunk was measured and does not pay: it only moves
+// the scattered accesses from samples to points and answers (docs/batch.md).
 
 namespace {
 
 constexpr std::size_t kBlock = internal::kHeightBlock;
-/// Least points of a slice.
+/// Smallest number of points in a slice.
 constexpr std::size_t kLeastPoints = 1024;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -133,7 +132,7 @@ void write(const HeightArrays& out, std::size_t i, const HeightAnswer& answer) {
 
 }  // namespace
 
-/// Blocks of one thread.
+/// Processes the blocks of one thread.
 class GroundBatch::HeightBlocks {
 public:
     HeightBlocks(const Ground& ground, const PointArray& points, const HeightArrays& out,
@@ -153,7 +152,7 @@ public:
     void answer(std::size_t begin, std::size_t end) {
         for (std::size_t first = begin; first < end; first += kBlock) {
             const std::size_t count = std::min(kBlock, end - first);
-            // what is left of the last block repeats its last point
+            // pads the last block with its last point
             for (std::size_t k = 0; k < kBlock; ++k) {
                 const std::size_t at = (first + std::min(k, count - 1)) * points_.stride;
                 x_[k] = points_.x[at];
@@ -179,7 +178,7 @@ private:
                 static_cast<double>(last)};
     }
 
-    // Stand-in samples for a point that is answered by itself.
+    // Dummy samples for points answered individually.
     static constexpr std::array<std::int32_t, kChunkSamples + 2> kNoSamples{};
 
     void find_samples(std::size_t k) {
@@ -250,7 +249,7 @@ private:
     alignas(64) double x_[kBlock], y_[kBlock];
     internal::AxisCells in_x_, in_y_;
     const std::int32_t* south_west_[kBlock];  // samples
-    const float* bound_[kBlock];              // null: the point is answered by itself
+    const float* bound_[kBlock];              // null: the point is answered individually
     std::uint8_t is_filled_[kBlock];
     internal::BlockHeights heights_;
     internal::BlockNormals normals_;
@@ -275,7 +274,7 @@ Result<void> GroundBatch::heights(const Ground& ground, const PointArray& points
 
 namespace {
 
-/// Least rays of a slice.
+/// Smallest number of rays in a slice.
 constexpr std::size_t kLeastRays = 256;
 
 void write_vector(std::span<double> out, std::size_t i, bool is_ok, const Eigen::Vector3d& vector) {
@@ -336,7 +335,7 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
     const internal::ChunkOrder::Grid grid(ground);
     state_->run_slices(
         count, kLeastRays, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
-            // by the middle, which tells rays of a common start apart
+            // by the midpoint, which distinguishes rays with a common start
             const auto bucket_of = [&](std::size_t i) {
                 const std::size_t from = (begin + i) * from_world.stride;
                 const std::size_t to = (begin + i) * to_world.stride;

@@ -17,23 +17,22 @@
 
 namespace terrane::internal {
 
-/// What a height needs of a chunk, in one cache line.
+/// Data of a chunk for height queries, in one cache line.
 struct ChunkEntry {
     std::int64_t column = 0, row = 0;  ///< of the chunk on its level
-    std::uint64_t call = 0;            ///< that wrote the entry
-    /// Null where points of the chunk are answered one by one: it is absent, has volumes, or is not certified.
+    std::uint64_t call = 0;            ///< number of the call that wrote the entry
+    /// Null if points of the chunk are answered individually: it is absent, has volumes, or is not certified.
     const std::int32_t* heights = nullptr;
     const float* cell_bounds = nullptr;
     const std::uint8_t* cell_flags = nullptr;  ///< null: all cells are ground
 };
 
-/// The chunks that one thread has found in one call, by the low bits of their columns and rows. A chunk replaces
-/// another one in its place.
+/// Direct-mapped cache of the chunks found by one thread in one call, indexed by the low bits of column and row.
 class ChunkTable {
 public:
     ChunkTable() : entries_(kSide * kSide) {}
 
-    /// The entry of a chunk's place; it may be another chunk's.
+    /// The entry for a chunk; it may hold another chunk.
     ChunkEntry& at(std::int64_t column, std::int64_t row) {
         return entries_[static_cast<std::size_t>(((row & (kSide - 1)) * kSide) +
                                                  (column & (kSide - 1)))];
@@ -44,16 +43,16 @@ private:
     std::vector<ChunkEntry> entries_;
 };
 
-/// An order of places by chunk, for a ground that does not fit into the caches: a counting sort by the low bits of the
-/// columns and rows of chunks. Allocates only in the constructor.
+/// Sorts places by chunk, for grounds larger than the CPU caches: a counting sort by the low bits of chunk columns and
+/// rows. Allocates only in the constructor.
 class ChunkOrder {
 public:
-    /// Most places of an order.
+    /// Largest number of places.
     static constexpr std::size_t kMost = std::size_t{1} << 16;
 
     ChunkOrder() : buckets_(kMost), order_(kMost) {}
 
-    /// Where chunks lie.
+    /// Maps places to buckets of chunks.
     struct Grid {
         explicit Grid(const Ground& ground)
             : extent(ground.extent()),
@@ -61,7 +60,7 @@ public:
               origin_y(ground.cell_y(0)),
               inverse_side(1.0 / (ground.spacing() * kChunkCells)) {}
 
-        /// Places beyond the extent are in one bucket.
+        /// Bucket of a place; all places beyond the extent share one bucket.
         std::uint16_t bucket(double x, double y) const {
             if (!extent.contains(x, y)) return kNowhere;
             // exact borders do not matter
@@ -74,8 +73,8 @@ public:
         double origin_x, origin_y, inverse_side;
     };
 
-    /// The indices of places 0 to count - 1 in an order by chunk; empty where sorting does not pay, because most
-    /// successive places lie in one chunk already, or all in few chunks.
+    /// The indices of places 0 to count - 1 sorted by chunk; empty if sorting does not pay, because most successive
+    /// places already share a chunk, or all lie in few chunks.
     ///
     /// @param count   at most kMost
     /// @param bucket_of called with an index, returns Grid::bucket() of its place
@@ -97,11 +96,11 @@ private:
     static constexpr std::int64_t kSide = 32;
     static constexpr std::uint16_t kNowhere = kSide * kSide;
     static constexpr std::size_t kBuckets = kSide * kSide + 1;
-    static constexpr double kShift = 0x1p32;  // keeps columns and rows above 0, a multiple of kSide
+    static constexpr double kShift = 0x1p32;  // multiple of kSide; keeps indices positive
 
     template <class BucketOf>
     static bool is_scattered(std::size_t count, const BucketOf& bucket_of) {
-        // Measured: below this many places or chunks an order costs more than it saves.
+        // Measured: below this many places or chunks, sorting costs more than it saves.
         constexpr std::size_t kLeastCount = 1024, kLeastChunks = 8, kPairs = 64;
         if (count < kLeastCount) return false;
         std::bitset<kBuckets> met;
@@ -119,10 +118,10 @@ private:
     std::vector<std::uint32_t> order_;
 };
 
-/// Fails: invalid_argument, naming the array and its length, where one is too short
+/// Fails: invalid_argument, naming the array and its length, if one is too short
 Result<void> check_points(const char* name, const PointArray& points, bool has_heights);
 
-/// Fails: invalid_argument, naming the array and its length, where an array has neither no entry nor `count`
+/// Fails: invalid_argument, naming the array and its length, unless the array has no entries or `count` of them
 Result<void> check_length(const char* name, std::size_t length, std::size_t count,
                           std::size_t per_item = 1);
 
@@ -139,11 +138,11 @@ struct GroundBatch::State {
         internal::ChunkOrder order;
     };
 
-    /// Calls job(begin, end, worker) for slices of the items below count, of `least` items or more where there are as
-    /// many.
+    /// Calls job(begin, end, worker) for slices of items 0 to count - 1 with at least `least` items each, if there are
+    /// that many.
     template <class Job>
     void run_slices(std::size_t count, std::size_t least, const Job& job) {
-        // several for each worker, so that all end at about the same time
+        // several slices per worker, so that all end at about the same time
         const std::size_t share = count / (4 * workers.size()) + 1;
         const std::size_t side = std::clamp(share, least, internal::ChunkOrder::kMost);
         team.run(count / side + (count % side != 0 ? 1 : 0), [&](std::size_t slice, int worker) {
@@ -156,7 +155,7 @@ struct GroundBatch::State {
     internal::WorkerTeam team;
     std::vector<Worker> workers;
     std::uint64_t call = 0;  // number of the call, for the tables
-    RayFan fan;              // of rays with a common start
+    RayFan fan;              // for rays with a common origin
 };
 
 }  // namespace terrane

@@ -7,7 +7,7 @@
 
 namespace terrane {
 
-// Null if not resident.
+// Null if the chunk is not resident.
 const Chunk* GroundReader::chunk_of(std::int64_t column, std::int64_t row) {
     if (chunk_ != nullptr && column >> kChunkShift == chunk_column_ &&
         row >> kChunkShift == chunk_row_) {
@@ -50,8 +50,8 @@ GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
     return Ground::read_cell(*found, column, row);
 }
 
-// Calls take(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the part of
-// the range inside it.
+// Calls take(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the chunk's part
+// of the range.
 template <class Take>
 void GroundReader::visit_chunks(const CellRange& range, Take take) {
     const CellRange& in_extent = ground_->in_extent_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A wrapped (toroidal) array of heights, as the levels of a geometry clipmap: F. Losasso and H. Hoppe. Geometry
-// clipmaps: terrain rendering using nested regular grids. ACM Transactions on Graphics 23(3), 2004. Deviates: one
-// level, chunks that come and go, and cells that have no height.
+// A toroidal array of heights, like a level of a geometry clipmap. Source: F. Losasso and H. Hoppe. Geometry clipmaps:
+// terrain rendering using nested regular grids. ACM Transactions on Graphics 23(3), 2004. Deviations: one level, chunks
+// that arrive and are evicted, and cells without height.
 #include "base/settings_check.h"
 
 #include <terrane/base/result.h>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::int32_t kMostMargin = 1024;
 
-// Where along one axis the window begins. low and high: cells of the boxes.
+// First cell of the window along one axis. low and high: range of cells under the boxes.
 std::int64_t first_cell(std::int64_t low, std::int64_t high, std::int64_t count,
                         std::int64_t margin, std::optional<std::int64_t> before, WindowMove move) {
     const std::int64_t size = high - low + 1;
@@ -36,7 +36,7 @@ bool is_valid(const Aabb& box) {
            (box.low.array() <= box.high.array()).all();
 }
 
-// The cells of the extent that a box lies over; for a box beyond it, the nearest ones.
+// The cells of the extent under a box; for a box beyond it, the nearest ones.
 CellRange cells_under(const Ground& ground, const Aabb& box) {
     const WorldRect& extent = ground.extent();
     const auto column = [&](double x) {
@@ -104,7 +104,7 @@ WindowUpdate GroundWindow::update(const Ground& ground, std::span<const Aabb> bo
     const bool is_same_world = ground_ && ground_->level() == ground.level() &&
                                ground_->lattice() == ground.lattice() &&
                                ground_->extent() == ground.extent();
-    if (!is_same_world) cells_ = {};  // its indices mean other places
+    if (!is_same_world) cells_ = {};  // the indices refer to other places
     const std::optional<Ground> last = std::exchange(ground_, ground);
     const SampleRect before = is_stale_ || !is_same_world ? SampleRect{} : samples();
     update.has_moved = place(ground, boxes_world, update);
@@ -152,7 +152,7 @@ bool GroundWindow::place(const Ground& ground, std::span<const Aabb> boxes_world
     return !(std::exchange(cells_, placed) == placed);
 }
 
-// The samples of the window around those that it keeps: columns of its whole height first.
+// Reads the samples of the window outside the kept rectangle: full-height columns first.
 void GroundWindow::read_entered(GroundReader& reader, const SampleRect& kept) {
     const SampleRect now = samples();
     read(reader, {now.west, now.south, kept.west - 1, now.north});
@@ -161,7 +161,7 @@ void GroundWindow::read_entered(GroundReader& reader, const SampleRect& kept) {
     read(reader, {kept.west, kept.north + 1, kept.east, now.north});
 }
 
-// A sample has a height because of the four cells around it, so the chunks of those count.
+// Whether a sample has a height depends on the four cells around it, so the chunks of those count.
 void GroundWindow::read_changed_chunks(GroundReader& reader, const Ground& last,
                                        const SampleRect& kept) {
     const CellRange around{kept.west - 1, kept.south - 1, kept.east, kept.north};
@@ -187,7 +187,7 @@ void GroundWindow::read(GroundReader& reader, const SampleRect& rect) {
     if (rect.is_empty()) return;
     changed_.push_back(rect);
     read_count_ += (rect.east - rect.west + 1) * (rect.north - rect.south + 1);
-    constexpr std::int64_t kSide = 31;  // of samples: GroundReader reads 32 cells at once
+    constexpr std::int64_t kSide = 31;  // samples: GroundReader reads 32 cells at once
     for (std::int64_t south = rect.south; south <= rect.north; south += kSide) {
         for (std::int64_t west = rect.west; west <= rect.east; west += kSide) {
             read_square(reader, {west, south, std::min(west + kSide - 1, rect.east),
@@ -199,7 +199,7 @@ void GroundWindow::read(GroundReader& reader, const SampleRect& rect) {
                    std::min(rect.east, cells_.east), std::min(rect.north, cells_.north)});
 }
 
-// As read(), at most 31 x 31 samples, without what volumes replace.
+// As read(), for at most 31 x 31 samples, and without flags of volumes.
 void GroundWindow::read_square(GroundReader& reader, const SampleRect& rect) {
     constexpr std::size_t kStride = 33;
     std::array<std::int32_t, kStride * kStride> quanta;
@@ -210,7 +210,7 @@ void GroundWindow::read_square(GroundReader& reader, const SampleRect& rect) {
     for (std::int64_t row = around.south; row <= around.north; ++row) {
         const auto j = static_cast<std::size_t>(row - around.south);
         const std::uint32_t here = ground_bits[j];
-        // of each sample, whether a cell of ground has it as a corner
+        // one bit per sample: whether a ground cell has it as a corner
         const std::uint64_t rows_bits = here | (j > 0 ? ground_bits[j - 1] : 0u);
         const std::uint64_t touched = rows_bits | (rows_bits << 1);
         for (std::int64_t column = around.west; column <= around.east; ++column) {
@@ -252,7 +252,7 @@ void GroundWindow::mark_replaced(const CellRange& cells) {
 
 namespace {
 
-// Copies entries of a wrapped array, row by row.
+// Copies entries of a wrapped array row by row.
 template <class From, class To>
 void copy_wrapped(const GroundWindow& window, std::span<const From> from, const SampleRect& rect,
                   std::span<To> out) {

@@ -8,13 +8,13 @@
 
 namespace terrane::internal {
 
-/// Points of one call of a kernel.
+/// Number of points per kernel call.
 inline constexpr std::size_t kHeightBlock = 64;
 
-/// The lines between cells along one axis (Ground::Lines), and the part of the axis that is answered.
+/// The lines between cells along one axis (Ground::Lines), and the valid range of the axis.
 struct AxisLines {
     double origin = 0.0, spacing = 1.0, inverse_spacing = 1.0;
-    double low = 0.0, high = 0.0;    ///< ends of the extent, both in it, metres
+    double low = 0.0, high = 0.0;    ///< ends of the extent, inclusive, metres
     double first = 0.0, last = 0.0;  ///< indices of the first and the last cell
 };
 
@@ -38,7 +38,7 @@ struct BlockNormals {
     alignas(64) double x[kHeightBlock], y[kHeightBlock], z[kHeightBlock];
 };
 
-/// The loops over the points of a block, compiled once for each vector width. All give the bits of
+/// Loops over the points of a block, compiled for each vector width. All are bit-identical to
 /// Ground::Lines::last_up_to() and height_in_cell().
 struct HeightKernels {
     /// @param p  [kHeightBlock] positions along the axis, metres; any values
@@ -49,7 +49,7 @@ struct HeightKernels {
     void (*normals)(const BlockHeights& heights, double spacing, BlockNormals& out);
 };
 
-/// The kernels of a level; of the next lower one where that level is not built.
+/// The kernels of a SIMD level, or of the next lower level that is built.
 const HeightKernels& height_kernels(SimdLevel level);
 
 }  // namespace terrane::internal

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The body of height_kernels_*.cpp: each defines TERRANE_KERNELS and includes it once. Everything has internal linkage:
-// see simd_level.h.
+// Implementation of height_kernels_*.cpp: each defines TERRANE_KERNELS and includes this file once. Everything has
+// internal linkage: see simd_level.h.
 #pragma once
 
 #include "ground/height_kernels.h"
@@ -49,7 +49,7 @@ void find_cells(const AxisLines& lines, const double* p, AxisCells& out) {
     const auto line_at = [&](Doubles index) { return lines.origin + lines.spacing * index; };
     for (std::size_t k = 0; k < kHeightBlock; k += kLanes) {
         const Doubles at = load(p + k);
-        // the product with the reciprocal is inexact: corrected by comparison with the lines
+        // the product with the reciprocal is inexact; corrected by comparison with the lines
         Doubles index = floor_of((at - lines.origin) * lines.inverse_spacing);
         index = at < line_at(index) ? index - 1.0 : index;
         index = at >= line_at(index + 1.0) ? index + 1.0 : index;

@@ -28,7 +28,7 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
     const Eigen::Vector3d displacement = to_world - from_world;
     answer.status = GroundStatus::miss;
 
-    // clipped to the extent: only there is ground
+    // clip to the extent, beyond which there is no ground
     double enter = 0.0;
     double leave = 1.0;
     WorldPos start = from_world;
@@ -69,14 +69,14 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
 //   F. K. Musgrave. Grid Tracing: Fast Ray Tracing for Height Fields. 1988. (skipping by intervals)
 //   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field
 //   Rendering. I3D 2008. (a pyramid of intervals)
-// Deviations: within a cell the ray's height above the surface is evaluated as a function of the ray parameter,
-// linear over each triangle and continuous from cell to cell. The first change of its sign is the hit, so a ray
-// cannot slip through an edge or a corner. Squares are skipped by both ends of their interval of heights, from
-// above and from below, but never where that would change the side of the surface that the ray is on.
+// Deviations: within a cell the ray's height above the surface is evaluated as a function of the ray parameter, linear
+// over each triangle and continuous across cells. The hit is its first change of sign, so a ray cannot slip through an
+// edge or a corner. Squares are skipped by both ends of their height interval, from above and below, but never if that
+// would change the side of the surface that the ray is on.
 
 namespace {
 
-/// Rounding of a ray's parameter at a border, as a share of it; large, for triangles that the ray nearly runs along.
+/// Relative rounding of a ray's parameter at a border; generous, for triangles nearly parallel to the ray.
 constexpr double kSpanSlack = 1e-13;
 
 /// cell_index() of a cell in its chunk.
@@ -88,7 +88,7 @@ std::size_t index_in_chunk(std::int64_t column, std::int64_t row) {
 }  // namespace
 
 void Ground::RayWalk::walk(double begin, double leave) {
-    // starts with the smallest square that contains both ends
+    // start with the smallest square that contains both ends
     const CellRange& extent = ground_.in_extent_;
     const auto ends = [&](const RayAxis& axis, std::int64_t low, std::int64_t high) {
         return std::array{std::clamp(axis.cell(begin), low, high),
@@ -129,7 +129,7 @@ void Ground::RayWalk::walk(double begin, double leave) {
     const std::int64_t side = std::int64_t{1} << log2_side;
     over.column &= -side;
     over.row &= -side;
-    // clamped to the square against rounding
+    // clamp to the square against rounding
     over.end = std::min({leave, x_.crossing(x_.offset(over.column + (x_.sign > 0 ? side : 0))),
                          y_.crossing(y_.offset(over.row + (y_.sign > 0 ? side : 0)))});
     if (log2_side == kSmall) {
@@ -155,10 +155,10 @@ bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     return false;
 }
 
-// A chunk with triangles of volumes: the first of them that the ray meets, unless a cell is hit before. Cells are not
-// skipped by heights, because the ray may pass through replaced triangles and change its side.
+// A chunk with a joined solid: finds the first of its triangles along the ray, unless a cell is hit earlier. Cells are
+// not skipped by height, because the ray may pass through replaced triangles and change its side.
 bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
-    // A little beyond both borders of the chunk: a triangle there is at a parameter with other rounding.
+    // Slightly beyond both borders of the chunk, because the parameters of triangles there round differently.
     const double slack =
         kSpanSlack * (1.0 + start_world_.cwiseAbs().maxCoeff() / displacement_.norm());
     std::optional<SolidSurface::Hit> met =
@@ -185,12 +185,12 @@ bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
     return true;
 }
 
-// A cell that may lie beyond the extent or be no ground.
+// A cell that may lie beyond the extent or not be ground.
 bool Ground::RayWalk::visit_partial_cell(const SquareSpan& over) {
     GroundReader reader(ground_);
     std::int64_t column = over.column, row = over.row;
     GroundCell cell = reader.cell(column, row);
-    // cells are closed: a ray along a line may touch ground of the cell on its other side only
+    // cells are closed: along a line, only the cell on the other side may be ground
     if (cell.status == GroundStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
         cell = reader.cell(column - 1, row);
         if (cell.status == GroundStatus::ok) --column;

@@ -11,22 +11,22 @@
 
 namespace terrane::internal {
 
-/// Upper bounds of the slopes from a point to the ground around it, by azimuth and distance: which part of a ray from
-/// this point certainly lies above the ground.
+/// Upper bounds of the slopes from a point to the surrounding ground by azimuth and distance, which determine the part
+/// of a ray from this point that certainly lies above the ground.
 class HorizonProfile {
 public:
     HorizonProfile() : bin_slopes_(kEntries), most_slopes_(kEntries) {}
 
     /// Bounds the ground around a point.
     ///
-    /// @param reach horizontal distance to bound, metres, >= 0; bounds end earlier beyond kMostCells cells
+    /// @param reach horizontal distance to cover, metres, >= 0; limited to kMostCells cells
     ///
     /// Allocates: nothing
-    /// Cost:      O(log reach) rings of some thousand squares: `batch_benchmark`
+    /// Cost:      O(log reach) rings of several thousand squares: `batch_benchmark`
     void build(const Ground& ground, const WorldPos& origin_world, double reach);
 
-    /// A horizontal distance from the origin, metres, up to which every point in a direction is above the ground, by
-    /// more than rounding; 0: nothing is known. All ground before it is resident.
+    /// Horizontal distance from the origin, metres, up to which every point in a direction is above the ground by more
+    /// than rounding, and all ground is resident; 0 if nothing is known.
     ///
     /// @param direction not necessarily unit
     ///
@@ -38,7 +38,7 @@ private:
     static constexpr int kOctaves = 11;  // of distances
     static constexpr std::int64_t kBins = 1 + 8 * kOctaves;
     static constexpr std::size_t kEntries = static_cast<std::size_t>(kBins * kSectors);
-    static constexpr double kFirstCells = 1.0;  // where the first octave begins
+    static constexpr double kFirstCells = 1.0;  // start of the first octave
     static constexpr double kMostCells = kFirstCells * (1 << kOctaves);
 
     struct Square;
@@ -50,25 +50,25 @@ private:
     WorldPos origin_ = WorldPos::Zero();
     double spacing_ = 1.0;
     double rounding_ = 0.0;           // of the coordinates, metres
-    double reach_cells_ = 0.0;        // that the bounds cover
+    double reach_cells_ = 0.0;        // distance covered by the bounds
     std::vector<float> bin_slopes_;   // [kBins][kSectors]
-    std::vector<float> most_slopes_;  // [kSectors][kBins] of all bins up to this one
+    std::vector<float> most_slopes_;  // [kSectors][kBins] running maximum over bins
 };
 
 // Sources:
 //   N. Max. Horizon mapping: shadows for bump-mapped surfaces. The Visual Computer 4, 1988. (horizon by azimuth)
 //   D. Cohen-Or, A. Shaked. Visibility and Dead-Zones in Digital Terrain Maps. Eurographics 1995. (running maximum of
 //   the slope along a ray from the viewpoint)
-// Deviations: sectors instead of single azimuths, intervals of distance instead of samples, and squares of the pyramid
-// instead of samples, so that the bound holds for every point of the surface, not only at samples. Azimuths are
-// diamond angles and intervals of distance an eighth of an octave, from the bits of a double: no libm.
+// Deviations: sectors instead of single azimuths, distance intervals instead of single distances, and squares of the
+// pyramid instead of samples, so that the bound holds for every point of the surface. Azimuths are diamond angles, and
+// distance intervals are eighths of an octave, taken from the bits of a double: no libm.
 
 namespace {
 
 constexpr float kInfiniteSlope = std::numeric_limits<float>::infinity();
-/// Squares of 1 << n cells are used from kRing << n cells of distance to twice of it.
+/// Squares of 1 << n cells are used at distances from kRing << n cells to twice that.
 constexpr int kRing = 8;
-/// Squares are enlarged by this against rounding of a ray's coordinates, cells.
+/// Enlargement of squares against rounding of a ray's coordinates, cells.
 constexpr double kSlackCells = 0.125;
 /// Increases with the angle from x towards y: 0 at x, 1 at y, up to 4.
 double diamond_angle(double x, double y) {
@@ -77,14 +77,14 @@ double diamond_angle(double x, double y) {
     return share < 0.0 ? 4.0 + share : share;
 }
 
-/// Not below the number, and by more than the rounding of any computation here.
+/// Rounds up by more than the rounding error of any computation here.
 float rounded_up(double slope) {
     return static_cast<float>(slope + 1e-6 * (1.0 + std::abs(slope)));
 }
 
 }  // namespace
 
-// A square of cells as the origin sees it.
+// A square of cells as seen from the origin.
 struct HorizonProfile::Square {
     std::int64_t first_sector, last_sector;  // last >= first, modulo kSectors
     double near, far;                        // cells
@@ -111,7 +111,7 @@ void HorizonProfile::add(const Square& square) {
     for (std::int64_t bin = bin_of(square.near); bin <= last; ++bin) {
         const double from = std::max(square.near, bin_begin(bin));
         const double to = bin + 1 < kBins ? std::min(square.far, bin_begin(bin + 1)) : square.far;
-        // at the origin a rise is met in every direction
+        // at the origin a rise blocks every direction
         const float slope = square.rise < 0.0 ? rounded_up(square.rise / to)
                             : from > 0.0      ? rounded_up(square.rise / from)
                                               : kInfiniteSlope;
@@ -131,7 +131,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
     reach_cells_ = 0.0;
     rounding_ =
         8.0 * std::numeric_limits<double>::epsilon() * (origin_world.cwiseAbs().maxCoeff() + reach);
-    // nothing is known where rounding is more than the slack, or of an origin far from the extent
+    // nothing is known if rounding exceeds the slack, or if the origin is far from the extent
     const WorldRect& extent = ground.extent();
     const double most = kMostCells * spacing_;
     if (!origin_world.allFinite() || !(rounding_ < 0.5 * kSlackCells * spacing_) ||
@@ -145,7 +145,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
     const double quantum = ground.lattice().quantum;
     const std::int64_t column = ground.column_at(origin_world.x());
     const std::int64_t row = ground.row_at(origin_world.y());
-    // of the origin, cells from the corner of its cell
+    // the origin in its cell, cells from the corner
     const double x = (origin_world.x() - ground.cell_x(column)) / spacing_;
     const double y = (origin_world.y() - ground.cell_y(row)) / spacing_;
     for (int level = 0; level <= SamplePyramid::kCoarsest; ++level) {
@@ -181,7 +181,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
                     square.rise = (high - origin_world.z() + rounding_) / spacing_;
                 }
                 if (near_squared > 0.0) {
-                    // less than half a turn, so that its corners differ by less than 2
+                    // spans less than half a turn, so its corners differ by less than 2
                     const double middle = diamond_angle(west + east, south + north);
                     double least = 0.0, greatest = 0.0;
                     for (const double to_x : {west, east}) {
@@ -259,9 +259,9 @@ RayAnswer RayFan::ray(const WorldPos& from_world, const WorldPos& to_world) cons
     if (state_->ground == nullptr) return {};
     const Ground& ground = *state_->ground;
     const Eigen::Vector3d displacement = to_world - from_world;
-    // The cell that is hit gives the same bits where the walk begins in another one, so it begins a diagonal earlier.
-    // A ray that is nearly parallel to the lines may be given to the column beside by rounding where its walk begins:
-    // it begins at its own start.
+    // A hit is bit-identical if the walk starts in a cell before the one hit, so the walk starts a diagonal earlier.
+    // For a ray nearly parallel to the lines, rounding at a later start might select the neighbouring column, so its
+    // walk starts at the start of the ray.
     constexpr double kSlowest = 1e-6, kEarlierCells = 1.5;
     const double spacing = ground.spacing();
     const auto is_slow = [&](double d) { return d != 0.0 && std::abs(d) < kSlowest * spacing; };

@@ -15,7 +15,7 @@
 
 namespace terrane::internal {
 
-/// The triangle of a cell over a point of it.
+/// The surface of a cell at a point.
 struct CellHeight {
     double height;            ///< world z, metres
     double slope_x, slope_y;  ///< rise along one cell, metres
@@ -28,8 +28,8 @@ struct CellHeight {
     }
 };
 
-/// Selects the triangle without branches: which one it is cannot be predicted, and a misprediction costs more than the
-/// arithmetic here.
+/// Selects the triangle without branches: the choice is unpredictable, and a misprediction costs more than the
+/// arithmetic.
 ///
 /// @param south_west   sample of the cell's south-west corner in Chunk::heights
 /// @param u, v         place in the cell from that corner, 0 to 1
@@ -47,7 +47,7 @@ inline CellHeight height_in_cell(const std::int32_t* south_west, double u, doubl
     };
     const double slope_x = rise_of(north + 1, north);
     const double slope_y = rise_of(east + kChunkSamples, east);
-    // from the south-west corner, or from the north-east one where the triangle lacks the former
+    // from the south-west corner, or from the north-east one if the triangle lacks the former
     const auto far = static_cast<double>(!is_south & !cut);
     const double to_north_east = rise_of(1, 0) + rise_of(kChunkSamples + 1, 1);
     const double rise = far * to_north_east + slope_x * (u - far) + slope_y * (v - far);
@@ -58,10 +58,10 @@ inline CellHeight height_in_cell(const std::int32_t* south_west, double u, doubl
 
 namespace terrane {
 
-/// log2 of kChunkCells: a right shift by it gives a cell's chunk index, rounded down also below zero.
+/// log2 of kChunkCells: a right shift by it gives a cell's chunk index, rounded down for negative indices too.
 inline constexpr int kChunkShift = SamplePyramid::kCoarsest;
 
-/// The product with the reciprocal is inexact: corrected by comparison with the lines.
+/// The product with the reciprocal is inexact; corrected by comparison with the lines.
 inline std::int64_t Ground::Lines::last_up_to(double p) const {
     const double guess = (p - origin) * inverse_spacing;
     auto index = static_cast<std::int64_t>(guess);
@@ -97,8 +97,8 @@ inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std
 
 namespace internal {
 
-// One coordinate of a ray as a function of the parameter t, in cells from the line where it starts. The t at a
-// line has the same bits for squares of every size, so the span over a square is exactly the union of its parts'.
+// One coordinate of a ray as a function of the parameter t, in cells from the line before its start. The t at a line is
+// bit-identical for squares of all sizes, so the span over a square is exactly the union of its parts' spans.
 struct RayAxis {
     double p, d;                 // position at t = 0, and its derivative
     std::int64_t origin;         // index of the line that p counts from
@@ -128,7 +128,7 @@ struct Plane {
     double z0, slope_x, slope_y;
 };
 
-// A square of cells and the interval of t over it. The end may be less than the begin by rounding: then the
+// A square of cells and the interval of t over it. By rounding the end may be less than the beginning; then the
 // interval is empty.
 struct SquareSpan {
     std::int64_t column, row;
@@ -137,15 +137,15 @@ struct SquareSpan {
 
 }  // namespace internal
 
-// Traverses a ray chunk by chunk; in chunks whose height interval it meets, square by square of the pyramid, and
-// in the smallest squares cell by cell.
+// Traverses a ray chunk by chunk; in chunks whose height interval it overlaps, square by square of the pyramid; and in
+// the smallest squares cell by cell.
 class Ground::RayWalk {
     using RayAxis = internal::RayAxis;
     using Plane = internal::Plane;
     using SquareSpan = internal::SquareSpan;
 
 public:
-    /// @param is_above whether the ray is known to be above the ground where the walk begins
+    /// @param is_above whether the ray is known to be above the ground at the start of the walk
     RayWalk(const Ground& ground, const WorldPos& start, const Eigen::Vector3d& displacement,
             bool is_above)
         : ground_(ground),
@@ -172,8 +172,8 @@ private:
     double height(double t) const { return z_ + dz_ * t; }
     double above_base(std::int32_t quanta) const { return static_cast<double>(quanta) - base_; }
 
-    // Calls visit() for each square of 1 << kLog2 cells, among the given cells, that the ray passes over, in
-    // order, until it returns true. Returns whether it did.
+    // Calls visit() in order for each square of 1 << kLog2 cells along the ray within the given cells, until it returns
+    // true. Returns whether it did.
     template <int kLog2, class Visit>
     bool visit_squares(const CellRange& cells, double begin, double leave, Visit visit) {
         constexpr std::int64_t kSide = std::int64_t{1} << kLog2;
@@ -193,7 +193,7 @@ private:
             if (visit(over)) return true;
             if (!(next < leave)) return false;
             over.begin = std::max(over.begin, next);
-            // branchless: the axis of the next step is unpredictable
+            // branchless, because the axis of the next step is unpredictable
             const bool is_over_x = to_x <= to_y, is_over_y = to_y <= to_x;
             over.column += -std::int64_t{is_over_x} & (x_.sign * kSide);
             over.row += -std::int64_t{is_over_y} & (y_.sign * kSide);
@@ -202,7 +202,7 @@ private:
         }
     }
 
-    // Whether the ray stays on one side of all heights of a range; determines the side if it is unknown.
+    // Whether the ray stays on one side of a height range; determines the side if it is unknown.
     bool clears(const SampleRange& range, const SquareSpan& over) {
         const double z0 = height(over.begin), z1 = height(over.end);
         if (side_ >= 0 && std::min(z0, z1) > above_base(range.high)) {
@@ -216,13 +216,13 @@ private:
         return false;
     }
 
-    // The same for a cell of the chunk.
+    // As clears(), for a cell of the chunk.
     bool clears_cell(const SquareSpan& over) {
         const std::size_t corner = sample_index(static_cast<int>(over.column & (kChunkCells - 1)),
                                                 static_cast<int>(over.row & (kChunkCells - 1)));
         const std::int32_t* const south = chunk_->heights.data() + corner;
         const std::int32_t* const north = south + kChunkSamples;
-        // the highest corner alone decides for most cells
+        // for most cells the highest corner decides
         SampleRange range;
         range.high = std::max(std::max(south[0], south[1]), std::max(north[0], north[1]));
         if (side_ <= 0) {
@@ -288,7 +288,7 @@ private:
     GroundStatus status_ = GroundStatus::miss;
     double t_ = 0.0;
     double slope_x_ = 0.0, slope_y_ = 0.0;         // quanta per cell
-    std::optional<std::uint32_t> solid_triangle_;  // that was hit, of the chunk's solid
+    std::optional<std::uint32_t> solid_triangle_;  // hit triangle of the chunk's solid
     double error_m_ = 0.0;
     bool is_filled_ = false;
 };

@@ -74,11 +74,11 @@ Result<std::shared_ptr<const SurfaceMap>> SurfaceMap::from_function(
 // A surface map of rectangles: a tree of boxes over them, searched for the last rectangle that contains a place.
 //
 // Sources:    Ericson. Real-time collision detection. 2005, chapter 6 (top-down construction, median cut).
-// Deviations: every node knows the last rectangle below it, so that a search leaves out what cannot win.
+// Deviations: every node stores the last rectangle below it, so that a search can prune subtrees that cannot win.
 
 namespace {
 
-// Rectangles of a leaf: testing one costs about as much as testing a node's box.
+// Maximum rectangles in a leaf: testing one costs about as much as testing a node's box.
 constexpr std::size_t kMostInLeaf = 4;
 
 class RectMap final : public SurfaceMap {
@@ -119,7 +119,7 @@ private:
     std::vector<SurfaceProperties> properties_;
 };
 
-// Edges may be infinite; sums and differences of these are not.
+// Clamps infinite edges, so that sums and differences are finite.
 double finite(double edge) { return std::clamp(edge, -1e300, 1e300); }
 
 void RectMap::build(std::size_t at, std::size_t begin, std::size_t end) {

@@ -2,9 +2,9 @@
 //
 // Sources:
 //   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
-// Deviations: a chunk draws the triangles between its own centres and the next finer ones. The square of a centre has
-// one of 256 configurations: each of its four sides is split or not, each of its four quarters divided by a finer
-// centre or not. A table contains the triangles of each.
+// Deviations: a chunk draws the triangles between its own centres and the next finer ones. The square around a centre
+//             has one of 256 configurations: each of its four sides is split or not, and each of its four quarters is
+//             divided by a finer centre or not. A table contains the triangles of each configuration.
 #include "lod/frame_mesh.h"
 #include "lod/solid_pins.h"
 
@@ -17,10 +17,10 @@
 namespace terrane::internal {
 namespace {
 
-constexpr std::size_t kMostIndices = 24;  // of a square: eight triangles
+constexpr std::size_t kMostIndices = 24;  // eight triangles per square
 
-// Sides of a square, counter-clockwise from the south: first corner and midpoint, relative to the
-// centre. Quarter k is at the first corner of side k.
+// Sides of a square, counter-clockwise from the south: first corner and midpoint, relative to the centre. Quarter k is
+// at the first corner of side k.
 struct SquareSide {
     int corner_x, corner_y;
     int middle_x, middle_y;
@@ -28,7 +28,7 @@ struct SquareSide {
 constexpr std::array<SquareSide, 4> kSides{SquareSide{-1, -1, 0, -1}, SquareSide{1, -1, 1, 0},
                                            SquareSide{1, 1, 0, 1}, SquareSide{-1, 1, -1, 0}};
 
-/// Triangles as indices relative to the centre's, modulo 2^16.
+/// Triangles as sample indices relative to the centre, modulo 2^16.
 struct Shape {
     std::array<std::uint16_t, kMostIndices> steps{};
     std::uint32_t count = 0;
@@ -87,7 +87,7 @@ public:
     Writer(std::uint16_t* out, std::size_t count) : out_(out), end_(out + count) {}
 
     void add(const Shape& shape, std::uint16_t centre) {
-        // fixed length, so that it vectorises: the surplus is overwritten by what follows
+        // fixed length, so that the loop vectorises; the surplus is overwritten by the next square
         if (out_ + kMostIndices <= end_) {
             for (std::size_t i = 0; i < kMostIndices; ++i) {
                 out_[i] = static_cast<std::uint16_t>(shape.steps[i] + centre);
@@ -111,7 +111,7 @@ private:
     std::uint16_t* end_;
 };
 
-// Emits the triangles of a square of the finest level that are not replaced.
+// Emits the triangles that are not replaced of a square of the finest level.
 void emit_remaining(const ReplacedTriangles::OfArea& replaced, int square, unsigned word,
                     std::uint16_t centre, Writer& writer) {
     const auto at = [&](int x, int y) {
@@ -168,7 +168,7 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
     }
 }
 
-// Calls use(word, column, row, stride) for the active centres of a root of coarser spacings than its own.
+// Calls use(word, column, row, stride) for a root's active centres of spacings coarser than its samples'.
 template <typename Use>
 void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
     const auto is_active = [&](int column, int row) {

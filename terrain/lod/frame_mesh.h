@@ -14,13 +14,13 @@ namespace terrane::internal {
 /// Sets the bits of a chunk's active vertices: those with keys below the threshold.
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold);
 
-/// Bits of the active midpoints on an area's eastern side, in the first column, or northern side, in the first
-/// row. They are the adjacent area's, except at the world's border.
+/// Bits of the active midpoints on an area's eastern side, in the first column, or northern side, in the first row.
+/// These belong to the adjacent area, except at the world's border.
 std::uint64_t east_side_bits(const OpenChunk& chunk, int area);
 std::uint64_t north_side_bits(const OpenChunk& chunk, int area);
 
-/// The squares of an area, bit i for square i: those with an active centre, those with split sides, and those with
-/// quarters that a child's centre divides.
+/// Squares of an area, bit i for square i: those with an active centre, those with split sides, and those with quarters
+/// that are divided by a child's centre.
 struct AreaBits {
     std::uint64_t centre = 0;
     /// South, east, north, west.
@@ -38,13 +38,13 @@ AreaBits area_bits(const OpenChunk& chunk, int area);
 ///   share = clamp(full * (1 - (threshold_px / priority_px)^2), 0, 1),
 ///   full = ratio^2 / (ratio^2 - 1):
 ///
-/// on its edge when it becomes active, at its height from a priority of `ratio` thresholds on. The share is linear
-/// in the key.
+/// on its edge when it becomes active, and at its height once its priority is at least `ratio` thresholds. The share is
+/// linear in the key.
 ///
-/// Every set {share above some value} is closed under parents, so the displayed surface is an average of
-/// conforming meshes: its error is at most the integral of the priority p over the share, along the vertices that
-/// split the triangles at a point. From a share of s(p) to s(q) that is 2 full threshold^2 (1 / p - 1 / q); over all
-/// shares, threshold * 2 ratio / (ratio + 1).
+/// Every set {share above some value} is closed under parents, so the displayed surface is an average of conforming
+/// meshes. Its error is at most the integral of the priority p over the share, along the vertices that split the
+/// triangles at a point: between the shares s(p) and s(q) 2 full threshold^2 (1 / p - 1 / q); over all shares threshold
+/// * 2 ratio / (ratio + 1).
 class Morph {
 public:
     /// @param ratio >= 1; 1: vertices do not morph
@@ -53,25 +53,26 @@ public:
 
     bool is_on() const { return is_on_; }
 
-    /// Vertices with smaller keys are displayed at their heights.
+    /// Vertices with smaller keys are displayed at their final heights.
     float in_place(float threshold_key) const {
         return threshold_key / static_cast<float>(ratio_ * ratio_);
     }
 
-    /// Bound of the displayed surface's error over the threshold, if no active vertex is missing.
+    /// Bound of the displayed surface's error, in thresholds, if no active vertex is missing.
     double error_factor() const { return error_factor_; }
 
-    /// The same, in thresholds, where a vertex with a priority of `excess` thresholds is missing: the vertices that
-    /// split before it have at least its priority, and so at least its share.
+    /// The same bound if a vertex with a priority of `excess` thresholds is missing: vertices that are split before it
+    /// have at least its priority, and so at least its share.
     double error_with_missing(double excess) const;
 
-    /// The same where the vertex is present, but morphs with the smaller priority of `shown` thresholds of its parents.
+    /// The same bound if the vertex is present, but morphs with the smaller priority of its parents, `shown`
+    /// thresholds.
     double error_with_held(double excess, double shown) const;
 
-    /// The same where the vertex is present, but its chunk and all chunks below have a fade of `fade`.
+    /// The same bound if the vertex is present, but its chunk and all chunks below have a fade of `fade`.
     double error_with_fade(double excess, double fade) const;
 
-    /// Sets a chunk's offsets. Requires its parent's.
+    /// Sets a chunk's offsets. Requires the offsets of its parent.
     void compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
 
 private:
@@ -92,18 +93,18 @@ private:
 /// Number of triangles drawn with a chunk's samples. Requires mark_active() of the chunk and its children.
 std::size_t count_triangles(const OpenChunk& chunk, float threshold);
 
-/// Writes the triangles: three sample indices each, counter-clockwise from above, in a fixed order.
+/// Writes three sample indices per triangle, counter-clockwise from above, in a fixed order.
 ///
 /// @param indices_out [3 * count_triangles()]
 void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indices_out);
 
-/// The largest screen errors in view, pixels, that remain because vertices are missing.
+/// Largest screen errors in view, pixels, that are caused by missing vertices.
 struct ResidualError {
     double absent = 0.0;    ///< vertices of absent chunks, and vertices with absent parents
-    double held = 0.0;      ///< vertices held by inactive parents
+    double held = 0.0;      ///< vertices that are held by inactive parents
     double finest = 0.0;    ///< detail finer than the lattice
     double finest_m = 0.0;  ///< the same as a vertical distance, metres
-    /// Of the displayed surface, in thresholds: vertices that morph late because of their parents' keys.
+    /// Error of the displayed surface, in thresholds, from vertices that morph late because of their parents' keys.
     double morphing = 0.0;
 
     void merge(const ResidualError& other) {
@@ -115,7 +116,8 @@ struct ResidualError {
     }
 };
 
-/// Merges the residual errors of what is drawn with one chunk. Requires mark_active() of the chunk and its children.
+/// Merges the residual errors of the triangles drawn with one chunk. Requires mark_active() of the chunk and its
+/// children.
 ///
 /// @param residual in and out: errors below it are skipped early
 void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,

@@ -9,13 +9,14 @@
 
 namespace terrane::internal {
 
-// Outside the view priorities are reduced, but not to 0, so that a turning camera finds some detail: to this share,
+// Priorities outside the view are reduced, but not to 0, so that a turning camera finds some detail: down to this
+// factor,
 inline constexpr float kLeastWeight = 1.0f / 16.0f;
 // linearly over a margin of about a quarter of the distance.
 inline constexpr float kWeightSlope = 6.0f;
 
-/// A vertex whose key is raised to its parents' by at most this factor is not held: reaches nest up to their
-/// rounding, and reported errors include it.
+/// A vertex whose key is raised to its parents' by at most this factor does not count as held: reaches are nested up to
+/// rounding, which reported errors include.
 inline constexpr float kNestMargin = 1.0f + 0x1p-9f;
 
 /// Converts stored heights of reaches to metres above the eye: unit * height + base.
@@ -25,15 +26,15 @@ struct EyeHeights {
     float near_squared = 1.0f;  ///< of the view
 };
 
-/// Inward normals of the view's side planes through the eye that vertices may lie outside of.
+/// Inward normals of those side planes of the view, through the eye, that some vertices may be outside of.
 struct KeyPlanes {
     int count = 0;
     float x[4] = {}, y[4] = {}, z[4] = {};
     float near_distance = 1.0f;
 };
 
-// For one vertex (Number is float) or a row of them (a vector of float). Internal linkage, also where it is included:
-// see simd_level.h.
+// Functions of one vertex (Number is float) or of a row of vertices (a vector of float). Internal linkage, also where
+// this header is included: see simd_level.h.
 namespace {
 
 template <typename Number, typename Height>
@@ -60,7 +61,7 @@ inline Number absolute(Number a) {
     return max_of(a, -a);
 }
 
-/// Distance along one axis from the eye to a reach, squared.
+/// Squared distance along one axis from the eye to a reach.
 template <typename Number>
 inline Number gap_squared(Number from_eye, float reach) {
     const Number gap = max_of(absolute(from_eye) - reach, Number{});
@@ -77,9 +78,9 @@ inline Number over_eye(Height height, const EyeHeights& eye) {
     return to_number<Number>(height) * eye.unit + eye.base;
 }
 
-/// The key: squared distance from the eye to a vertex's reach over the square of its bound.
-/// @param flat_squared  the part of x and y
-/// @param low, high     of the reach, above the eye
+/// The key: the squared distance from the eye to a vertex's reach, over the square of its bound.
+/// @param flat_squared  the horizontal part of the squared distance
+/// @param low, high     heights of the reach, above the eye
 template <typename Number>
 inline Number vertex_key(Number flat_squared, Number low, Number high, Number inverse_square_bound,
                          float near_squared) {
@@ -87,7 +88,7 @@ inline Number vertex_key(Number flat_squared, Number low, Number high, Number in
            inverse_square_bound;
 }
 
-/// The divisor of keys outside the view: the square of a weight that decreases with the distance from the view to the
+/// Divisor of keys outside the view: the square of a weight that decreases with the distance from the view to the
 /// reach, relative to the distance from the eye.
 template <typename Number>
 inline Number squared_weight(Number x, float y, Number low, Number high, float half_width,
@@ -97,7 +98,7 @@ inline Number squared_weight(Number x, float y, Number low, Number high, float h
     for (int i = 0; i < planes.count; ++i) {
         const float nx = planes.x[i], ny = planes.y[i], nz = planes.z[i];
         const float from_y = ny * y + (absolute(nx) + absolute(ny)) * half_width;
-        // moved inward by the rounding
+        // moved inward by the rounding error
         const Number inside = nx * x + from_y + (nz > 0.0f ? nz * high : nz * low) + far * 0x1p-18f;
         outside = max_of(-inside, outside);
     }
@@ -109,13 +110,14 @@ inline Number squared_weight(Number x, float y, Number low, Number high, float h
 
 }  // namespace
 
-/// The share of its rise that a vertex is displayed with, by its key: clamp(full - slope * key, 0, 1). See Morph.
+/// Share of its rise that a vertex is displayed with, as a function of its key: clamp(full - slope * key, 0, 1). See
+/// Morph.
 struct MorphShare {
     float full = 1.0f;
     float slope = 0.0f;
 };
 
-// For one vertex or a row. Internal linkage: see key_kernels.h.
+// Functions of one vertex or of a row of vertices. Internal linkage, as above.
 namespace {
 
 /// share - 1: in [-1, 0], 0 at the vertex's final height.
@@ -125,8 +127,8 @@ inline Number share_less_one(Number key, const MorphShare& share) {
     return (wanted < 1.0f ? wanted : broadcast<Number>(1.0f)) - 1.0f;
 }
 
-/// Offset of a vertex from its final height, from the offsets of its two ends: it is displayed at the mean of the
-/// displayed ends + share * rise, where rise is its height above the mean of the ends' heights.
+/// Offset of a vertex from its final height, from the offsets of its two ends. The vertex is displayed at the mean of
+/// its displayed ends + share * rise, where rise is its height above the mean of the ends' heights.
 template <typename Number>
 inline Number morph_offset(Number less_one, Number rise, Number offset_a, Number offset_b) {
     return 0.5f * (offset_a + offset_b) + less_one * rise;
@@ -139,30 +141,30 @@ struct VertexGroup {
     const std::uint16_t* inverse_square_bounds = nullptr;  ///< [64] upper halves of floats
     const std::int16_t* low = nullptr;                     ///< [64] of the reaches, see EyeHeights
     const std::int16_t* high = nullptr;                    ///< [64]
-    const float* x = nullptr;                              ///< [8] metres from the eye, by column
+    const float* x = nullptr;                              ///< half width of the reaches, metres
     const float* y = nullptr;                              ///< [8] by row
     float half_width = 0.0f;                               ///< of the reaches
 };
 
 /// Keys of the midpoints in and around a quarter of an area: the parents of the centres of the finer area that covers
-/// the quarter.
+/// this quarter.
 struct ParentSides {
     const float* along_x = nullptr;  ///< [64] of the area
     const float* along_y = nullptr;  ///< [64]
     const float* north = nullptr;    ///< [8] midpoints on the area's northern side
     const float* east = nullptr;     ///< [64] first column: midpoints on its eastern side
-    int column = 0;                  ///< 0 or 4: the quarter's first square
+    int column = 0;                  ///< first square of the quarter: 0 or 4
     int row = 0;
 };
 
 /// Collects the keys in [low, high).
 struct KeyWindow {
     float low = 0.0f, high = 0.0f;
-    float* keys = nullptr;  ///< large enough for every key counted
+    float* keys = nullptr;  ///< has capacity for every key that is counted
     std::uint32_t count = 0;
 };
 
-/// Inputs and output of the offsets of an area's vertices.
+/// Inputs and output for the offsets of an area's vertices.
 struct AreaMorph {
     const float* centre = nullptr;       ///< [64] keys
     const float* along_x = nullptr;      ///< [64]
@@ -170,20 +172,20 @@ struct AreaMorph {
     const std::int16_t* rise = nullptr;  ///< [3][64] in rise_unit: see AreaVertices
     float rise_unit = 1.0f;
     const float* coarse = nullptr;  ///< [9 rows of 9] offsets of the area's even samples
-    std::size_t coarse_stride = 0;  ///< from row to row of `coarse`
-    float* offsets = nullptr;       ///< of its south-western sample, in rows of kChunkSamples
+    std::size_t coarse_stride = 0;  ///< between rows of `coarse`
+    float* offsets = nullptr;  ///< [rows of kChunkSamples] from the area's south-western sample
     MorphShare share;
 };
 
-/// The loops over the vertices of an area, compiled once for each vector width; all give the same bits.
+/// Loops over the vertices of an area, compiled once per vector width; all give the same bits.
 struct KeyKernels {
     /// Keys from bounds and distances, before they are raised to the parents'.
     void (*own)(const VertexGroup& group, const EyeHeights& eye, float* keys_out);
     /// Raises the keys of vertices outside the view.
     void (*weigh)(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes,
                   float* keys);
-    /// Raises the keys of centres to their parents': the midpoints of those two sides of the coarser square that
-    /// bound the centre's quarter of it.
+    /// Raises the keys of centres to their parents': the midpoints of the two sides of the coarser square that bound
+    /// the centre's quarter.
     /// @return whether any key below `floor` was raised by more than kNestMargin
     bool (*trim_centres)(const ParentSides& parents, float floor, float* keys);
     /// Raises the keys of midpoints to those of the two adjacent centres.
@@ -193,13 +195,13 @@ struct KeyKernels {
     bool (*trim_along_y)(const float* centres, const float* west, float floor, float* keys);
     /// Returns the number of keys below a window, and appends those inside it.
     std::uint32_t (*count)(const float* keys, int count, KeyWindow& window);
-    /// Bits of those of 64 keys that are below a threshold.
+    /// Bits of the keys, of 64, that are below a threshold.
     std::uint64_t (*mask)(const float* keys, float threshold);
     /// Offsets of an area's samples, including the even samples on its eastern and northern side.
     void (*morph)(const AreaMorph& area);
 };
 
-/// The kernels of a level; of the next lower one where that level is not built.
+/// The kernels of a level, or of the next lower level that is built.
 const KeyKernels& key_kernels(SimdLevel level);
 
 }  // namespace terrane::internal

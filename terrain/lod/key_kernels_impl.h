@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The body of key_kernels_*.cpp: each defines TERRANE_KERNELS and includes it once. Plain loops that compilers
-// vectorise; only the masks and the parents of centres use intrinsics or shuffles. Everything has internal
-// linkage: see simd_level.h.
+// The body of key_kernels_*.cpp: each of these defines TERRANE_KERNELS and includes this header once. Plain loops that
+// compilers vectorise; only masks, windows and the parents of centres use intrinsics or shuffles. Everything has
+// internal linkage: see simd_level.h.
 #pragma once
 
 #include "lod/key_kernels.h"
@@ -17,7 +17,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kSide = 8;  // vertices of a kind in a row of an area
+constexpr int kSide = 8;  // vertices of one kind in a row of an area
 constexpr int kAll = kSide * kSide;
 constexpr std::size_t kRow = 129;  // samples in a row of a chunk
 
@@ -95,7 +95,7 @@ bool trim_centres(const ParentSides& parents, float floor, float* keys) {
                                : trim_quarter<true>(parents, floor, keys);
 }
 
-// Raises keys[i] to the larger of its two parents' keys. Returns whether any was raised by more than kNestMargin.
+// Raises keys[i] to the larger key of its two parents. Returns whether any key was raised by more than kNestMargin.
 inline int trim(float* __restrict keys, int count, const float* __restrict a,
                 const float* __restrict b, float floor) {
     const float limit = floor / kNestMargin;
@@ -116,7 +116,7 @@ bool trim_along_x(const float* centres, const float* south, float floor, float* 
 }
 
 bool trim_along_y(const float* centres, const float* west, float floor, float* keys) {
-    // the first column is separate: its western parents are in the adjacent area
+    // the first column is separate, because its western parents are in the adjacent area
     float first[kSide];
     for (int row = 0; row < kSide; ++row) {
         first[row] = keys[kSide * row];
@@ -239,7 +239,7 @@ void morph_area(const AreaMorph& area) {
         store_row(even, low,
                   morph_offset(less_one(area.along_x + kSide * row, area), along_x, low, low_next));
         even[2 * kSide] = coarse[kSide];
-        // an even square is split from its south-western to its north-eastern corner
+        // an even square is cut from its south-western to its north-eastern corner
         const IntRow first_rises{-1, 0, -1, 0, -1, 0, -1, 0};
         const IntRow rises = row % 2 == 0 ? first_rises : ~first_rises;
         store_row(even + kRow,

@@ -101,12 +101,13 @@ AreaBits area_bits(const OpenChunk& chunk, int area) {
     return bits;
 }
 
+// Geomorphs.
 // Sources:
 //   H. Hoppe. Smooth View-Dependent Level-of-Detail Control and its Application to Terrain Rendering.
 //   IEEE Visualization 1998. (geomorphs)
-//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. 2001. (errors that nest)
-// Deviations: the share is a function of the priority alone, not of time; vertices morph between the displayed, not
-// the final positions of their ends; the morphing surface has its own error bound.
+//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. 2001. (nested errors)
+// Deviations: the share is a function of the priority alone, not of time; vertices morph between the displayed, not the
+//             final positions of their ends; the morphing surface has its own error bound.
 
 Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ratio) {
     if (!is_on_) return;
@@ -116,7 +117,7 @@ Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ra
     share_of_.slope = share_of_.full / threshold_key;
 }
 
-// Priorities in thresholds here and below.
+// The functions below take priorities in thresholds.
 double Morph::share(double excess) const {
     return std::clamp(full_ * (1.0 - 1.0 / (excess * excess)), 0.0, 1.0);
 }
@@ -139,13 +140,13 @@ double Morph::error_with_held(double excess, double shown) const {
 
 double Morph::error_with_fade(double excess, double fade) const {
     if (!is_on_ || excess * fade <= 1.0) return error_with_missing(excess);
-    // missing between its faded and its own share; below the faded share priorities are 1 / fade as large
+    // missing between its faded share and its own; below the faded share priorities are larger by a factor 1 / fade
     return std::max(error_factor_, integral(excess, ratio_) +
                                        (share(excess) - share(excess * fade)) * excess +
                                        integral(1.0, excess * fade) / fade);
 }
 
-// The offset of one vertex from those of its ends at -(to_x, to_y) and +(to_x, to_y).
+// Computes the offset of a vertex from those of its ends at -(to_x, to_y) and +(to_x, to_y).
 void Morph::morph_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                          int to_y) const {
     chunk.offsets[sample_index(column, row)] =
@@ -154,7 +155,7 @@ void Morph::morph_vertex(OpenChunk& chunk, float rise, float key, int column, in
                                chunk.offsets[sample_index(column + to_x, row + to_y)]);
 }
 
-// Offsets of a root's vertices of coarser spacings, coarse to fine.
+// Computes offsets of a root's vertices of coarser spacings, coarse to fine.
 void Morph::morph_coarse(OpenChunk& root, float quantum) const {
     for (const int corner : {0, kChunkCells}) {
         root.offsets[sample_index(corner, 0)] = root.offsets[sample_index(corner, kChunkCells)] =
@@ -189,7 +190,8 @@ void Morph::morph_coarse(OpenChunk& root, float quantum) const {
     }
 }
 
-// Midpoints on the eastern and northern side: on the world's border, or a neighbour's, which computes the same bits.
+// Computes offsets of midpoints on the eastern and northern side: on the world's border, or owned by a neighbour, which
+// computes the same bits.
 void Morph::morph_sides(OpenChunk& chunk, float quantum) const {
     constexpr int kLastArea = kChunkAreas - 1;
     for_each_bit(chunk.active_areas, [&](int area) {
@@ -225,7 +227,7 @@ void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float q
         part.rise = vertices.rise[0].data();
         part.rise_unit = vertices.rise_unit;
         part.offsets = &chunk.offsets[sample_index(west, south)];
-        // even samples have the parent's offsets; a root has computed its own
+        // even samples have the parent's offsets; a root computes its own
         constexpr std::size_t kSide = kAreaSquares + 1;
         std::array<float, kSide * kSide> own;
         if (chunk.is_root()) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Errors of triangles whose refinement is blocked by missing vertices. Where a triangle's next vertex is missing, the
-// triangle's error is at most the vertex's bound, at the triangle's distance: evaluated one by one, in double
-// precision, for the part of the triangle that may be in view.
+// Errors of triangles whose refinement is blocked by missing vertices. If a triangle's next vertex is missing, its
+// error is at most the vertex's bound at the triangle's distance. It is evaluated for one triangle at a time, in double
+// precision, over the part of the triangle that may be in view.
 #include "lod/frame_mesh.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-// A column or row beyond a chunk's side, in the neighbour's coordinates.
+// Converts a column or row beyond a chunk's side to the neighbour's coordinates.
 int wrap(int i) { return i < 0 ? i + kChunkCells : i > kChunkCells ? i - kChunkCells : i; }
 
 class ResidualErrorSearch {
@@ -44,11 +44,12 @@ private:
     double midpoint_error(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
-    /// Whether a vertex has less than the share of its own key: it is inactive, or morphing, because of its parents.
+    /// Whether a vertex is displayed with less than the share of its own key: it is inactive or morphing because of its
+    /// parents.
     bool is_held(float own_key, float key) const {
         return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
     }
-    /// A sample of `owner` at this chunk's column and row, which may be beyond its sides.
+    /// World position of a sample of `owner`, addressed by this chunk's column and row, which may be beyond its sides.
     Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
         const Lattice& lattice = keys_.lattice();
         const Chunk& chunk = *chunk_.chunk;
@@ -68,7 +69,7 @@ private:
     ResidualError& residual_;
 };
 
-// Over a square of the chunk's samples, with either diagonal.
+// Error over a square of the chunk's samples, with either diagonal.
 double ResidualErrorSearch::error_of_square(int west, int south, int side, double bound,
                                             double most) const {
     const std::array<Eigen::Vector3d, 4> corners{point(west, south), point(west + side, south),
@@ -87,7 +88,7 @@ double ResidualErrorSearch::cell_error(int column, int row, double most) const {
     return error_of_square(column, row, 1, bound, most);
 }
 
-// Largest screen error of a metre over the cells of an area; 0 if none of it is in view.
+// Largest screen error of a deviation of 1 m over the cells of an area; 0 if none of it is in view.
 double ResidualErrorSearch::pixels_per_metre(int area) const {
     const Chunk& chunk = *chunk_.chunk;
     const auto at_most =
@@ -98,14 +99,14 @@ double ResidualErrorSearch::pixels_per_metre(int area) const {
     return screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
 }
 
-// Visits the cells of an area that are drawn undivided, with their bounds: void(int column, int row, double bound).
+// Calls take(int column, int row, double bound) for the cells of an area that are drawn undivided.
 template <class Take>
 void ResidualErrorSearch::for_each_drawn_cell(int area, const Take& take) const {
     const AreaBits bits = area_bits(chunk_, area);
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
     for (std::size_t k = 0; k < 4; ++k) {
-        // a quarter is drawn as a cell if both its sides are split
+        // a quarter is drawn as a cell if both of its sides are split
         std::uint64_t cells =
             bits.centre & bits.split[k] & bits.split[(k + 3) % 4] & ~bits.divided[k];
         for (; cells != 0; cells &= cells - 1) {
@@ -118,7 +119,7 @@ void ResidualErrorSearch::for_each_drawn_cell(int area, const Take& take) const 
     }
 }
 
-// The cells of an area that are drawn undivided over an absent child.
+// Error of the cells of an area that are drawn undivided over an absent child.
 double ResidualErrorSearch::area_error(int area, double most) const {
     const auto at_most =
         static_cast<double>(chunk_.chunk->areas[static_cast<std::size_t>(area)].max_cell_bound);
@@ -140,7 +141,7 @@ double ResidualErrorSearch::visit_cells(double most) {
     return most;
 }
 
-// The largest bound of the cells that are drawn at the finest spacing in areas that are in view.
+// Finds the largest bound of the cells that are drawn at the finest spacing, in areas that are in view.
 void ResidualErrorSearch::visit_finest_cells() {
     double& most = residual_.finest_m;
     for_each_bit(chunk_.active_areas, [&](int area) {
@@ -151,7 +152,7 @@ void ResidualErrorSearch::visit_finest_cells() {
     });
 }
 
-// Whether a triangle that a centre would split is drawn, with this chunk's or coarser samples.
+// Whether a triangle that a centre would split is drawn, with samples of this chunk or coarser ones.
 bool ResidualErrorSearch::has_parent(int column, int row, int stride) const {
     if (chunk_.is_root() && stride > 1) {
         if (stride == kChunkSquares) return true;
@@ -197,8 +198,8 @@ void ResidualErrorSearch::visit_vertex(int column, int row, int stride, float ow
     }
 }
 
-// Error of the drawn triangles on both sides of the edge that a midpoint would split. They are drawn where their apex
-// is active, which may be a neighbour's.
+// Error of the drawn triangles on both sides of the edge that a midpoint would split. A triangle is drawn if its apex
+// is active; the apex may belong to a neighbour.
 double ResidualErrorSearch::midpoint_error(int column, int row, int stride, double bound,
                                            double most) const {
     const bool along_x = (column / stride) % 2 != 0;
@@ -238,7 +239,7 @@ void ResidualErrorSearch::visit_held_area(int area) {
     }
 }
 
-// Vertices held by absent parents, or, slightly, by parents whose reaches do not enclose theirs.
+// Visits vertices that are held by absent parents, or, slightly, by parents whose reaches do not enclose theirs.
 void ResidualErrorSearch::visit_held_vertices() {
     for_each_bit(chunk_.held_areas, [&](int area) { visit_held_area(area); });
     if (chunk_.is_side_held) visit_held_sides();

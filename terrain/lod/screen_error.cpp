@@ -77,7 +77,7 @@ constexpr Line filled(float key) {
     for (float& value : line) value = key;
     return line;
 }
-// Keys of absent parents, which bar their children, and of parents beyond the world's border, which do not.
+// Keys of absent parents, which exclude their children, and of parents beyond the world's border, which do not.
 constexpr Line kAbsent = filled(OpenChunk::kNever);
 constexpr Line kNothing = filled(0.0f);
 
@@ -156,20 +156,21 @@ void CentreParents::find(const OpenChunk& chunk, int area) {
     }
 }
 
+// Nested screen errors.
 // Sources:
 //   P. Lindstrom, V. Pascucci. Terrain Simplification Simplified: A General Framework for
 //   View-Dependent Out-of-Core Visualization. IEEE TVCG 8(3), 2002. (nested errors and radii)
-// Deviations: nested boxes instead of spheres, so that steep ground enlarges them in height only; their widths are
-// constants of a level, their heights those of the ground there; errors are certified bounds, not measured at the
-// midpoint; keys are inverse squares, which need neither root nor division.
+// Deviations: nested boxes instead of spheres, so that steep ground extends them in height only; their widths are
+//             constant per level, their heights follow the ground; errors are certified bounds, not measured at the
+//             midpoint; keys are inverse squares, which need neither square root nor division.
 //
-// Boxes. From a centre of spacing s the midpoints of its square are s away along one axis; from a
-// midpoint of spacing s the centres of spacing s / 2 are s / 2 away along both. So half the width of a
-// centre's box is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, of a midpoint's s / 2 + 3 s / 2 = 2 s.
+// Widths of boxes. From a centre of spacing s, the midpoints of its square are at a distance s along one axis; from a
+// midpoint of spacing s, the centres of spacing s / 2 are at s / 2 along both axes. So half the width of a centre's box
+// is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, and that of a midpoint's s / 2 + 3 s / 2 = 2 s.
 
 namespace {
 
-// Margin for the rounding of positions in single precision.
+// Margin for the rounding of positions to single precision.
 constexpr double kWider = 1.0 + 0x1p-20;
 // Coordinates are clamped to this, metres, so that their squares stay finite.
 constexpr double kFarthest = 1e16;
@@ -187,7 +188,7 @@ float clamped(double metres) {
     return static_cast<float>(std::clamp(metres, -kFarthest, kFarthest));
 }
 
-// The support point of a box in a direction.
+// Support point of a box in a direction.
 Eigen::Vector3d support(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                         const Eigen::Vector3d& along) {
     return {along.x() > 0.0 ? high.x() : low.x(), along.y() > 0.0 ? high.y() : low.y(),
@@ -229,7 +230,7 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     constexpr int kTries = 12;
     constexpr double kSmaller = 0.75;
     double clearance = 0.0;
-    // outside the square the surface is farther than its half width
+    // outside the square the surface is farther away than half its side
     double around = gap(0.0);
     for (int i = 0; i < kTries && around > clearance; ++i, around *= kSmaller) {
         const double inside = gap(around);
@@ -311,7 +312,7 @@ float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is
                           static_cast<double>(kLeastWeight));
     }
     const double bound = static_cast<double>(largest_bound);
-    // 0.9999: the rounding of the keys themselves
+    // 0.9999: the rounding of the keys
     const double key = 0.9999 * std::max(distance_squared, near_ * near_) /
                        std::max(bound * bound * weight * weight,
                                 static_cast<double>(std::numeric_limits<float>::min()));
@@ -353,7 +354,7 @@ double ScreenError::error_in_view(const WorldBox& box, double bound) const {
 }
 
 double ScreenError::error_in_view(const Triangle& triangle, double bound) const {
-    // the triangle clipped to where the surface within `bound` of it may be in view (Sutherland-Hodgman)
+    // clips the triangle to the region where the surface within `bound` of it may be in view (Sutherland-Hodgman)
     std::array<Eigen::Vector3d, 8> part, next;
     std::size_t count = 3;
     double farthest = 0.0;

@@ -23,7 +23,7 @@ enum Side : std::size_t { west = 0, east = 1, south = 2, north = 3 };
 
 /// Positions of a chunk's columns and rows relative to the eye, metres.
 struct ChunkAxes {
-    /// Of even samples, the last one included, and of odd ones.
+    /// Positions of even samples, including the last one, and of odd samples.
     struct Axis {
         std::array<float, kChunkSquares + 1> even;
         std::array<float, kChunkSquares> odd;
@@ -31,8 +31,8 @@ struct ChunkAxes {
     Axis x, y;
 };
 
-/// A chunk that the view may refine (it may have a vertex below the floor, see VertexKeys) with its state of one
-/// frame: keys and bits of its own vertices, by area as in AreaVertices.
+/// A chunk that the view may refine (it may have a vertex below the floor, see VertexKeys), with its per-frame state:
+/// keys and bits of its own vertices, by area as in AreaVertices.
 struct OpenChunk {
     static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
     static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
@@ -53,40 +53,40 @@ struct OpenChunk {
     const Chunk* chunk = nullptr;
     std::int32_t index = ResidentSet::kNone;  ///< in the resident set
     OpenChunk* parent = nullptr;              ///< null for roots
-    std::array<OpenChunk*, 4> child{};        ///< by quadrant; null where not open
-    std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null where not open
+    std::array<OpenChunk*, 4> child{};        ///< by quadrant; null if not open
+    std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null if not open
     std::array<bool, 4> is_absent{};          ///< by quadrant: no resident child
     std::array<bool, 4> at_world_border{};    ///< by Side
     float fade_factor = 1.0f;                 ///< factor on own keys: 1 / fade^2
 
     ChunkAxes axes;
     EyeHeights eye_heights;
-    KeyPlanes planes;              ///< of the view, those that the chunk is not entirely inside of
+    KeyPlanes planes;  ///< side planes of the view that the chunk is not entirely inside of
     std::uint64_t open_areas = 0;  ///< bit per area that may contain a vertex below the floor
-    std::uint64_t partly_visible_areas = 0;  ///< open areas not entirely in view
+    std::uint64_t partly_visible_areas = 0;  ///< open areas that are not entirely in view
     /// Areas with a held vertex: one whose own key is below the floor and was raised to its parents', so that detail
     /// may be missing there.
     std::uint64_t held_areas = 0;
-    bool is_side_held = false;    ///< the same of vertices on the eastern and northern side,
-    bool is_coarse_held = false;  ///< and of a root's coarser ones
+    bool is_side_held = false;    ///< the same for vertices on the eastern and northern side
+    bool is_coarse_held = false;  ///< and for a root's coarser vertices
     unsigned open_strides =
-        0;  ///< of a root's coarser vertices, in even samples: may be below the floor
+        0;  ///< strides, in even samples, of a root's coarser vertices that may be below the floor
 
     /// [kAreas] keys raised to the parents'; undefined in areas that are not open.
     std::vector<AreaKeys> keys;
-    /// Keys of the midpoints on the eastern and northern side, from the south or west. Used only without an open
-    /// neighbour there: else they are the neighbour's.
+    /// Keys of the midpoints on the eastern and northern side, from the south or west. Used only if no neighbour is
+    /// open there; otherwise the neighbour owns these keys.
     std::array<float, kChunkSquares> east_keys, north_keys;
-    std::vector<float> coarse_keys;  ///< of a root, indexed as its coarse bounds; else empty
+    std::vector<float> coarse_keys;  ///< of a root, indexed like its coarse bounds; else empty
     std::vector<float> offsets;      ///< [kSamples] see MeshChunk
 
     /// Active vertices; 0 in areas that are not open.
     std::array<Bits, kAreas> bits{};
     std::uint64_t east_bits = 0, north_bits = 0;
-    std::uint64_t active_areas = 0;  ///< those with an active centre: only they are drawn
+    std::uint64_t active_areas = 0;  ///< areas with an active centre: only these are drawn
 
     bool is_pinned = false;  ///< volumes may lower its keys: see SolidPins
-    /// Triangles that are not drawn, because the chunk's solid surface replaces them; null: none.
+    /// Triangles that are not drawn, because the chunk's solid surface replaces them; null if none.
     const ReplacedTriangles* replaced = nullptr;
     std::size_t triangle_count = 0;
     std::size_t first_triangle = 0;
@@ -100,18 +100,18 @@ struct OpenChunk {
 
     /// Key of the vertex at a sample; kNever if another chunk owns it or its area is not open.
     float key_at(int column, int row) const;
-    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: the neighbour's, or at
+    /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: stored by the neighbour, or at
     /// the world's border computed from the heights.
     float side_rise(Side side, int at, float quantum) const;
 };
 
-/// Calls use(i) for the bits of a word that are set.
+/// Calls use(i) for each set bit of a word.
 template <typename Use>
 void for_each_bit(std::uint64_t bits, const Use& use) {
     for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
 }
 
-/// The same for areas; prefetches each area by fetch(area) while the one before it is processed.
+/// The same for areas; prefetches each area with fetch(area) while the previous one is processed.
 template <typename Use, typename Fetch>
 void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     if (areas != 0) fetch(std::countr_zero(areas));
@@ -132,47 +132,47 @@ inline void fetch(const void* from, std::size_t bytes) {
 
 /// An area of a chunk.
 struct AreaRef {
-    const OpenChunk* chunk = nullptr;  ///< null: there is none, or it is not open
+    const OpenChunk* chunk = nullptr;  ///< null: there is no chunk, or it is not open
     int area = 0;
 
     bool is_open() const { return chunk != nullptr && chunk->is_open(area); }
 };
 
-/// The area adjacent to one, in the chunk or its open neighbour.
+/// The area adjacent to an area, in the same chunk or its open neighbour.
 AreaRef adjacent_area(const OpenChunk& chunk, int area, Side side);
 
-/// Whether the side of an area is the world's border.
+/// Whether a side of an area lies on the world's border.
 bool is_world_border(const OpenChunk& chunk, int area, Side side);
 
 /// The *reach* of a vertex: a box around it that encloses the true surface over its diamond and the reaches of all its
-/// descendants, so that the distance from the eye to it does not decrease from parent to child. This one is from
-/// the source's rise bound; chunks store tighter intervals of height for their own vertices, which nest up to
+/// descendants, so that the eye's distance to it does not decrease from parent to child. This one follows from the
+/// source's rise bound; chunks store tighter height intervals for their own vertices, which are nested up to
 /// kNestMargin.
 struct Reach {
     float half_width = 0.0f;   ///< metres
     float half_height = 0.0f;  ///< metres
 };
 
-/// Upper bounds of reaches by log2 of the vertex's spacing in finest spacings.
+/// Upper bounds of reaches by log2 of the vertex's spacing, in finest spacings.
 struct Reaches {
     std::vector<Reach> centre;
     std::vector<Reach> midpoint;
 };
 Reaches make_reaches(const HeightSource& source);
 
-/// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around it: holds
-/// where chunks are absent, too.
+/// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around it: also
+/// valid where chunks are absent.
 double clearance_of(const HeightSource& source, const WorldPos& eye);
 
 /// The screen error of vertical deviations from one eye.
 ///
-/// The *key* of a vertex orders refinement: the squared distance from the eye to the vertex's reach over the square of
-/// its bound, larger outside the view. Smaller keys refine first; a key is (pixels_per_radian / priority)^2, where the
-/// priority is the screen error in pixels. Keys are floats, computed in one fixed order of operations.
+/// The *key* of a vertex orders refinement: the squared distance from the eye to the vertex's reach, over the square of
+/// its bound; larger outside the view. Smaller keys refine first. A key is (pixels_per_radian / priority)^2, where the
+/// priority is the screen error in pixels. Keys are floats, computed in a fixed order of operations.
 class ScreenError {
 public:
-    /// Pixels computed from keys are upper bounds after multiplication by this: the square root of kNestMargin, and
-    /// the rounding of keys.
+    /// Factor that makes pixels computed from keys upper bounds: the square root of kNestMargin, and the rounding of
+    /// keys.
     static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
 
     /// @param clearance  clearance_of() the view's eye, metres
@@ -180,7 +180,7 @@ public:
 
     float key_of(double error_px) const;
     double error_px_of(float key) const;
-    /// Screen error, pixels, of a vertical deviation, metres, at a distance of the true surface, metres.
+    /// Screen error, pixels, of a vertical deviation, metres, at a distance of the true surface from the eye, metres.
     double error_px_at(double bound, double distance) const;
 
     void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
@@ -191,18 +191,18 @@ public:
     struct WorldBox {
         Eigen::Vector3d low, high;
     };
-    /// Of the samples of a chunk or an area.
+    /// Box of the samples of a chunk or an area.
     WorldBox box_of(const Chunk& chunk) const;
     WorldBox box_of_area(const Chunk& chunk, int area) const;
-    /// Encloses the reaches of a chunk's own vertices, or of an area's, of this half width.
+    /// Box of the reaches, with this half width, of a chunk's or an area's own vertices.
     WorldBox reach_of(const Chunk& chunk, float half_width) const;
     WorldBox reach_of_area(const Chunk& chunk, int area, float half_width) const;
 
-    /// Lower bound of the keys of vertices with reaches in the box and at most this bound.
+    /// Lower bound of the keys of vertices whose reaches are in the box and whose bounds are at most this.
     /// @param is_in_view  the box is known to be inside the view
     float least_key(const WorldBox& reach, float largest_bound, bool is_in_view = false) const;
 
-    /// The side planes of the view that a box is not entirely inside of: only they affect keys in it.
+    /// The side planes of the view that a box is not entirely inside of; only these affect keys in it.
     KeyPlanes planes_across(const WorldBox& box) const;
     bool is_inside(const WorldBox& box) const { return planes_across(box).count == 0; }
 
@@ -211,7 +211,7 @@ public:
     double error_in_view(const WorldBox& box, double bound) const;
 
     using Triangle = std::array<Eigen::Vector3d, 3>;  ///< world
-    /// The same for a surface that is vertically within `bound` of a triangle.
+    /// The same for a surface within a vertical distance of `bound` from a triangle.
     double error_in_view(const Triangle& triangle, double bound) const;
 
 private:
@@ -224,12 +224,12 @@ private:
     float near_squared_ = 1.0f;
 };
 
-/// Keys of the centres of the area to the south or west, the parents of midpoints: [AreaVertices::kSquares]. All
+/// Keys of the centres of the area to the south or west, which are parents of midpoints: [AreaVertices::kSquares]. All
 /// kNever if that area is not open; all 0 beyond the world's border, where midpoints have one parent.
 const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
 
-/// Keys of the parents of an area's centres: midpoints of the parent chunk, or of a root's own coarser vertices. kNever
-/// where not open. Not movable: sides() may point into it.
+/// Keys of the parents of an area's centres: midpoints of the parent chunk, or coarser vertices of the root itself.
+/// kNever if not open. Not movable, because sides() may point into it.
 class CentreParents {
 public:
     CentreParents(const OpenChunk& chunk, int area);
@@ -244,7 +244,7 @@ private:
     void find(const OpenChunk& chunk, int area);
 
     ParentSides sides_;
-    Keys along_x_, along_y_;  // copies, where keys are not contiguous
+    Keys along_x_, along_y_;  // copies, used if the keys are not contiguous
 };
 
 }  // namespace terrane::internal

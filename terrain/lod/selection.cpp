@@ -7,12 +7,12 @@
 namespace terrane::internal {
 namespace {
 
-// Capacity of a worker's windows, in keys. A chunk adds at most its samples.
+// Capacity of a worker's windows, in keys. A chunk adds at most as many as it has samples.
 constexpr std::size_t kWindowCapacity = std::size_t{1} << 17;
-// Half width of the first window as a factor: 1 % in pixels.
+// Half width of the first window, as a factor: 1 % in pixels.
 constexpr float kFirstWidth = 1.02f;
 
-// Positive floats sort as their bits do.
+// Positive floats have the order of their bit patterns.
 std::uint32_t bits_of(float key) { return std::bit_cast<std::uint32_t>(key); }
 
 float middle(float low, float high) {
@@ -70,7 +70,7 @@ void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, T
     if (chunk.is_root()) count_coarse(chunk, kernels, tally);
 }
 
-// A line between roots counts with the root to its east or north.
+// Vertices on a line between roots are counted with the root to the east or north of it.
 void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const {
     constexpr int kLast = kChunkSquares;
     const auto side = static_cast<int>(OpenChunk::kCoarseSide);
@@ -129,7 +129,7 @@ std::size_t Selection::below() const {
     return below;
 }
 
-// Returns the weight of the keys below `low`, and collects those in [low, high) in the windows, unless they are full.
+// Returns the weight of the keys below `low`, and collects those in [low, high) in the windows unless these are full.
 std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                              float high, WorkerTeam& team) {
     open_windows(low, high);
@@ -147,8 +147,8 @@ void Selection::begin(float floor, float guess) {
 
 float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
                       std::size_t budget, WorkerTeam& team) {
-    float least = 0.0f;   // weights below it fit
-    float most = floor_;  // unless most is the floor, weights below it do not
+    float least = 0.0f;   // the vertices below it fit
+    float most = floor_;  // the vertices below it do not fit, unless it is the floor
     float low = low_, high = high_;
     bool is_counted = true;
     for (float spread = kFirstWidth * kFirstWidth;; spread *= spread) {
@@ -167,7 +167,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
             low = std::max(least, low / spread);
             if (bits_of(high) - bits_of(least) <= 1) return least;
         } else if (is_full) {
-            // too many to collect: halve; where they are all of one key, they are in or out together
+            // too many to collect: bisects; if all have the same key, they are selected together
             const bool is_one_key = bits_of(high) - bits_of(low) <= 1;
             const float halfway = is_one_key ? high : middle(low, high);
             if (count(open, kernels, halfway, halfway, team) > budget) {
@@ -192,10 +192,10 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
     return pick(low, high, below(), budget);
 }
 
-// Where in the windows the budget ends: first which bin, then which key of it.
+// Finds where in the windows the budget ends: first the bin, then the key in this bin.
 float Selection::pick(float low, float high, std::size_t used, std::size_t budget) {
     bins_.fill(0);
-    // in double, where neither the width of the smallest window nor its inverse is out of range
+    // in double, so that neither the width of the smallest window nor its inverse is out of range
     const double per_key =
         static_cast<double>(bins_.size()) / (static_cast<double>(high) - static_cast<double>(low));
     const auto bin_of = [&](float key) {

@@ -15,43 +15,43 @@
 
 namespace terrane::internal {
 
-/// A key, and the triangles that it stands for.
+/// A key and its number of triangles.
 struct WeightedKey {
     float key = 0.0f;
     std::uint32_t weight = 0;
 };
 
-/// Finds the threshold that spends a budget: an exact order statistic of the keys of all open vertices, and of those
-/// of others that share the budget.
+/// Finds the threshold that uses up a budget: an exact order statistic of the keys of all open vertices and of the
+/// other demands on the budget.
 ///
-/// A vertex weighs as many triangles as it adds: 2 inside the world, 1 on its border.
+/// The weight of a vertex is the number of triangles it adds: 2 inside the world, 1 on its border.
 class Selection {
 public:
     explicit Selection(int worker_count);
 
-    /// The keys of others, for searches from now on.
+    /// Sets the keys of the other demands for all following searches.
     ///
-    /// Allocates: nothing where there were as many before
+    /// Allocates: nothing if there were as many before
     void set_others(std::span<const WeightedKey> others);
 
-    /// Begins a search. Then every open chunk must be added once; best right after its keys are computed, while they
-    /// are cached.
+    /// Begins a search. Every open chunk must then be added once, preferably right after its keys are computed, while
+    /// they are cached.
     ///
-    /// @param guess  expected threshold, 0 if unknown; affects the time only
+    /// @param guess  expected threshold, 0 if unknown; affects only the running time
     void begin(float floor, float guess);
     void add(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
         count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
     }
 
-    /// The largest threshold, at most the floor, such that the vertices with keys below it weigh at most `budget`.
-    /// Vertices of equal keys are in or out together.
+    /// The largest threshold, at most the floor, such that all vertices with smaller keys weigh at most `budget`.
+    /// Vertices with equal keys are selected together.
     float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
                WorkerTeam& team);
 
 private:
-    // Counts of one worker.
+    // Counts of one worker
     struct Tally {
-        std::size_t below = 0;         // their total weight
+        std::size_t below = 0;         // total weight of keys below the window
         std::vector<float> inside[2];  // keys of weight 2, of weight 1
         KeyWindow window[2];
         bool is_full = false;
@@ -72,16 +72,16 @@ private:
     float window_low_ = 0.0f, window_high_ = 0.0f;  // the current window
     std::vector<Tally> tallies_;
     std::vector<WeightedKey> others_;         // ascending
-    std::vector<std::size_t> others_weight_;  // [others_ + 1] total of those before
+    std::vector<std::size_t> others_weight_;  // [others_ + 1] prefix sums of their weights
     std::vector<WeightedKey> candidates_;
     std::array<std::size_t, 1024> bins_{};
 };
 
 /// Keys of all vertices that may be below a floor, for one view of one resident set.
 ///
-/// A key is raised to the keys of the vertex's parents, and infinite if a parent is not resident: so every set of
-/// vertices below a threshold is closed under parents, and its mesh conforms. Every vertex has one key, stored in the
-/// chunk that contains it not on its eastern or northern side.
+/// A key is raised to those of the vertex's parents, and is infinite if a parent is not resident. Therefore every set
+/// of vertices below a threshold is closed under parents, and its mesh is conforming. Every vertex has one key, stored
+/// in the chunk that contains the vertex other than on its eastern or northern side.
 class VertexKeys {
 public:
     /// @param open_chunks  initial capacity
@@ -90,24 +90,24 @@ public:
     /// Opens every chunk that may have a vertex below the floor, and computes keys from the roots down. Root chunks are
     /// always open.
     ///
-    /// Allocates: only when more chunks are open, or resident, than ever before
+    /// Allocates: only if more chunks are open or resident than ever before
     ///
-    /// @param pins       outlive the answers
-    /// @param selection  begun; every open chunk is added to it
+    /// @param pins       must outlive the results
+    /// @param selection  after begin(); every open chunk is added to it
     void compute(const ResidentSet& resident, const ScreenError& screen, const SolidPins& pins,
                  float floor, Selection& selection, WorkerTeam& team);
 
-    /// Coarse to fine, in the order of the resident set.
+    /// Open chunks from coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
-    /// The open chunk of an index in the resident set; null where it is not open.
+    /// The open chunk with an index in the resident set; null if it is not open.
     OpenChunk* find(std::int32_t index) const;
 
-    /// Keys before they are raised to the parents': of an area,
+    /// Keys of an area before they are raised to the parents'.
     /// @param keys_out [AreaVertices::kSquares]
     void own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind, float* keys_out) const;
-    /// of the i-th midpoint on the eastern or northern side,
+    /// The same key of the i-th midpoint on the eastern or northern side.
     float own_side_key(const OpenChunk& chunk, Side side, int i) const;
-    /// and of a root's vertex of a coarser spacing. Column and row count its even samples.
+    /// The same key of a root's vertex of a coarser spacing. Column and row count even samples.
     float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                          int row) const;
 
@@ -115,7 +115,7 @@ public:
     float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
         return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
     }
-    /// Encloses the reaches of a chunk's vertices, without the coarser ones of a root.
+    /// Box of the reaches of a chunk's vertices, without the coarser ones of a root.
     ScreenError::WorldBox reach_of(const ScreenError& screen, const Chunk& chunk) const {
         return screen.reach_of(chunk, reach(chunk, 1, true).half_width);
     }

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Where a triangle of a square is: the cell in the square, and which half of that.
+/// Location of a triangle in a square: the cell, and the half of the cell.
 struct PlaceInSquare {
     int column, row;
     bool is_north;
@@ -84,7 +84,7 @@ void SolidPins::add(const Chunk& chunk, const ReplacedTriangles& replaced, float
     group.first = pins_.size();
     group.key = key;
     for (const ReplacedTriangles::OfArea& of_area : replaced.areas) {
-        // the squares with replaced triangles: their rows and columns
+        // rows and columns of the squares with replaced triangles
         const std::uint64_t squares = of_area.any();
         std::uint64_t columns = 0;
         for (int row = 0; row < kAreaSquares; ++row) {
@@ -112,7 +112,7 @@ void SolidPins::add(const Chunk& chunk, const ReplacedTriangles& replaced, float
     groups_.push_back(group);
 }
 
-// Calls use(pin, key) for the pins that a rectangle overlaps.
+// Calls use(pin, key) for the pins that overlap a rectangle.
 template <typename Use>
 void SolidPins::visit(const Rect& rect, const Use& use) const {
     for (const Group& group : groups_) {

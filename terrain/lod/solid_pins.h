@@ -13,8 +13,8 @@
 
 namespace terrane::internal {
 
-/// The two halves of each side of a square of 2 x 2 cells, counter-clockwise from the south-western corner: each is the
-/// triangle of a corner, a midpoint and the centre, where the square's centre and that midpoint are active. Index:
+/// The eight triangles of a square of 2 x 2 cells, two per side, counter-clockwise from the south-western corner. Each
+/// has a corner, a midpoint and the centre as its corners, if the square's centre and that midpoint are active. Index:
 /// 2 * side + half.
 inline constexpr std::size_t kSquareTriangles = 8;
 
@@ -30,21 +30,21 @@ struct ReplacedTriangles {
             return bits;
         }
     };
-    std::vector<OfArea> areas;  ///< ascending, those with replaced triangles only
+    std::vector<OfArea> areas;  ///< only those with replaced triangles, ascending
     std::size_t count = 0;
 
     explicit ReplacedTriangles(const SolidSurface& solid);
 
-    /// Null if nothing of the area is replaced.
+    /// Null if no triangle of the area is replaced.
     const OfArea* find(int area) const;
 };
 
-/// Where volumes need the heightfield at its finest level: rectangles of lattice points around replaced triangles, with
-/// the priority of showing them.
+/// Regions where volumes require the heightfield at its finest level: rectangles of lattice points around replaced
+/// triangles, with the priority of drawing the volumes.
 ///
-/// The key of a vertex is lowered to that of every pin that the square around it touches: three spacings to each side
-/// of a centre, two of a midpoint. These squares nest from parent to child (see terrain/source/fractal), so that pins
-/// keep keys monotone, and all ancestors of a pinned vertex are pinned.
+/// The key of a vertex is lowered to that of every pin that touches the square around the vertex, which extends three
+/// spacings to each side of a centre and two of a midpoint. These squares are nested from parent to child (see
+/// terrain/source/fractal), so that keys stay monotone, and all ancestors of a pinned vertex are pinned.
 class SolidPins {
 public:
     void clear() {
@@ -55,20 +55,20 @@ public:
     void add(const Chunk& chunk, const ReplacedTriangles& replaced, float key);
     bool is_empty() const { return groups_.empty(); }
 
-    /// Whether a pin with a key below the floor may lower keys of a chunk's own vertices, or of an area's.
+    /// Whether a pin with a key below the floor may lower the key of one of a chunk's own vertices, or of an area's.
     bool opens(const Chunk& chunk, float floor) const;
     bool opens(const Chunk& chunk, int area, float floor) const;
     /// Lowers the keys of an area.
     /// @param keys [AreaVertices::kSquares]
     void lower(const Chunk& chunk, int area, AreaVertices::Kind kind, float* keys) const;
-    /// The key of one vertex, lowered.
+    /// The lowered key of one vertex.
     /// @param column, row its sample
     /// @param stride      its spacing in samples
     float lowered(const Chunk& chunk, int column, int row, int stride, bool is_centre,
                   float key) const;
 
 private:
-    /// Lattice points, edges included.
+    /// A rectangle of lattice points, edges included.
     struct Rect {
         std::int64_t west = 0, south = 0, east = 0, north = 0;
         bool overlaps(const Rect& other) const {

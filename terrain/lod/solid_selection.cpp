@@ -9,16 +9,16 @@
 namespace terrane::internal {
 namespace {
 
-/// Share of the target that leaving out a chunk's volumes may take.
+/// Share of the target that omitted volumes may use.
 constexpr double kHiddenShare = 0.2;
-/// Share of the target that the level of detail of volumes may take.
+/// Share of the target that the level of detail of volumes may use.
 constexpr double kLevelShare = 0.5;
-/// Share of the budget that volumes may take.
+/// Share of the budget that volumes may use.
 constexpr double kBudgetShare = 0.5;
-/// Factor between the errors that are tried where volumes exceed their share of the budget, and how many are.
+/// If volumes exceed their share of the budget: the factor between successive allowed errors, and the number of tries.
 constexpr double kCoarser = 1.2;
 constexpr int kMostTries = 100;
-/// Pinned vertices must not morph: their priority exceeds what that needs by this factor.
+/// Pinned vertices must not morph: their priority exceeds the required one by this factor.
 constexpr double kPinMargin = 1.1;
 
 std::size_t level_triangles(const SolidTriangles& solid, std::size_t level) {
@@ -35,22 +35,21 @@ std::size_t cap_triangles(const SolidTriangles& solid) {
     return count;
 }
 
-// The corner and the midpoint of a square's triangle, as samples from the square's south-western corner; its centre is
-// (1, 1).
+// Corner and midpoint of a square's triangles, in samples from the square's south-western corner; its centre is (1, 1).
 struct Sample {
     int column, row;
 };
 constexpr std::array<Sample, 4> kCorners{{{0, 0}, {2, 0}, {2, 2}, {0, 2}}};
 constexpr std::array<Sample, 4> kMiddles{{{1, 0}, {2, 1}, {1, 2}, {0, 1}}};
 
-// A box of a chunk's triangles, with the true surface around them.
+// Box of a part of a chunk's triangles and the true surface around it.
 ScreenError::WorldBox widened(const SolidErrorBox& part, double error_m) {
     return {part.box_world.low - Eigen::Vector3d::Constant(error_m),
             part.box_world.high + Eigen::Vector3d::Constant(error_m)};
 }
 
-// Pixels of a metre where a chunk's surface is nearest to the eye: in the box around all of it, or, where that is so
-// near that no coarser level is within `allowed_px`, in those of its parts.
+// Pixels per metre where a chunk's surface is nearest to the eye: from the box around the whole surface, or, if that is
+// so near that no coarser level is within `allowed_px`, from the boxes of its parts.
 double nearest_px_per_metre(const SolidTriangles& solid, double in_box, double allowed_px,
                             const ScreenError& screen) {
     if (solid.levels.empty() || solid.error_boxes.empty()) return in_box;
@@ -61,7 +60,7 @@ double nearest_px_per_metre(const SolidTriangles& solid, double in_box, double a
     return px;
 }
 
-// Whether all replaced triangles of a chunk are in its mesh, with corners at their heights.
+// Whether all replaced triangles of a chunk are in its mesh, with their corners at their final heights.
 bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, bool is_morphing) {
     for (const ReplacedTriangles::OfArea& of_area : replaced.areas) {
         const AreaBits bits = area_bits(chunk, of_area.area);
@@ -104,7 +103,7 @@ void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) 
         Solid& made = solids_.emplace_back();
         made.index = index;
         made.chunk = &chunk;
-        // those of the set before are still alive, so that equal pointers are equal surfaces
+        // chunks of the previous set are still alive, so that equal pointers are equal surfaces
         const auto known = std::ranges::find(
             before, chunk.solid.get(), [](const Solid& solid) { return solid.chunk->solid.get(); });
         made.replaced = known != before.end()
@@ -113,7 +112,7 @@ void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) 
         const Aabb& bounds = chunk.solid->bounds();
         made.box = {bounds.low, bounds.high};
         if (made.replaced->count > 0) {
-            // replaced triangles: within hidden_error_m of the others
+            // replaced triangles are within hidden_error_m of the others
             made.box.low.array() -= chunk.solid->triangles().hidden_error_m;
             made.box.high.array() += chunk.solid->triangles().hidden_error_m;
         }
@@ -149,7 +148,7 @@ void SolidSelection::list_absent(const ResidentSet& resident) {
     }
 }
 
-// Chooses levels whose errors are at most allowed_px, and returns the number of triangles.
+// Chooses levels whose errors are at most allowed_px; returns the number of triangles.
 std::size_t SolidSelection::choose_levels(double allowed_px) {
     std::size_t count = 0;
     for (Solid& solid : solids_) {
@@ -165,7 +164,7 @@ std::size_t SolidSelection::choose_levels(double allowed_px) {
     return count;
 }
 
-// Chooses levels that fit into the budget.
+// Chooses levels that fit into the volumes' share of the budget.
 void SolidSelection::fit(double target_px, std::size_t budget) {
     const auto most = static_cast<std::size_t>(kBudgetShare * static_cast<double>(budget));
     double allowed_px = kLevelShare * target_px;
@@ -209,7 +208,7 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
         if (!solid.is_wanted) allowed_px_ = std::max(allowed_px_, solid.hidden_px);
     }
     fit(target_px, budget);
-    // The threshold is at most what the target needs, or what the budget allows: then volumes compete.
+    // the threshold is the one that the target needs, or the one that the budget allows; then volumes compete with it
     const double per_hidden_px = kPinMargin * 0.5 * (morph_ratio + 1.0) / kHiddenShare;
     for (const Solid& solid : solids_) {
         if (!solid.is_wanted) continue;
@@ -227,8 +226,8 @@ bool SolidSelection::is_drawn(std::int32_t index) const {
     return solid != nullptr && solid->is_drawn;
 }
 
-// Where two chunks that meet at a corner only are drawn and the other two are not, four caps would share the line
-// there: then the later one is not drawn.
+// If two chunks that share only a corner are drawn and the other two chunks there are not, four caps would share the
+// vertical line at the corner: in this case the later chunk is not drawn.
 void SolidSelection::separate_corners() {
     const ResidentSet& resident = *followed_;
     const auto neighbour = [&](std::int32_t index, Side side) {
@@ -285,7 +284,7 @@ void SolidSelection::draw(const Solid& solid) {
     drawn_.push_back(made);
 }
 
-// The error of a chunk that is drawn: of its boxes, where all together might be more than `known_px`.
+// Error of a chunk that is drawn: of the box around it if that is at most `known_px`, otherwise of its error boxes.
 double SolidSelection::drawn_error_px(const Solid& solid, const ScreenError& screen,
                                       double known_px) const {
     const SolidTriangles& triangles = solid.chunk->solid->triangles();
@@ -318,7 +317,7 @@ void SolidSelection::decide(const VertexKeys& keys, const Morph& morph, float th
             if (solid.replaced->count > 0) keys.find(solid.index)->replaced = solid.replaced.get();
             continue;
         }
-        // left out by the target or the budget, or because of chunks that are absent or fading
+        // omitted because of the target or the budget, or because chunks are absent or fading
         const float pin = screen.key_of(solid.hidden_px);
         const bool is_chosen = !solid.is_wanted || !(pin < morph.in_place(threshold));
         double& px = is_chosen ? left_out_px_ : absent_px_;

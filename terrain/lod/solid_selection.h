@@ -16,36 +16,38 @@
 
 namespace terrane::internal {
 
-/// Which chunks' volumes a frame draws, and at which level of detail.
+/// Selects the chunks whose volumes a frame draws, and their levels of detail.
 ///
-/// Volumes of a chunk are drawn where leaving them out would be seen: where the distance that is hidden then is more
-/// than a share of the target. The heightfield must be in the mesh at its finest level where they replace it, so these
-/// triangles are pinned. Where it is not (the budget, absent chunks, fades), the heightfield closes over the volumes of
-/// the whole chunk, and caps close those of its neighbours.
+/// A chunk's volumes are drawn if omitting them would be visible: if the distance that is then hidden exceeds a share
+/// of the target. The volumes require the heightfield in the mesh at its finest level where they replace it, so these
+/// triangles are pinned. If they are not in the mesh (because of the budget, absent chunks or fades), the heightfield
+/// closes over all volumes of the chunk, and caps close those of its neighbours.
 ///
-/// The level of detail is the coarsest whose error is at most a share of the target; coarser where volumes would take
-/// more than half of the budget, and where that does not suffice, those are left out that hide the least.
+/// The level of detail is the coarsest one whose error is at most a share of the target. If volumes would then take
+/// more than half of the budget, coarser levels are chosen; if that does not suffice, the volumes that hide the least
+/// are omitted.
 class SolidSelection {
 public:
     explicit SolidSelection(const HeightSource& source) : source_(&source) {}
 
-    /// Chooses for a view; everything below is of the last call.
+    /// Selects for a view; the functions below refer to the last call.
     ///
-    /// @param budget      triangles for heightfield and volumes
-    /// @param morph_ratio TriangulatorSettings
+    /// @param budget      triangles of heightfield and volumes together
+    /// @param morph_ratio TriangulatorSettings::morph_ratio
     void begin(const std::shared_ptr<const ResidentSet>& resident, const ScreenError& screen,
                double target_px, double morph_ratio, std::size_t budget);
 
-    /// False: everything below is empty or 0.
+    /// If false, everything below is empty or 0.
     bool has_solids() const { return !solids_.empty() || !absent_.empty(); }
     const SolidPins& pins() const { return pins_; }
     /// Upper bound of triangle_count().
     std::size_t reserved_triangles() const { return reserved_; }
-    /// Screen error of what is left out because the target allows it, pixels: what it leaves for the heightfield.
+    /// Largest screen error of volumes that the target allows to omit, pixels: it reduces what is left for the
+    /// heightfield.
     double allowed_px() const { return allowed_px_; }
 
-    /// Decides what is drawn, and tells the chunks which triangles of the heightfield are not. Requires mark_active()
-    /// of all open chunks and, with morphing, their offsets.
+    /// Decides which volumes are drawn, and sets OpenChunk::replaced of their chunks. Requires mark_active() of all
+    /// open chunks and, with morphing, their offsets.
     void decide(const VertexKeys& keys, const Morph& morph, float threshold,
                 const ScreenError& screen);
 
@@ -54,7 +56,8 @@ public:
     /// Triangles of the heightfield that drawn volumes replace.
     std::size_t replaced_count() const { return replaced_count_; }
 
-    /// Bounds of the screen error of volumes, pixels: of those drawn, of those left out, and of those not resident.
+    /// Bounds of the screen error of volumes, pixels: of drawn ones, of omitted ones, and of those that are not
+    /// resident.
     double drawn_px() const { return drawn_px_; }
     double left_out_px() const { return left_out_px_; }
     double absent_px() const { return absent_px_; }
@@ -64,9 +67,9 @@ private:
         std::int32_t index = 0;  // in the resident set
         const Chunk* chunk = nullptr;
         std::shared_ptr<const ReplacedTriangles> replaced;
-        ScreenError::WorldBox box;  // of its triangles and those that they replace
+        ScreenError::WorldBox box;  // of its triangles and those it replaces
         // of the frame
-        double hidden_px = 0.0;  // where it is left out
+        double hidden_px = 0.0;  // screen error if it is omitted
         double px_per_metre = 0.0;
         std::size_t level = 0;  // 0: the finest
         bool is_wanted = false;

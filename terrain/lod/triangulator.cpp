@@ -3,14 +3,14 @@
 // Sources:
 //   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
 //   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. IEEE Visualization 2001.
-//   M. Duchaineau et al. ROAMing Terrain. IEEE Visualization 1997. (a budget by priorities)
+//   M. Duchaineau et al. ROAMing Terrain. IEEE Visualization 1997. (a triangle budget by priorities)
 // Deviations: no queues and no incremental splits: the threshold is an exact order statistic of all keys. Keys are
-// raised to the parents', and infinite where a parent is not resident, so that every threshold gives a conforming
-// mesh, whatever is loaded.
+//             raised to those of the parents, and infinite if a parent is not resident, so that every threshold gives a
+//             conforming mesh, whatever is loaded.
 //
-// A chunk owns the vertices of its own spacing (a root all coarser ones, too), and draws the triangles of its
-// vertices. Only a start value of the search is kept from frame to frame: a frame is a function of the resident set,
-// the settings and the view.
+// A chunk owns the vertices of its own spacing (a root also all coarser ones), and draws the triangles of its vertices.
+// Only the start value of the search is kept between frames: a frame is a function of the resident set, the settings
+// and the view.
 #include "base/vector_math.h"
 #include "base/worker_team.h"
 #include "lod/frame_mesh.h"
@@ -42,9 +42,10 @@ using internal::WorkerTeam;
 constexpr int kMostWorkers = 64;
 constexpr double kMostMorphRatio = 16.0;
 
-// The first search begins with detail of this size, pixels.
+// Floor of the first search, pixels.
 constexpr double kFirstFloor_px = 4096.0;
-// Factor of the floor on the last threshold, for changes between frames; and on the floor, if that was too low.
+// Factor of the floor over the last threshold, to allow for changes between frames; and over the floor, if it was too
+// low.
 constexpr float kFloorMargin = 1.1f;
 constexpr float kFloorStep = 3.0f;
 
@@ -64,7 +65,7 @@ struct Triangulator::State {
           selection(team.size()),
           solids(ground),
           residual_errors(static_cast<std::size_t>(team.size())),
-          // pages are not touched before use
+          // reserves the memory without touching its pages
           indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
         mesh_chunks.reserve(chosen.open_chunks);
     }
@@ -76,9 +77,9 @@ struct Triangulator::State {
     VertexKeys keys;
     Selection selection;
     SolidSelection solids;
-    float last_threshold = 0.0f;  // start value of the search: does not affect results
+    float last_threshold = 0.0f;  // start value of the search; does not affect results
 
-    // of the frame
+    // per frame
     float threshold = 0.0f;
     std::vector<internal::WeightedKey> others;
     std::vector<ResidualError> residual_errors;  // by worker
@@ -87,7 +88,7 @@ struct Triangulator::State {
     std::size_t triangle_count = 0;
     TerrainMesh mesh;
 
-    // Slightly below the target, so that the reported error meets it after rounding up.
+    // Slightly below the target, so that the reported error meets the target after it is rounded up.
     float target_key(const ScreenError& screen) const {
         const double factor = Morph(settings.morph_ratio, 1.0f).error_factor();
         return screen.key_of((settings.max_error_px - solids.allowed_px()) /
@@ -101,7 +102,7 @@ struct Triangulator::State {
     void report(const ScreenError& screen, const Morph& morph);
 };
 
-// Demands whose keys are below the threshold, as the selection has counted them.
+// Grants the demands whose keys are below the threshold, as counted by the selection.
 void Triangulator::State::grant(std::span<const TriangleDemand> demands, double threshold_px) {
     mesh.others_threshold_px = threshold_px;
     mesh.others_triangles = 0;
@@ -114,7 +115,7 @@ void Triangulator::State::grant(std::span<const TriangleDemand> demands, double 
     }
 }
 
-// Finds the threshold: the target's, or the smallest that the budget allows.
+// Finds the threshold: that of the target, or the smallest that the budget allows.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
     const float target = target_key(screen);
     const std::size_t budget =
@@ -131,7 +132,7 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
     last_threshold = threshold;
 }
 
-// Marks active vertices and computes offsets, level by level, because they depend on those of coarser vertices.
+// Marks active vertices and computes offsets, level by level, because offsets depend on those of coarser vertices.
 void Triangulator::State::activate_and_morph(const Morph& morph) {
     const std::span<OpenChunk* const> open = keys.open();
     team.run(open.size(), [&](std::size_t i, int) {
@@ -176,13 +177,13 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
         if (chunk.triangle_count > 0) {
             internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
         }
-        // also for chunks without triangles: their vertices may be missing in a neighbour's triangles
+        // also for chunks without triangles: triangles of a neighbour may lack their vertices
         internal::find_residual_error(chunk, keys, screen, threshold, morph,
                                       residual_errors[static_cast<std::size_t>(worker)]);
     });
 }
 
-// Error bound of the vertices that fades hold back.
+// Error bound of the vertices that fades suppress.
 double Triangulator::State::fading_error(const ScreenError& screen, const Morph& morph,
                                          double threshold_px) const {
     double error_px = 0.0;
@@ -191,7 +192,7 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
         double most_px = 0.0;
         float factor = 1.0f;
         for (const OpenChunk* above = chunk; above != nullptr; above = above->parent) {
-            // skips chunks that only the floor, not the threshold, has opened
+            // skips chunks that were opened because of the floor only, not of the threshold
             if (above->fade_factor == 1.0f || !(keys.least_key(screen, *above) < threshold))
                 continue;
             factor = std::max(factor, above->fade_factor);
@@ -218,7 +219,7 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
         return missing_px > 0.0 ? threshold_px * morph.error_with_missing(missing_px / threshold_px)
                                 : 0.0;
     };
-    // where volumes are left out, the heightfield that closes over them has its own error, too
+    // where volumes are omitted, the heightfield that closes over them has an error of its own
     const double closed = threshold_px * morph.error_factor();
     const double chosen = closed + solids.left_out_px();
     const double absent =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Keys of a root's vertices of coarser spacings: few, so one at a time. Columns, rows and strides are in even samples.
+// Keys of a root's vertices of coarser spacings, computed one at a time because there are few. In this section columns,
+// rows and strides count even samples.
 #include "lod/screen_error.h"
 #include "lod/selection.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kSide = kChunkSquares;  // last column and row
 constexpr int kCoarsest = kSide / 2;  // stride of the root square's own centre
-// The key of vertices that are certainly not below the floor. Not kNever, which says that a parent is absent.
+// Key of vertices that are certainly not below the floor. Not kNever, which marks absent parents.
 constexpr float kLargestKey = std::numeric_limits<float>::max();
 
 std::size_t coarse_index(int column, int row) {
@@ -33,7 +34,7 @@ void for_stride(int stride, const Use& use) {
     }
 }
 
-// Raises a key to its parents', and records if that holds the vertex.
+// Raises a key to its parents', and records whether this holds the vertex.
 void trim(OpenChunk& root, float& key, float parents, float floor) {
     root.is_coarse_held |= key < floor && key < parents;
     key = std::max(key, parents);
@@ -57,8 +58,8 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     return pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, key);
 }
 
-// Whether any vertex of a stride may have a key below the floor: false for most strides of roots far from the eye or
-// outside the view, whose keys are not computed.
+// Whether any vertex of a stride may have a key below the floor. False for most strides of roots that are far from the
+// eye or outside the view; their keys are not computed.
 bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
                               float floor) const {
     if (root.is_pinned) return true;
@@ -90,7 +91,7 @@ void VertexKeys::trim_coarse_centres(OpenChunk& root, int stride, float floor) c
 }
 
 void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const {
-    // the centre beyond a side is the neighbour's, where there is one
+    // a centre beyond a side belongs to the neighbour, if there is one
     const auto centre = [&](int column, int row) {
         const OpenChunk* owner = &root;
         for (const auto& [side, is_beyond] :
@@ -195,7 +196,7 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
 }
 
-// Sets the relatives of a chunk. Requires all chunks of its level to be opened.
+// Links a chunk to its parent, children and neighbours. Requires all chunks of its level to be open.
 void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
     const ResidentSet::Links& links = resident.links(static_cast<std::size_t>(chunk.index));
     const auto is_there = [&](std::int32_t index) {
@@ -261,7 +262,7 @@ void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind k
     if (chunk.is_pinned) pins_->lower(*chunk.chunk, area, kind, keys_out);
 }
 
-// The own key of one vertex, by the same operations as the kernels.
+// The own key of one vertex, computed by the same operations as in the kernels.
 float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low, float high,
                           float half_width, float inverse_square_bound) const {
     const auto position = [](const ChunkAxes::Axis& axis, int i) {
@@ -307,7 +308,7 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
     float* along_y = keys[AreaVertices::along_y].data();
     own_keys(chunk, area, AreaVertices::along_x, along_x);
     own_keys(chunk, area, AreaVertices::along_y, along_y);
-    // vertices on a line between chunks fade with both
+    // vertices on the line between two chunks fade with both
     const auto fade_beside = [&](Side side) {
         const AreaRef adjacent = adjacent_area(chunk, area, side);
         return adjacent.chunk == nullptr ? chunk.fade_factor
@@ -328,7 +329,7 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
     if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
 }
 
-// Prefetches kinds first to last of an area's vertices.
+// Prefetches the kinds `first` to `last` of an area's vertices.
 void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first,
                              std::size_t last) const {
     const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
@@ -345,7 +346,7 @@ void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
         [&](int area) { fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre); });
 }
 
-// Requires the centres of the neighbours.
+// Requires the keys of the neighbours' centres.
 void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     for_each_area(
         chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area); },
@@ -353,8 +354,8 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     find_sides(floor, chunk);
 }
 
-// Midpoints on sides without an open neighbour: at the world's border they have one parent; elsewhere the missing
-// neighbour would own them, and they are inactive.
+// Computes keys of midpoints on sides without an open neighbour: at the world's border they have one parent; elsewhere
+// the missing neighbour would own them, and they are inactive.
 void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
     for (const Side side : {east, north}) {
         if (chunk.neighbour[side] != nullptr) continue;

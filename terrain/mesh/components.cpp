@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-// Least cosine between the triangles of a sheet and its largest one: 60 degrees.
+// Least cosine between a triangle of a sheet and its largest triangle: 60 degrees.
 constexpr double kSheetCosine = 0.5;
 
 std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
@@ -100,7 +100,7 @@ std::optional<Reduction> Components::find_reduction(std::uint32_t component) {
     return best;
 }
 
-// Leaves the triangles that face as the largest one does and hang together with it; of a sheet that one alone.
+// Keeps the connected triangles within 60 degrees of the largest one; if all qualify, only the largest.
 Reduction Components::to_sheet(std::span<const std::uint32_t> all) const {
     std::vector<Eigen::Vector3d> normals;
     std::size_t largest = 0;
@@ -145,7 +145,7 @@ Reduction Components::to_sheet(std::span<const std::uint32_t> all) const {
     return reduction;
 }
 
-// Leaves nothing, where triangles of other components are near enough.
+// Removes all triangles, if triangles of other components are near enough.
 std::optional<Reduction> Components::to_others(std::uint32_t component,
                                                std::span<const std::uint32_t> all, double limit) {
     build_tree();
@@ -170,7 +170,7 @@ std::optional<Reduction> Components::to_others(std::uint32_t component,
     return reduction;
 }
 
-// False where the middle of a triangle alone is too far from all others.
+// Quick test: false if the centroid of a triangle is too far from all others.
 bool Components::has_others_near(std::uint32_t component, std::span<const std::uint32_t> all,
                                  double limit) const {
     return std::all_of(all.begin(), all.end(), [&](std::uint32_t triangle) {
@@ -182,7 +182,7 @@ bool Components::has_others_near(std::uint32_t component, std::span<const std::u
     });
 }
 
-// Least largest_distance() of a part to a triangle of another component; infinity where none is within the limit.
+// Least largest_distance() from a part to a triangle of another component; infinity if none is within the limit.
 double Components::nearest_other(std::uint32_t component, const Corners& part, double limit,
                                  std::uint32_t& other_out) const {
     double least = kInfinity;
@@ -219,8 +219,8 @@ void Components::add_turned_area(Reduction& reduction) const {
     }
 }
 
-// Boxes are not updated with their triangles: an answer is a triangle at its present place, if not always the nearest
-// one.
+// The tree's boxes are not updated when triangles change: a query returns a triangle at its current position, but not
+// always the nearest one.
 void Components::build_tree() {
     if (!tree_.empty() && 2 * mesh_.alive_count() > alive_at_build_) return;
     alive_at_build_ = mesh_.alive_count();

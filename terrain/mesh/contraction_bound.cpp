@@ -10,13 +10,13 @@ namespace {
 
 constexpr double kRoundedUp = 1.0 + 0x1p-44;
 
-// Largest value of a w0 w1 + b w1 w2 + c w2 w0 where w >= 0 and their sum is 1.
+// Largest value of a w0 w1 + b w1 w2 + c w2 w0 for w >= 0 that sum to 1.
 double largest_on_triangle(double a, double b, double c) {
     const double most = std::max({a, b, c}), least = std::min({a, b, c});
     double largest = 0.25 * most;
-    // Here the differences below would round too much.
+    // the differences below would have too large rounding errors
     if (least < most * 0x1p-6) return largest + 0.25 * least;
-    // The stationary place has weights in these ratios; outside of the triangle the largest value is on an edge.
+    // the weights of the stationary point have these ratios; if it is outside the triangle, the maximum is on an edge
     const double w0 = b * (a + c - b), w1 = c * (a + b - c), w2 = a * (b + c - a);
     if (std::min({w0, w1, w2}) > 0.0) largest = std::max(largest, a * b * c / (w0 + w1 + w2));
     return largest;
@@ -42,17 +42,17 @@ double TriangleBound::largest() const {
     return std::min(std::sqrt(square), by_edges) * kRoundedUp;
 }
 
-// A second certificate (contraction_bound.cpp has the first, and sources): for surfaces that no plane shows without
-// folds, as thin bodies have them at their edges. The point with weights w of the corners of an old triangle at u
-// maps to that with the same weights of the new one: it moves by w_u (v - u). Triangles of the edge map to the edges
-// between v and their apexes, which new triangles have. The map is continuous and onto.
+// Second certificate, for surfaces that cannot be projected onto a plane without folds, such as the edges of thin
+// bodies. The point with weights w of the corners of an old triangle at u maps to the point with the same weights of
+// the new triangle: it moves by w_u (v - u). The two triangles at the contracted edge map to the edges between v and
+// their apexes, which belong to new triangles. The map is continuous and onto.
 
 namespace {
 
-// Height of a new triangle over its longest edge, unless one that goes is worse.
+// Least ratio of a new triangle's height to its longest edge, unless a removed triangle is worse.
 constexpr double kMinThinShape = 0.02;
 constexpr double kMinThinShapeEver = 1e-5;
-// Least cosine between a new triangle and the old one in its place.
+// Least cosine between a new triangle and the old one that it replaces.
 constexpr double kMinTurnCosine = 0.2;
 
 }  // namespace
@@ -69,7 +69,7 @@ bool ContractionBound::evaluate_along_edge(std::uint32_t u, const Ring& ring) {
         TriangleBound& bound = new_bounds_[k];
         bound = bounds_[ring.triangles[k]];
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            // From a new to an old point.
+            // from a new to an old point
             const double step = -to_target[static_cast<Eigen::Index>(axis)] * (1.0 + 0x1p-44);
             bound.low[axis] += std::min(step, 0.0);
             bound.high[axis] += std::max(step, 0.0);
@@ -86,7 +86,7 @@ bool ContractionBound::evaluate_along_edge(std::uint32_t u, const Ring& ring) {
     return true;
 }
 
-// No new triangle is turned over, lies on its neighbour, or is a sliver where none was.
+// Whether no new triangle is flipped, folded onto its neighbour, or a sliver where there was none before.
 bool ContractionBound::do_not_turn(const Ring& ring) const {
     const auto shape = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                           const Eigen::Vector3d& normal) {
@@ -114,25 +114,26 @@ bool ContractionBound::do_not_turn(const Ring& ring) const {
     return true;
 }
 
-// The cells of the overlay of old and new triangles (contraction_bound.cpp has sources), and the bounds that follow.
+// The cells of the overlay of old and new triangles, and the resulting bounds. Sources are given with the first
+// certificate below.
 
 namespace {
 
-// Least sine of the angle at which spokes may cross.
+// Least sine of the angle between crossing spokes.
 constexpr double kMinCrossing = 1e-5;
-// Least length of a spoke in the plane over its length, where another spoke crosses it.
+// Least ratio of a spoke's projected length to its length, if another spoke crosses it.
 constexpr double kMinFlatness = 0.1;
-// Tolerance of parameters along a spoke; their rounding is below 1e-8.
+// Tolerance of parameters along a spoke; their rounding errors are below 1e-8.
 constexpr double kAlongTolerance = 1e-7;
-// Rounding of a displacement, of the size of the star: parameters along spokes have an error of at most 16 u (u =
-// 2^-53) over the sine of their angle, times 1 / kMinFlatness in space.
+// Rounding error of a displacement, relative to the size of the star: parameters along spokes have an error of at most
+// 16 u (u = 2^-53) over the sine of their angle, times 1 / kMinFlatness in space.
 constexpr double kRounding = 320.0 * 0x1p-53;
-// Near a corner of a triangle the quadratic form is small: what is missing there is added to the constant.
+// Near a corner of a triangle the quadratic form is small: a deficit there is added to the constant.
 constexpr double kLeastShare = 0.02;
 
 }  // namespace
 
-// All corners of cells inside new triangle k. The image of u, where it is inside, is the fourth.
+// Finds all corners of cells inside new triangle k. The image of u, if inside, is the fourth.
 bool ContractionBound::find_corners(const Ring& ring, std::size_t k) {
     corner_count_ = 0;
     OverlayCorner corner;
@@ -159,7 +160,7 @@ void ContractionBound::add_image_of_u(std::size_t k) {
     OverlayCorner corner;
     corner.spoke = kEverySpoke;
     for (std::size_t i = 0; i < 3; ++i) corner.weights[i] = areas[i] / whole;
-    // From the new surface to u, which is the origin.
+    // from the new surface to u, which is the origin
     corner.displacement = -(ring_[0] * corner.weights[0] + ring_[k] * corner.weights[1] +
                             ring_[k + 1] * corner.weights[2]);
     const double x = flat_length_[0], y = flat_length_[k], z = flat_length_[k + 1];
@@ -167,7 +168,8 @@ void ContractionBound::add_image_of_u(std::size_t k) {
     add_corner(corner);
 }
 
-// Where old spokes cross the new spoke that is the first or the second of triangle k. False where that is too inexact.
+// Finds the crossings of old spokes with the first or second new spoke of triangle k. Returns false if one is too
+// inexact.
 bool ContractionBound::add_crossings(const Ring& ring, std::size_t k, bool is_second) {
     const std::size_t end = is_second ? k + 1 : k;
     const Point new_spoke = {flat_[end].x - flat_[0].x, flat_[end].y - flat_[0].y};
@@ -210,7 +212,7 @@ void ContractionBound::bound_triangle(const Ring& ring, std::size_t k) {
     TriangleBound& bound = new_bounds_[k];
     bound = {};
     const std::size_t corner = ring.corners[k];
-    // The edge between neighbours stays as it is.
+    // the edge between two neighbours is unchanged
     bound.edges[1] = bounds_[ring.triangles[k]].edges[(corner + 1) % 3];
     cell_count_ = 0;
     for (std::size_t i = 0; i < ring.count; ++i) {
@@ -223,7 +225,8 @@ void ContractionBound::bound_triangle(const Ring& ring, std::size_t k) {
     bound.edges = edges;
 }
 
-// What the new triangle has in common with old triangle i; bounds its box, and the constant by the rounding.
+// Adds the intersection of the new triangle with old triangle i; extends the bound's box, and its constant by the
+// rounding.
 void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& bound) {
     Cell& cell = cells_[cell_count_];
     cell.count = 0;
@@ -256,14 +259,14 @@ void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& 
     }
     cell.constant = old.constant;
     bound.constant = std::max(bound.constant, old.constant + rounding);
-    // Flat: the constant is enough.
+    // exact: the constant suffices
     if (farthest > 0.0 || std::max({cell.edges[0], cell.edges[1], cell.edges[2]}) > 0.0)
         ++cell_count_;
 }
 
-// Raises the new quadratic form until it is above the old one and the displacement on a cell: that is so if the form's
-// polar is, at all pairs of the cell's corners. Pairs along one edge of the new triangle, which decide one coefficient
-// alone, come first.
+// Raises the new quadratic form until it exceeds the old one plus the displacement on a cell. It suffices that the
+// form's polar does so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which determine a
+// single coefficient, come first.
 void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound) {
     const bool was_exact =
         std::max({cell.edges[0], cell.edges[1], cell.edges[2], cell.constant}) == 0.0;
@@ -271,7 +274,7 @@ void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, Triangle
         const auto& [p, wp, distance_p] = cell.corners[a];
         for (std::size_t b = a; b < cell.count; ++b) {
             const auto& [q, wq, distance_q] = cell.corners[b];
-            if (was_exact && distance_p + distance_q == 0.0) continue;  // nothing is wanted
+            if (was_exact && distance_p + distance_q == 0.0) continue;  // no constraint
             const bool is_along = (wp[0] == 0.0 && wq[0] == 0.0) ||
                                   (wp[1] == 0.0 && wq[1] == 0.0) || (wp[2] == 0.0 && wq[2] == 0.0);
             if (is_along != is_along_edge) continue;
@@ -297,26 +300,27 @@ void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, Triangle
     }
 }
 
-// Sources: J. Cohen, D. Manocha, M. Olano. Simplifying Polygonal Models Using Successive Mappings. IEEE
-// Visualization 1997.
+// First certificate.
+// Sources: J. Cohen, D. Manocha, M. Olano. Simplifying Polygonal Models Using Successive Mappings. IEEE Visualization
+//          1997.
 // Deviations: the removed vertex may have any image inside the polygon of its neighbours, because a map that is only
-// onto is enough for a Hausdorff distance: so borders and triangles without area need no cases of their own. Half-edge
-// contraction, hence no optimization of the new vertex. Where a map is not found the contraction is refused.
+//             onto suffices for a Hausdorff distance, so that borders and triangles without area need no special cases.
+//             Half-edge contraction, hence no optimisation of the new vertex. If no map is found, the contraction is
+//             refused.
 //
-// The old triangles around u and the new ones around the target v are drawn in one plane: the same polygon of
-// neighbours,
-// with a fan from the image of u and a fan from v. A point of an old triangle maps to the new triangle over the same
-// point of the plane. The displacement is affine on each cell of the overlay, so its extremes are at the cells'
-// corners: the image of u, crossings of old with new spokes, and neighbours, where it is 0.
+// The old triangles around u and the new ones around the target v are projected onto one plane: both are fans over the
+// same polygon of neighbours, one from the image of u and one from v. A point of an old triangle maps to the point of a
+// new triangle with the same projection. The displacement is affine on each cell of the overlay, so its extremes are at
+// the cells' corners: the image of u, the crossings of old with new spokes, and the neighbours, where it is 0.
 
 namespace {
 
-// Height of a new triangle over its longest edge, unless a triangle that it replaces is worse.
+// Least ratio of a new triangle's height to its longest edge, unless a triangle that it replaces is worse.
 constexpr double kMinShape = 0.02;
-// Never worse than this: what is computed in the plane would be too inexact for kRounding.
+// Lower limit of this ratio: below it, results in the plane would be too inexact for kRounding.
 constexpr double kMinShapeEver = 1e-3;
-// Least cosine between a new triangle and the direction of projection, and between an old triangle and the new one in
-// its place.
+// Least cosine between a new triangle and the direction of projection, and between an old triangle and the new one that
+// replaces it.
 constexpr double kMinCosine = 0.2;
 
 }  // namespace
@@ -354,7 +358,7 @@ bool ContractionBound::set_frame(std::uint32_t u, const Ring& ring) {
         square = std::max(square, dot(ring_[i], ring_[i]));
     }
     size_ = 2.0 * std::sqrt(square);
-    // The polygon's area vector: the sum over the new triangles, and over the old ones too where u is inside.
+    // the polygon's area vector: the sum over the new triangles, and also over the old ones if u is inside
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t i = 1; i + 1 < count; ++i)
         sum += cross(ring_[i] - ring_[0], ring_[i + 1] - ring_[0]);
@@ -365,7 +369,7 @@ bool ContractionBound::set_frame(std::uint32_t u, const Ring& ring) {
     for (std::size_t i = 0; i < count; ++i) flat_[i] = {dot(ring_[i], x), dot(ring_[i], y)};
     image_ = {};
     if (ring.is_closed) return true;
-    // u of a border maps to the nearest point of the new edge of the border.
+    // u on a border maps to the nearest point of the new border edge
     const std::size_t other = ring.triangles[0] == kNoTriangle ? 1 : count - 1;
     const Eigen::Vector3d edge = ring_[other] - ring_[0];
     const double t = std::clamp(-dot(ring_[0], edge) / dot(edge, edge), 0.0, 1.0);
@@ -374,8 +378,8 @@ bool ContractionBound::set_frame(std::uint32_t u, const Ring& ring) {
     return std::isfinite(t);
 }
 
-// The new triangles are counter-clockwise in the plane, and together turn by less than a full turn at the target: then
-// the polygon is simple and they are a triangulation of it.
+// Whether the new triangles are well shaped, counter-clockwise in the plane, and turn by less than a full turn at the
+// target in total: the polygon is then simple and they triangulate it.
 bool ContractionBound::are_new_triangles_good(const Ring& ring) const {
     double worst_old = kMinShape;
     for (std::size_t i = 0; i < ring.count; ++i) {
@@ -404,7 +408,7 @@ bool ContractionBound::are_new_triangles_good(const Ring& ring) const {
     return true;
 }
 
-// The fan of the image covers the polygon without leaving it; triangles may have no area.
+// Whether the fan of the image covers the polygon without leaving it; its triangles may have no area.
 bool ContractionBound::is_image_inside(const Ring& ring) const {
     for (std::size_t i = 0; i < ring.count; ++i) {
         if (ring.triangles[i] == kNoTriangle) continue;

@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-// Orders vertices by position, then by attributes, then by index. 0 and -0 are the same.
+// Orders vertices by position, then by attributes, then by index. 0 and -0 are equal.
 class VertexOrder {
 public:
     explicit VertexOrder(const TriangleMesh& mesh) : mesh_(mesh) {}
@@ -47,7 +47,7 @@ private:
     const TriangleMesh& mesh_;
 };
 
-// Sorts vertices into places, and finds the first vertex with the position and attributes of each.
+// Groups vertices into places, and finds for each vertex the first one with the same position and attributes.
 std::vector<std::uint32_t> make_places(const TriangleMesh& mesh, WeldedMesh& welded) {
     const std::size_t count = mesh.positions.size();
     const VertexOrder order_of(mesh);
@@ -106,11 +106,13 @@ WeldedMesh weld(const TriangleMesh& mesh) {
     return welded;
 }
 
+// Quadrics of attributes.
 // Sources: M. Garland, P. Heckbert. Simplifying Surfaces with Color and Texture using Quadric Error Metrics. IEEE
-// Visualization 1998. H. Hoppe. New Quadric Metric for Simplifying Meshes with Appearance Attributes. IEEE
-// Visualization 1999: the deviation of an attribute is that from its linear continuation, at the same place.
-// Deviations: attributes are those of the vertex that remains, not optimized; costs are means over the area, so that
-// they compare as distances.
+//          Visualization 1998. H. Hoppe. New Quadric Metric for Simplifying Meshes with Appearance Attributes. IEEE
+//          Visualization 1999 (the deviation of an attribute is that from its linear extrapolation at the same
+//          position).
+// Deviations: attributes are those of the remaining vertex, not optimised; costs are means over the area, so that they
+//             compare as squared distances.
 
 AttributeQuadrics::AttributeQuadrics(const TriangleMesh& mesh, const ProgressiveSettings& settings,
                                      std::span<const TriangleMesh::Triangle> corners) {
@@ -163,7 +165,7 @@ void AttributeQuadrics::add_triangle(const TriangleMesh::Triangle& t) {
         const Eigen::Vector3d gradient = rise_first * along_first + rise_second * along_second;
         const double constant = value - dot(gradient, a);
         for (const std::uint32_t v : t) {
-            // The attribute is gradient * p + constant: a plane in a space with one more dimension.
+            // the attribute is gradient * p + constant: a plane in a space with one more dimension
             Quadric& q = sums_[v].square;
             q.xx += area * gradient[0] * gradient[0];
             q.xy += area * gradient[0] * gradient[1];
@@ -185,7 +187,7 @@ void AttributeQuadrics::add_triangle(const TriangleMesh::Triangle& t) {
     for (const std::uint32_t v : t) sums_[v].weight += area;
 }
 
-// Of a vertex's triangles, with the position and attributes of another one.
+// Sum over a vertex's triangles, with the position and attributes of another vertex.
 double AttributeQuadrics::sum_at(std::uint32_t vertex, std::uint32_t place) const {
     const Eigen::Vector3d& p = positions_[place];
     double sum = sums_[vertex].square.at(p);
@@ -247,13 +249,13 @@ ContractionRecorder::ContractionRecorder(const WeldedMesh& mesh, AttributeQuadri
     }
 }
 
-// The vertex of ring.vertices[0] in the triangles of the edge to it that have this vertex of u: where a vertex goes
-// when its place moves along the edge. kNone where they have not; not unique where the two sides differ.
+// The vertex at ring.vertices[0] of the triangles at this edge that contain the given vertex of u: its replacement when
+// its place moves along the edge. kNone if there is no such triangle; not unique if the two sides differ.
 std::uint32_t ContractionRecorder::partner(std::uint32_t vertex, const Ring& ring,
                                            bool& is_unique_out) const {
     is_unique_out = true;
     std::uint32_t found = kNone;
-    // Triangle 0 is (u, target, ...), the last one (u, ..., target).
+    // triangle 0 is (u, target, ...), the last one (u, ..., target)
     for (const std::size_t i : {std::size_t{0}, ring.count - 1}) {
         const std::uint32_t triangle = ring.triangles[i];
         if (triangle == kNoTriangle) continue;
@@ -284,7 +286,7 @@ bool ContractionRecorder::allows(std::uint32_t /*u*/, const Ring& ring) {
 
 double ContractionRecorder::cost(std::uint32_t u, std::uint32_t v) const {
     const auto of_u = mesh_.vertices_at(u), of_v = mesh_.vertices_at(v);
-    // Places with more are not contracted.
+    // places with more vertices are not contracted
     if (attributes_.is_empty() || std::max(of_u.size(), of_v.size()) > kMaxValence) return 0.0;
     double sum = 0.0;
     for (const std::uint32_t from : of_u) {
@@ -298,7 +300,7 @@ double ContractionRecorder::cost(std::uint32_t u, std::uint32_t v) const {
     return sum;
 }
 
-// The vertex in use at a place with the nearest attributes; kNone where none is in use.
+// The vertex in use at a place with the most similar attributes; kNone if none is in use.
 std::uint32_t ContractionRecorder::nearest(std::uint32_t vertex, std::uint32_t place) const {
     std::uint32_t best = kNone;
     double least = kInfinity;
@@ -339,13 +341,13 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
         vertex = to;
     }
     retire(v);
-    // A partner that has lost its last triangle in the same step hands its vertices on, so that parents stay longer.
+    // If a partner lost its last triangle in the same step, uses the partner's parent, so that parents remain longer.
     for (const std::uint32_t vertex : mesh_.vertices_at(u)) {
         if (record_.unused_from[vertex] != steps_with_this()) continue;
         std::uint32_t& parent = record_.parents[vertex];
         if (use_counts_[parent] == 0) parent = record_.parents[parent];
     }
-    // The apexes of the triangles that went.
+    // the apexes of the removed triangles
     retire(ring.vertices[1]);
     retire(ring.vertices[ring.count - 1]);
     end_step(error_m);
@@ -370,7 +372,7 @@ void ContractionRecorder::end_step(double error_m) {
         std::max(error_m, record_.errors_m.empty() ? 0.0 : record_.errors_m.back()));
 }
 
-// Vertices of a place that have lost their last triangle in this step.
+// Retires the vertices of a place that lost their last triangle in this step.
 void ContractionRecorder::retire(std::uint32_t place) {
     for (const std::uint32_t vertex : mesh_.vertices_at(place)) {
         if (use_counts_[vertex] != 0 || record_.unused_from[vertex] != ContractionRecord::kNever)
@@ -386,7 +388,7 @@ void ContractionRecorder::retire(std::uint32_t place) {
 std::vector<EdgeToKeep> find_seams(const WeldedMesh& mesh) {
     struct Side {
         std::uint32_t low, high;        // places
-        std::uint32_t triangle, first;  // corner
+        std::uint32_t triangle, first;  // first corner
     };
     std::vector<Side> sides;
     for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {

@@ -14,17 +14,16 @@
 
 namespace terrane::internal {
 
-/// A mesh whose vertices of equal position are merged: the topology that contractions use.
+/// A mesh whose vertices with equal positions are merged: the topology for contractions.
 struct WeldedMesh {
-    std::vector<Eigen::Vector3d> places;         ///< [places] in the order of their first vertices
+    std::vector<Eigen::Vector3d> places;  ///< positions, in the order of their first vertices
     std::vector<std::uint32_t> place_of_vertex;  ///< [vertices]
     std::vector<std::uint32_t> first_vertex;     ///< [places + 1] in vertices_of_place
-    /// Vertices of each place in increasing order; of those with the same attributes only the first.
+    /// Vertices of each place in increasing order; of vertices with equal attributes only the first.
     std::vector<std::uint32_t> vertices_of_place;
-    std::vector<TriangleMesh::Triangle>
-        triangles;                                ///< of places; only those of three different ones
-    std::vector<TriangleMesh::Triangle> corners;  ///< [triangles] the same of vertices
-    std::vector<std::uint32_t> input_triangles;   ///< [triangles] which of the mesh each is
+    std::vector<TriangleMesh::Triangle> triangles;  ///< of three different places each
+    std::vector<TriangleMesh::Triangle> corners;    ///< [triangles] the same as vertices
+    std::vector<std::uint32_t> input_triangles;     ///< [triangles] index in the input
 
     std::span<const std::uint32_t> vertices_at(std::uint32_t place) const {
         return std::span(vertices_of_place)
@@ -32,33 +31,34 @@ struct WeldedMesh {
     }
 };
 
-/// @param mesh checked
+/// @param mesh must have passed check()
 WeldedMesh weld(const TriangleMesh& mesh);
 
-/// The attributes of vertices as numbers in metres, and for each vertex the squared differences to the attributes of
-/// the triangles around it, continued linearly.
+/// The attributes of vertices, scaled to metres, and for each vertex the squared deviations from the attributes of its
+/// triangles, which are extrapolated linearly.
 class AttributeQuadrics {
 public:
-    /// @param corners triangles of vertices
+    /// @param corners triangles as indices of vertices
     AttributeQuadrics(const TriangleMesh& mesh, const ProgressiveSettings& settings,
                       std::span<const TriangleMesh::Triangle> corners);
 
-    /// No attribute has a weight: all costs are 0.
+    /// Whether no attribute has a weight: all costs are 0.
     bool is_empty() const { return dimension_ == 0; }
 
-    /// Mean over the area of both vertices' triangles, were both at `to` with its attributes, square metres.
+    /// Mean squared deviation over the area of both vertices' triangles if both vertices were at `to` with its
+    /// attributes, square metres.
     double cost(std::uint32_t from, std::uint32_t to) const;
     /// Squared difference of the attributes of two vertices, square metres.
     double difference(std::uint32_t a, std::uint32_t b) const;
-    /// Adds the squared differences of a vertex to those of another one.
+    /// Adds the squared deviations of a vertex to those of another vertex.
     void add(std::uint32_t from, std::uint32_t to);
 
 private:
     struct Sums {
-        Quadric square;       // of the attributes of triangles, as functions of the place
+        Quadric square;       // of the triangles' attributes, as functions of position
         double weight = 0.0;  // area, square metres
     };
-    // Sums over triangles of the gradient and constant of one attribute, times the area.
+    // Sums over triangles of the gradient and the constant of one attribute, weighted by area.
     struct Linear {
         double x = 0.0, y = 0.0, z = 0.0, constant = 0.0;
     };
@@ -75,7 +75,7 @@ private:
     std::vector<Linear> linear_;  // [vertices * dimension]
 };
 
-/// A record of contractions: the changes of triangles and vertices of each step.
+/// A record of contractions: the changes to triangles and vertices in each step.
 struct ContractionRecord {
     static constexpr std::uint32_t kNever = ~std::uint32_t{0};
     struct Change {
@@ -83,25 +83,24 @@ struct ContractionRecord {
         std::uint32_t from = 0, to = 0;  ///< vertices
     };
 
-    std::vector<Change> changes;    ///< of all steps
-    std::vector<std::size_t> ends;  ///< [steps] of the step's changes
-    std::vector<double> errors_m;   ///< [steps] certified after the step; they do not decrease
-    std::vector<std::uint32_t> removed_at;  ///< [triangles] after how many steps, or kNever
+    std::vector<Change> changes;            ///< of all steps
+    std::vector<std::size_t> ends;          ///< [steps] end of the step's changes
+    std::vector<double> errors_m;           ///< [steps] certified after the step; non-decreasing
+    std::vector<std::uint32_t> removed_at;  ///< [triangles] the step that removes it, or kNever
     std::vector<std::uint32_t>
-        unused_from;  ///< [vertices] after how many steps no triangle has it, or kNever
+        unused_from;  ///< [vertices] the step after which no triangle uses it, or kNever
     std::vector<std::uint32_t>
-        parents;  ///< [vertices] the vertex that replaces it then; itself: none
+        parents;  ///< [vertices] the vertex that then replaces it; itself: none
 };
 
-/// Decides for a contraction of a place which vertex of the target takes the place of each of its vertices, and records
-/// it.
+/// Chooses the vertex of the target place that replaces each vertex of a contracted place, and records the contraction.
 class ContractionRecorder final : public ContractionRules {
 public:
-    /// @param mesh, attributes must stay
+    /// @param mesh, attributes must outlive this object
     ContractionRecorder(const WeldedMesh& mesh, AttributeQuadrics& attributes);
 
-    /// From now on vertices without a partner along the edge are allowed to take the nearest one: seams move, and where
-    /// they meet is not kept.
+    /// From now on, allows vertices without a partner along the edge to take the nearest vertex instead: seams then
+    /// move, and the places where they meet are not kept.
     void allow_all() { allows_all_ = true; }
 
     bool allows(std::uint32_t u, const Ring& ring) override;
@@ -109,7 +108,7 @@ public:
     void on_contraction(std::uint32_t u, const Ring& ring, double error_m) override;
     void on_removal(std::span<const std::uint32_t> triangles, double error_m) override;
 
-    /// The record so far; the recorder has none afterwards.
+    /// Moves out the record so far; the recorder has none afterwards.
     ContractionRecord take() { return std::move(record_); }
 
 private:
@@ -129,26 +128,26 @@ private:
     const WeldedMesh& mesh_;
     AttributeQuadrics& attributes_;
     bool allows_all_ = false;
-    std::vector<TriangleMesh::Triangle> corners_;  // [triangles] of vertices
-    std::vector<std::uint32_t> use_counts_;        // [vertices] corners of triangles that are left
+    std::vector<TriangleMesh::Triangle> corners_;  // [triangles] indices of vertices
+    std::vector<std::uint32_t> use_counts_;  // [vertices] number of corners of remaining triangles
     ContractionRecord record_;
 };
 
-/// The edges where the vertices of two neighbouring triangles differ, once for each triangle.
+/// The edges at which two adjacent triangles have different vertices, once per triangle.
 std::vector<EdgeToKeep> find_seams(const WeldedMesh& mesh);
 
-/// A mesh and the record of its contractions in streaming order, which the levels of it share.
+/// A mesh and the record of its contractions in streaming order, shared by all ProgressiveMesh objects of the mesh.
 struct Recording {
-    /// @param welded of the mesh
+    /// @param welded from the mesh
     /// @param record of contractions of `welded`
     Recording(const TriangleMesh& mesh, const WeldedMesh& welded, ContractionRecord record);
 
-    /// The step of the finest level with no more triangles than this, or the last one.
+    /// The step of the finest level with at most this number of triangles, or the last step.
     std::size_t step_of_count(std::size_t count) const;
 
     TriangleMesh finest;
     std::vector<std::uint32_t> input_vertices, input_triangles;
-    // Of each step: the end of its changes, and the counts after it. [steps + 1], the first is the finest level.
+    // [steps + 1] end of each step's changes, and counts after it. The first entry is the finest level.
     std::vector<ContractionRecord::Change> changes;
     std::vector<std::size_t> ends;
     std::vector<std::uint32_t> triangle_counts, vertex_counts;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: M. Garland, P. Heckbert. Surface Simplification Using Quadric Error Metrics. SIGGRAPH 1997.
-// P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998: ties of flat
-// parts go by length.
-// T. Dey et al. Topology preserving edge contraction. Publ. Inst. Math. 66, 1999: the link condition.
-// Deviations: half-edge contractions; costs are means over the area of the planes, so that they compare as distances;
-// quadrics choose the order only, ContractionBound decides.
+//          P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998 (ties on
+//          flat parts are resolved by length).
+//          T. Dey et al. Topology preserving edge contraction. Publ. Inst. Math. 66, 1999 (the link condition).
+// Deviations: half-edge contractions; costs are means over the area of the planes, so that they compare as squared
+//             distances; quadrics only determine the order, ContractionBound decides.
 #include "mesh/contractor.h"
 
 #include "base/vector_math.h"
@@ -15,13 +15,13 @@
 namespace terrane::internal {
 namespace {
 
-// Weight of the plane that keeps an edge of a border in its place, beside that of a square on the edge.
+// Weight of the plane that keeps a border edge in place, relative to that of a square over the edge.
 constexpr double kBorderWeight = 4.0;
-// Cost of the length of a contraction: the square of a thousandth of it. Decides on flat parts.
+// Cost of the length of a contraction: the square of a thousandth of it. Determines the order on flat parts.
 constexpr double kLengthWeight = 1e-6;
-// Cost of an area whose orientation is lost, as a share of it: the square of a tenth of its width.
+// Cost of an area whose orientation is lost, relative to the area: the square of a tenth of its width.
 constexpr double kTurnedWeight = 0.01;
-// A contraction that waited is made where its cost has grown by no more than this factor since.
+// A deferred contraction is performed if its cost has grown by at most this factor since.
 constexpr double kDeferredGrowth = 1.25;
 
 }  // namespace
@@ -132,12 +132,12 @@ void Contractor::add_border_planes() {
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
         if (kinds_[u] == VertexKind::interior || !mesh_.find_ring(u, ring_) || ring_.is_closed)
             continue;
-        // The edge from u to its first neighbour; the other one is that neighbour's.
+        // only the edge from u to its first neighbour; the other edge is added by its own first vertex
         add_edge_plane({u, ring_.vertices[0], ring_.vertices[1]});
     }
 }
 
-// The plane through the edge that is orthogonal to the triangle.
+// Adds the plane through the edge that is orthogonal to the triangle.
 void Contractor::add_edge_plane(const EdgeToKeep& kept) {
     const Eigen::Vector3d from = local(kept.from), edge = local(kept.to) - from;
     const Eigen::Vector3d normal = cross(edge, cross(edge, local(kept.apex) - from));
@@ -165,7 +165,7 @@ double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
     return options_.rules == nullptr ? by_planes : by_planes + options_.rules->cost(u, v);
 }
 
-// Queues the first of a vertex's candidates in the order, if any; with `after`, of those that follow it.
+// Queues the first of a vertex's candidates, if any; with `after`, the first one that follows it in the order.
 void Contractor::queue_first(std::uint32_t u, const Neighbours& neighbours,
                              const Candidate* after) {
     Candidate best;
@@ -202,15 +202,15 @@ void Contractor::queue_next(const Candidate& queued) {
     queue_first(u, of_vertex_, &refused);
 }
 
-// As queue_best(w) after u was contracted onto v, a neighbour of w; in most cases without a look at the other
-// neighbours, whose costs are as before.
+// Equivalent to queue_best(w) after u was contracted onto v, a neighbour of w. Usually does not evaluate the other
+// neighbours, whose costs have not changed.
 void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
                          std::size_t edge_triangles) {
     if (kinds_[w] == VertexKind::fixed) return;
     const Candidate* const queued = queue_.find(w);
     if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
     Candidate present = *queued;
-    // The cost at which it was deferred.
+    // replaces the cost at which it was deferred
     if (!least_costs_.empty() && present.cost <= least_costs_[w])
         present.cost = cost(w, present.target);
     Candidate candidate = {cost(w, v), w, v};
@@ -222,7 +222,7 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     if (present.target == v) queue_best(w);
 }
 
-// Prefetches the data of a contraction: nearly all of it is at other addresses than that of the contraction before.
+// Prefetches the data of a contraction: nearly all of it is at other addresses than that of the previous one.
 void Contractor::prefetch(const Ring& ring) const {
     for (std::size_t i = 0; i < ring.count; ++i) {
         const std::uint32_t v = ring.vertices[i];
@@ -247,7 +247,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
         std::find(ring_.vertices.begin(),
                   ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
-    // Where contractions may be deferred, the test that rarely refuses comes last.
+    // if contractions may be deferred, the test that rarely refuses comes last
     const bool may_wait = !least_costs_.empty();
     if (!may_wait && !keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
@@ -268,7 +268,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
 }
 
 bool Contractor::evaluate(std::uint32_t u, const Ring& ring, double limit) {
-    if (ring.count < 3) return false;  // a triangle alone
+    if (ring.count < 3) return false;  // a single triangle
     const bool is_good = bound_.evaluate(u, ring, limit);
     if (!components_) return is_good;
     const bool is_coarse =
@@ -277,7 +277,7 @@ bool Contractor::evaluate(std::uint32_t u, const Ring& ring, double limit) {
     return (is_good || bound_.evaluate_along_edge(u, ring)) && !folds_over(ring);
 }
 
-// Whether a new triangle would lie on the one behind the edge between two neighbours, in the opposite direction.
+// Whether a new triangle would be folded onto the triangle behind the edge between two neighbours.
 bool Contractor::folds_over(const Ring& ring) {
     for (std::size_t i = 1; i + 1 < ring.count; ++i) {
         const std::uint32_t from = ring.vertices[i + 1], to = ring.vertices[i];
@@ -295,7 +295,7 @@ bool Contractor::folds_over(const Ring& ring) {
     return false;
 }
 
-// The link condition: u and v have no common neighbours but those of their common triangles.
+// The link condition: the only common neighbours of u and v are the apexes of their common triangles.
 bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
     const std::uint32_t v = ring.vertices[0];
     mesh_.find_neighbours(v, of_target_);
@@ -303,7 +303,7 @@ bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
     std::size_t triangle_count = 0;
     for (std::size_t i = 0; i < of_target_.count; ++i)
         triangle_count += of_target_.edge_triangles[i];
-    // Two ends of edges are counted for each triangle.
+    // each triangle contributes two ends of edges
     const std::size_t after = triangle_count / 2 + ring.count - (ring.is_closed ? 4 : 3);
     if (after > kMaxValence) return false;
     const std::size_t last = ring.count - 1;
@@ -311,7 +311,7 @@ bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
         const bool is_apex = (i == 1 && ring.triangles[0] != kNoTriangle) ||
                              (i == last && ring.triangles[last] != kNoTriangle);
         if (of_target_.contains(ring.vertices[i]) != is_apex) return false;
-        // the edges that are new
+        // the new edges
         if (!is_apex && !may_join_locked_ && is_locked(v) && is_locked(ring.vertices[i]))
             return false;
     }
@@ -339,7 +339,7 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
         requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
 }
 
-// As the cost of contractions: the distance that the surface moves and, to break ties, the length.
+// The cost is comparable with that of contractions: the distance that the surface moves, plus the length to break ties.
 double Contractor::reduction_cost(const Reduction& reduction) const {
     const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
     double longest = 0.0;
@@ -354,8 +354,8 @@ double Contractor::reduction_cost(const Reduction& reduction) const {
     return error * error + kLengthWeight * longest + kTurnedWeight * reduction.turned_area;
 }
 
-// Components that are small from the start, and those whose reduction was above the last level's error. Their costs are
-// computed when no contraction is cheaper.
+// Queues components that are small from the start, and those whose reduction exceeded the last level's error. Their
+// costs are computed when no contraction is cheaper.
 void Contractor::queue_reductions() {
     for (std::uint32_t i = 0; i < is_reduction_over_limit_.size(); ++i) {
         if (is_reduction_over_limit_[i] == 0) continue;

@@ -19,17 +19,17 @@
 
 namespace terrane::internal {
 
-/// Fails: invalid_argument for a mesh of 2^32 vertices or more than 1e9 triangles, and for locks that are neither
-///        none nor one a vertex
+/// Fails: invalid_argument for 2^32 or more vertices, more than 1e9 triangles, or a number of locks that is neither 0
+///        nor the number of vertices
 Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
                          std::size_t locked_count);
 
-/// Fails: invalid_argument, as simplify() says
+/// Fails: invalid_argument, as documented for simplify()
 Result<void> check_simplify_input(const SimplifyInput& input,
                                   std::span<const SimplifyLevel> levels);
 
-/// Sum of squared distances to weighted planes (Garland and Heckbert 1997), as a function of a place: p' A p + 2 b'
-/// p + c.
+/// Sum of squared distances to weighted planes (Garland and Heckbert 1997), as a function of position: p' A p + 2 b' p
+/// + c.
 struct Quadric {
     double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;  ///< A, symmetric
     double x = 0.0, y = 0.0, z = 0.0;                                   ///< b
@@ -64,7 +64,7 @@ struct Quadric {
         constant += o.constant;
     }
 
-    /// Not negative, whatever the rounding.
+    /// Value at p, clamped to be non-negative despite rounding.
     double at(const Eigen::Vector3d& p) const {
         const double sum = p[0] * (xx * p[0] + 2.0 * (xy * p[1] + xz * p[2] + x)) +
                            p[1] * (yy * p[1] + 2.0 * (yz * p[2] + y)) +
@@ -73,11 +73,11 @@ struct Quadric {
     }
 };
 
-/// A contraction of a vertex onto a neighbour. The order is total: cost, vertex, target.
+/// A contraction of a vertex onto a neighbour. Totally ordered by cost, vertex and target.
 struct Candidate {
     double cost = 0.0;         ///< square metres, >= 0
-    std::uint32_t vertex = 0;  ///< that goes
-    std::uint32_t target = 0;  ///< that it moves onto
+    std::uint32_t vertex = 0;  ///< removed by the contraction
+    std::uint32_t target = 0;  ///< the vertex it moves onto
 
     friend bool operator<(const Candidate& a, const Candidate& b) {
         if (a.cost != b.cost) return a.cost < b.cost;
@@ -86,7 +86,7 @@ struct Candidate {
     }
 };
 
-/// A binary heap with at most one candidate for each vertex, which can be replaced.
+/// A binary heap with at most one, replaceable, candidate per vertex.
 class VertexQueue {
 public:
     explicit VertexQueue(std::size_t vertex_count) : places_(vertex_count, kAbsent) {}
@@ -94,19 +94,19 @@ public:
     bool is_empty() const { return heap_.empty(); }
     const Candidate& first() const { return heap_.front(); }
 
-    /// The candidate at a place of the heap: one of the next where the place is small. nullptr beyond the last.
+    /// The candidate at an index of the heap; small indices are among the next ones. nullptr beyond the end.
     const Candidate* at(std::size_t place) const {
         return place < heap_.size() ? &heap_[place] : nullptr;
     }
-    /// Asks for the memory of a vertex's place.
+    /// Prefetches a vertex's heap index.
     void prefetch(std::uint32_t vertex) const { __builtin_prefetch(&places_[vertex]); }
-    /// The candidate of a vertex; nullptr where it has none. Valid until the next change.
+    /// The candidate of a vertex; nullptr if it has none. Valid until the next change.
     const Candidate* find(std::uint32_t vertex) const {
         const std::uint32_t place = places_[vertex];
         return place == kAbsent ? nullptr : &heap_[place];
     }
 
-    /// Adds a candidate, or replaces that of its vertex. Cost: O(log n)
+    /// Adds a candidate, or replaces the one of its vertex. Cost: O(log n)
     void set(const Candidate& candidate) {
         std::uint32_t place = places_[candidate.vertex];
         if (place == kAbsent) {
@@ -116,7 +116,7 @@ public:
         settle(place, candidate);
     }
 
-    /// Takes a vertex's candidate out, where it has one. Cost: O(log n)
+    /// Removes a vertex's candidate, if it has one. Cost: O(log n)
     void erase(std::uint32_t vertex) {
         const std::uint32_t place = places_[vertex];
         if (place == kAbsent) return;
@@ -155,23 +155,23 @@ private:
     std::vector<std::uint32_t> places_;  // [vertices] in heap_
 };
 
-/// Triangles of a connected component that can go because others are near.
+/// Triangles of a connected component that can be removed because others are near.
 struct Reduction {
-    double error_m = 0.0;  ///< certified, of the triangles that are removed
+    double error_m = 0.0;  ///< certified error of removing the triangles
     double turned_area =
-        0.0;  ///< of removed triangles without a similarly oriented one near, square metres
-    std::vector<std::uint32_t> removed = {};  ///< triangles
+        0.0;  ///< of removed triangles with no similarly oriented triangle in `near`, square metres
+    std::vector<std::uint32_t> removed = {};  ///< removed triangles
     std::vector<std::uint32_t> near = {};     ///< triangles within error_m of the removed ones
 };
 
-/// Connected components of a mesh while it is contracted, and reductions of the small ones: closed ones become open
-/// sheets, sheets single triangles, and these vanish.
+/// Connected components of a mesh that is being contracted, and reductions of small ones: closed components become open
+/// sheets, sheets become single triangles, and these vanish.
 class Components {
 public:
-    /// Components of more triangles are not looked at.
+    /// Components with more triangles are not reduced.
     static constexpr std::size_t kMostTriangles = 16;
 
-    /// @param vertices, mesh, bounds must stay
+    /// @param vertices, mesh, bounds must outlive this object
     Components(std::span<const Eigen::Vector3d> vertices, const StarMesh& mesh,
                std::span<const TriangleBound> bounds);
 
@@ -180,14 +180,14 @@ public:
         return count() == 1 ? 0 : component_[triangle];
     }
 
-    /// Triangles of a component that are left, in increasing order. Valid until the next call.
+    /// Remaining triangles of a component in increasing order. Valid until the next call.
     std::span<const std::uint32_t> triangles(std::uint32_t component);
-    /// Whether it may have a reduction.
+    /// Whether the component is small enough for a reduction.
     bool is_small(std::uint32_t component) const { return left_[component] <= kMostTriangles; }
-    /// Subtracts removed triangles. True where the component has become small by it.
+    /// Subtracts removed triangles. Returns true if the component has thereby become small.
     bool count_removed(std::uint32_t component, std::size_t gone);
 
-    /// The reduction of least error; none where all triangles are needed.
+    /// The reduction with the smallest error; none if all triangles are needed.
     std::optional<Reduction> find_reduction(std::uint32_t component);
 
 private:
@@ -206,11 +206,11 @@ private:
     const StarMesh& mesh_;
     std::span<const TriangleBound> bounds_;
     std::vector<std::uint32_t> component_;  // [triangles]
-    std::vector<std::uint32_t> list_;   // [triangles] by component; those that are left come first
-    std::vector<std::size_t> begins_;   // [components] in list_
-    std::vector<std::size_t> ends_;     // [components] in list_, of those that were left
-    std::vector<std::size_t> left_;     // [components] triangles
-    std::vector<AabbNode> tree_;        // of triangles as they were when it was built
+    std::vector<std::uint32_t> list_;   // [triangles] by component; the remaining ones come first
+    std::vector<std::size_t> begins_;   // [components] first index in list_
+    std::vector<std::size_t> ends_;     // [components] end in list_ of what remained
+    std::vector<std::size_t> left_;     // [components] number of remaining triangles
+    std::vector<AabbNode> tree_;        // of the triangles as they were when it was built
     std::vector<std::uint32_t> items_;  // [leaves] triangles
     std::size_t alive_at_build_ = 0;
 };
@@ -219,46 +219,46 @@ private:
 class ContractionRules {
 public:
     virtual ~ContractionRules() = default;
-    /// Whether u, whose triangles are the ring's, may be contracted onto ring.vertices[0].
+    /// Whether u, whose triangles are those of the ring, may be contracted onto ring.vertices[0].
     virtual bool allows(std::uint32_t u, const Ring& ring) = 0;
-    /// Added to the cost of a contraction of u onto v, square metres, >= 0.
+    /// Additional cost of a contraction of u onto v, square metres, >= 0.
     virtual double cost(std::uint32_t u, std::uint32_t v) const = 0;
-    /// Before u is contracted onto ring.vertices[0].
+    /// Called before u is contracted onto ring.vertices[0].
     virtual void on_contraction(std::uint32_t u, const Ring& ring, double error_m) = 0;
-    /// Before triangles are taken out.
+    /// Called before triangles are removed.
     virtual void on_removal(std::span<const std::uint32_t> triangles, double error_m) = 0;
 };
 
-/// An edge from which contractions should not move, and the third corner of a triangle of it.
+/// An edge that contractions should preserve, and the third corner of a triangle at it.
 struct EdgeToKeep {
     std::uint32_t from = 0, to = 0, apex = 0;  ///< vertices
 };
 
 /// Options of a contractor; the defaults are those of simplify().
 struct ContractorOptions {
-    ContractionRules* rules = nullptr;  ///< absent: none
+    ContractionRules* rules = nullptr;  ///< null: none
     std::span<const EdgeToKeep> edges_to_keep =
-        {};  ///< besides those of borders; for the constructor only
-    /// A contraction waits while its certified error is more than this many times the square root of its cost;
+        {};  ///< in addition to borders; only used by the constructor
+    /// A contraction is deferred while its certified error exceeds this multiple of the square root of its cost;
     /// infinity: quadrics alone decide.
     double error_ratio = std::numeric_limits<double>::infinity();
-    /// Thin bodies become sheets, and small components vanish, where that costs least.
+    /// Allows thin bodies to become sheets and small components to vanish, if that is cheapest.
     bool may_change_topology = false;
 };
 
-/// Contracts a mesh vertex by vertex, the cheapest first.
+/// Contracts a mesh one vertex at a time, cheapest first.
 class Contractor {
 public:
-    /// @param input views that must stay; checked
+    /// @param input checked; the viewed arrays must outlive this object
     explicit Contractor(const SimplifyInput& input, const ContractorOptions& options = {});
 
-    /// Contracts until the mesh has no more triangles than the level, or nothing is left within its error.
+    /// Contracts until the mesh has at most the level's triangles, or no contraction is left within its error.
     SimplifyStop contract_to(const SimplifyLevel& level);
 
-    /// The mesh as it is now.
+    /// The current mesh.
     SimplifiedMesh result() const;
 
-    /// Tries all refused contractions again, because the rules have changed. From now on the second certificate
+    /// Retries all refused contractions, because the rules have changed. From now on the second certificate
     /// (contraction_bound.cpp) is tried for all components, not only for small ones.
     void retry_all();
 
@@ -267,8 +267,8 @@ private:
     enum class Attempt : std::uint8_t { done, refused, over_limit, deferred };
     struct VertexPlanes {
         Quadric quadric;
-        double weight = 0.0;    ///< sum of the planes' weights
-        double own_cost = 0.0;  ///< of the quadric at the vertex
+        double weight = 0.0;    ///< sum of the weights of the planes
+        double own_cost = 0.0;  ///< the quadric's value at the vertex
     };
 
     bool is_locked(std::uint32_t vertex) const { return !locked_.empty() && locked_[vertex] != 0; }
@@ -282,7 +282,7 @@ private:
     void update_own_cost(std::uint32_t vertex);
     double cost(std::uint32_t u, std::uint32_t v) const;
 
-    /// The cost that a candidate is queued with.
+    /// The cost with which a candidate is queued.
     double queued_cost(const Candidate& candidate) const {
         return least_costs_.empty() ? candidate.cost
                                     : std::max(candidate.cost, least_costs_[candidate.vertex]);
@@ -314,21 +314,21 @@ private:
     ContractorOptions options_;
     StarMesh mesh_;
     std::vector<TriangleBound> bounds_;  // [triangles]
-    std::vector<VertexKind> kinds_;      // [vertices] fixed: also those that are gone
+    std::vector<VertexKind> kinds_;      // [vertices] fixed: also removed vertices
     std::vector<VertexPlanes> planes_;   // [vertices]
     VertexQueue queue_;
     ContractionBound bound_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    // [vertices] a contraction was above this level's error
+    // [vertices] whether a contraction exceeded this level's error
     std::vector<std::uint8_t> is_over_limit_;
     std::size_t over_limit_count_ = 0;
-    // [vertices] the queued candidate is not the vertex's first: those before were refused
+    // [vertices] whether the queued candidate is not the vertex's first one, because earlier ones were refused
     std::vector<std::uint8_t> had_refusal_;
-    std::vector<double> least_costs_;  // [vertices] of a queued candidate; empty: none
+    std::vector<double> least_costs_;  // [vertices] least cost of a queued candidate; may be empty
     std::optional<Components> components_;
     bool is_retrying_ = false;
     VertexQueue reductions_;  // [components]
-    // [components] a reduction was above this level's error
+    // [components] whether a reduction exceeded this level's error
     std::vector<std::uint8_t> is_reduction_over_limit_;
     Ring ring_;                         // scratch
     Neighbours of_vertex_, of_target_;  // scratch

@@ -17,13 +17,13 @@
 
 namespace terrane::internal {
 
-/// Normals of a chunk's samples from central differences, across borders to chunks of the same level where these are
-/// resident, one-sided else.
+/// Normals of a chunk's samples from central differences, across borders to resident chunks of the same level;
+/// one-sided at other borders.
 class SampleNormals {
 public:
-    /// @param resident, chunk outlive the normals
+    /// @param resident, chunk must outlive this object
     SampleNormals(const ResidentSet& resident, const Chunk& chunk);
-    /// Unit, up. @param sample  sample_index()
+    /// Unit, pointing up. @param sample  sample_index()
     Eigen::Vector3f at(std::size_t sample) const;
 
 private:
@@ -32,14 +32,14 @@ private:
     const Chunk* east_;
     const Chunk* south_;
     const Chunk* north_;
-    double slope_of_quantum_;  // slope of one quantum over one spacing
+    double slope_of_quantum_;  // slope of a rise by one quantum per spacing
 };
 
-/// Normals of the vertices of a chunk's volumes: the mean of the normals of their triangles in this frame, by area; up
-/// where there is none.
+/// Normals of the vertices of a chunk's volumes: area-weighted mean of the normals of their triangles in this frame; up
+/// if there are none.
 std::vector<Eigen::Vector3f> solid_normals(const MeshSolid& solid);
 
-/// Calls with the indices of each triangle of a chunk's volumes in this frame.
+/// Calls visit(triangle) with the indices of each triangle of a chunk's volumes in this frame.
 template <class Visit>
 void visit_triangles(const MeshSolid& solid, Visit visit) {
     for (const auto& triangle : solid.triangles) visit(triangle);
@@ -62,14 +62,14 @@ Eigen::Vector3f SampleNormals::at(std::size_t sample) const {
     const auto row = static_cast<int>(sample / kChunkSamples);
     struct Side {
         double height;
-        int steps;  // 0: there is no sample on this side
+        int steps;  // 0 if there is no sample on this side
     };
     const double here = chunk_.heights[sample];
     const auto beside = [&](int c, int r, const Chunk* neighbour) -> Side {
         const bool is_inside = c >= 0 && r >= 0 && c < kChunkSamples && r < kChunkSamples;
         if (is_inside) return {static_cast<double>(chunk_.heights[sample_index(c, r)]), 1};
         if (neighbour == nullptr) return {here, 0};
-        // a neighbour's border is this chunk's: its sample at -1 is the neighbour's last but one
+        // chunks share border samples: sample -1 is the neighbour's last but one
         const auto across = [](int i) {
             return i < 0 ? i + kChunkCells : i >= kChunkSamples ? i - kChunkCells : i;
         };
@@ -116,8 +116,8 @@ std::vector<Eigen::Vector3f> solid_normals(const MeshSolid& solid) {
 namespace terrane {
 namespace {
 
-// A displayed position. Chunks with different heights at one lattice point do not share the vertex, so that a crack
-// shows in the mesh.
+// A displayed position. Chunks whose heights differ at a lattice point do not share the vertex, so that a crack becomes
+// visible in the mesh.
 using Bits = std::array<std::uint64_t, 3>;
 
 Bits bits_of(const WorldPos& p_world) {
@@ -136,7 +136,7 @@ struct BitsHash {
     }
 };
 
-// Numbers vertices in the order of their first use by a triangle; the table is never iterated.
+// Numbers vertices in the order of their first use by a triangle. The table is never iterated.
 class Welder {
 public:
     explicit Welder(TriangleMesh& mesh, std::size_t triangles) : mesh_(mesh) {
@@ -215,7 +215,7 @@ struct PartArrays {
 
 bool is_before(const ChunkKey& a, const ChunkKey& b) { return ResidentSet::Order{}(a, b); }
 
-// Bit for bit.
+// Compares bits.
 bool is_same(const PartArrays& a, const PartArrays& b) {
     return a.indices == b.indices && a.vertices.size() == b.vertices.size() &&
            std::memcmp(a.vertices.data(), b.vertices.data(),
@@ -231,13 +231,13 @@ public:
         numbers_.assign(vertices, kNoVertex);
     }
 
-    // `place` and `normal` are asked once for each vertex.
+    // Calls `place` and `normal` once per vertex.
     template <class Place, class Normal>
     void add(std::size_t vertex, const Place& place, const Normal& normal) {
         std::uint32_t& number = numbers_[vertex];
         if (number == kNoVertex) {
             number = static_cast<std::uint32_t>(part_.vertices.size());
-            // a function of the position alone: the same bits in each chunk that shares it
+            // a function of the position alone: the same bits in each chunk that shares the vertex
             const LocalVec p = to_local(place(), origin_world_);
             const Eigen::Vector3f n = normal();
             part_.vertices.push_back({{p.x(), p.y(), p.z()}, {n.x(), n.y(), n.z()}});
@@ -261,7 +261,7 @@ struct MeshBuffers::State {
     std::vector<PartArrays> spare;           // buffers for reuse
     std::vector<MeshPart> parts;
     std::vector<ChunkKey> gone;
-    std::vector<std::uint32_t> numbers;  // of a part's vertices
+    std::vector<std::uint32_t> numbers;  // [vertices of a part's source] their numbers in the part
 
     PartArrays& part_of(const ChunkKey& key);
     void move_origin(const WorldPos& eye_world);
@@ -269,7 +269,7 @@ struct MeshBuffers::State {
     void compare();
 };
 
-// An existing part, or a new one in its place.
+// An existing part, or a new one inserted in order.
 PartArrays& MeshBuffers::State::part_of(const ChunkKey& key) {
     const auto place = std::lower_bound(
         arrays.begin(), arrays.end(), key,
@@ -328,7 +328,7 @@ void MeshBuffers::State::fill(const TerrainMesh& mesh) {
     }
 }
 
-// Both lists are in the order of keys.
+// Both lists are ordered by key.
 void MeshBuffers::State::compare() {
     parts.clear();
     gone.clear();

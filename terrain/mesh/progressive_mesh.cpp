@@ -13,9 +13,9 @@
 namespace terrane::internal {
 namespace {
 
-// Indices in the order of when they go, the last first; of those that go together the first first.
+// Indices ordered by decreasing step of removal; those removed in the same step by increasing index.
 std::vector<std::uint32_t> order_by(const std::vector<std::uint32_t>& gone_at, std::size_t steps) {
-    // Counting sort: there are at most as many steps as triangles.
+    // counting sort: there are at most as many steps as triangles
     const auto place_of = [&](std::uint32_t step) {
         return std::min<std::size_t>(step, steps + 1);
     };
@@ -43,7 +43,7 @@ std::vector<Value> permuted(const std::vector<Value>& values,
     return result;
 }
 
-// [steps + 1] how many are not gone after that many steps.
+// [steps + 1] number of elements that remain after each step.
 std::vector<std::uint32_t> counts_left(const std::vector<std::uint32_t>& gone_at,
                                        std::size_t steps) {
     std::vector<std::uint32_t> counts(steps + 1, 0);
@@ -89,7 +89,7 @@ Recording::Recording(const TriangleMesh& mesh, const WeldedMesh& welded, Contrac
 }
 
 std::size_t Recording::step_of_count(std::size_t count) const {
-    // Counts fall from step to step.
+    // counts decrease from step to step
     const auto found = std::partition_point(triangle_counts.begin(), triangle_counts.end(),
                                             [&](std::uint32_t of_step) { return of_step > count; });
     return std::min(static_cast<std::size_t>(found - triangle_counts.begin()),
@@ -99,8 +99,8 @@ std::size_t Recording::step_of_count(std::size_t count) const {
 }  // namespace terrane::internal
 
 // Source: H. Hoppe. Progressive Meshes. SIGGRAPH 1996.
-// Deviations: half-edge contractions over one list of vertices, hence no positions in the record. Triangles are sorted
-// by when they go, so that those of a level are the first ones and a step is a change of indices.
+// Deviations: half-edge contractions over one list of vertices, so that the record contains no positions. Triangles are
+//             sorted by their step of removal, so that a level uses the first ones and a step only changes indices.
 
 namespace terrane {
 
@@ -109,8 +109,8 @@ using internal::ContractionRecord;
 struct ProgressiveMesh::State {
     std::shared_ptr<const internal::Recording> recording;
     std::vector<Triangle>
-        triangles;         ///< of the present level, then those that are gone as they last were
-    std::size_t step = 0;  ///< the present level
+        triangles;         ///< of the current level, followed by removed ones as they last were
+    std::size_t step = 0;  ///< of the current level
 
     void go_to(std::size_t wanted);
 };
@@ -118,8 +118,8 @@ struct ProgressiveMesh::State {
 namespace {
 
 constexpr double kLargestWeight = 1e3;
-// How far the certified error of a contraction may be above the root of its cost before it waits. Measured on a fractal
-// of 500,000 triangles (docs/simplify.md): at 2 distances are a tenth smaller in a third more time.
+// A contraction is deferred if its certified error exceeds this multiple of the square root of its cost. Measured on a
+// fractal of 500,000 triangles (docs/simplify.md): with 2, distances are a tenth smaller in a third more time.
 constexpr double kErrorRatio = 3.0;
 
 Result<void> check_settings(const TriangleMesh& mesh, const ProgressiveSettings& settings) {
@@ -243,7 +243,7 @@ std::size_t ProgressiveMesh::least_triangle_count() const {
 std::vector<std::uint32_t> ProgressiveMesh::geomorph_targets(std::size_t coarser_count) const {
     const std::size_t step =
         std::max(state_->step, state_->recording->step_of_count(coarser_count));
-    // A parent stays longer than its vertex, so that it comes before it.
+    // a parent remains longer than its vertex, so it precedes the vertex
     std::vector<std::uint32_t> targets(vertex_count());
     for (std::uint32_t v = 0; v < targets.size(); ++v) {
         const std::uint32_t parent = state_->recording->parents[v];

@@ -30,7 +30,7 @@ double squared_tangent_of(double slope) {
     return tangent * tangent;
 }
 
-// A sequence of random numbers of one candidate.
+// The sequence of random numbers of one candidate.
 class CandidateNumbers {
 public:
     CandidateNumbers(std::uint64_t seed, std::int64_t column, std::int64_t row, int candidate)
@@ -48,12 +48,12 @@ private:
     std::uint64_t state_;
 };
 
-// The triangle of a cell at a place in it, as chunks are cut: height and gradient.
+// Height and gradient at a position in a cell, on the triangle that contains it; cells are cut as in chunks.
 struct CellPlane {
     double height = 0.0, slope_x = 0.0, slope_y = 0.0;
 
     /// @param z heights: south-west, south-east, north-west, north-east
-    /// @param u, v  place, 0 to 1 from the south-west corner
+    /// @param u, v  position, 0 to 1 from the south-west corner
     CellPlane(const std::array<double, 4>& z, bool is_cut_to_north_east, double u, double v,
               double side) {
         double along_x = 0.0, along_y = 0.0;
@@ -108,8 +108,8 @@ Result<Scatter> Scatter::create(std::shared_ptr<const HeightSource> source,
     return Scatter(std::move(source), settings);
 }
 
-// The largest cells, of a power of two of spacings, that hold at most one expected object; several candidates a cell
-// where even the finest cells hold more.
+// Chooses the largest cells, of a power of two of spacings, with at most one expected object; if even the finest cells
+// have more, they get several candidates.
 Scatter::Scatter(std::shared_ptr<const HeightSource> source, const ScatterSettings& settings)
     : source_(std::move(source)),
       settings_(settings),
@@ -184,7 +184,7 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
     if (auto ok = source_->sample(grid, heights); !ok) return tl::unexpected(ok.error());
     const double cell_side = lattice.spacing * static_cast<double>(cell_step_);
 
-    // Height of the finest triangles at a place, none where that is no ground or volumes replace it.
+    // Height on the finest triangles at a position; none if it is not ground or volumes replace it.
     const auto ground_at = [&](double x, double y) -> Result<std::optional<double>> {
         const double column = (x - lattice.origin_x) / lattice.spacing;
         const double row = (y - lattice.origin_y) / lattice.spacing;
@@ -240,7 +240,7 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
         point.position_world = {x, y, **height};
         point.scale =
             settings_.min_scale + (settings_.max_scale - settings_.min_scale) * numbers.next();
-        // A direction that is spread evenly: a point of the disc, without its middle.
+        // a uniformly distributed direction: a random point of the disk, without its centre
         for (int attempt = 0; attempt < 64; ++attempt) {
             const double a = 2.0 * numbers.next() - 1.0, b = 2.0 * numbers.next() - 1.0;
             const double squared = a * a + b * b;

@@ -12,7 +12,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kMaxCoordinate = 0x1p38;
-// Corners are numbered by 32 bits.
+// Corner indices have 32 bits.
 constexpr std::size_t kMaxTriangles = 1'000'000'000;
 
 Result<void> check_vertices(std::span<const Eigen::Vector3d> vertices) {

@@ -14,32 +14,31 @@
 
 namespace terrane::internal {
 
-/// Vertices with more triangles than this stay, and none gets more by a contraction: work for one contraction is
-/// bounded.
+/// Vertices with more triangles than this are kept, and no contraction may exceed it: bounds the cost of a contraction.
 inline constexpr std::size_t kMaxValence = 48;
 inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
-/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclic; that of a border
-/// is kNoTriangle.
+/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclically; a border's
+/// triangle is kNoTriangle.
 struct Ring {
     std::array<std::uint32_t, kMaxValence + 1> vertices;
     std::array<std::uint32_t, kMaxValence + 1> triangles;
-    std::array<std::uint8_t, kMaxValence + 1> corners;  ///< [triangles] which corner u is, 0 to 2
-    std::size_t count = 0;                              ///< of vertices
+    std::array<std::uint8_t, kMaxValence + 1> corners;  ///< [triangles] u's corner, 0 to 2
+    std::size_t count = 0;                              ///< number of vertices
     bool is_closed =
-        false;  ///< no border; else the border is between the last vertex and the first
+        false;  ///< no border; otherwise the border is between the last vertex and the first
 
-    /// The same with another first vertex. @param first index in vertices
+    /// The same ring, starting at another vertex. @param first index in vertices
     Ring rotated(std::size_t first) const;
 };
 
-/// Vertices joined to a vertex, in the order in which its triangles name them.
+/// Vertices adjacent to a vertex, in the order in which they occur in its triangles.
 struct Neighbours {
     std::array<std::uint32_t, 2 * kMaxValence> vertices;
     std::array<std::uint8_t, 2 * kMaxValence>
-        edge_triangles;  ///< how many triangles the edge to it has
+        edge_triangles;  ///< number of triangles at the edge to it
     std::size_t count = 0;
-    bool has_all = true;  ///< false: more than kMaxValence triangles
+    bool has_all = true;  ///< false if there are more than kMaxValence triangles
 
     bool contains(std::uint32_t vertex) const {
         for (std::size_t i = 0; i < count; ++i) {
@@ -49,7 +48,7 @@ struct Neighbours {
     }
 };
 
-/// Triangles as a list for each vertex, for contractions. Any triangles: manifold or not.
+/// Triangles with a list for each vertex, for contractions. Accepts any triangles, manifold or not.
 class StarMesh {
 public:
     using Triangle = std::array<std::uint32_t, 3>;
@@ -61,39 +60,39 @@ public:
     bool is_alive(std::size_t triangle) const { return slots_[triangle].triangle[0] != kGone; }
     std::size_t alive_count() const { return alive_count_; }
 
-    /// Asks for the memory of a vertex's first triangle.
+    /// Prefetches a vertex's first triangle.
     void prefetch(std::uint32_t vertex) const {
         const std::uint32_t corner = first_corner_[vertex];
         if (corner == kEnd) return;
         __builtin_prefetch(&slots_[corner / 3]);
     }
-    /// Sorts the triangles around a vertex. False where they are not one disk or half disk with consistent winding, or
-    /// more than kMaxValence.
+    /// Sorts the triangles around a vertex. Returns false if they do not form one disk or half disk with consistent
+    /// winding, or are more than kMaxValence.
     bool find_ring(std::uint32_t vertex, Ring& ring_out);
     void find_neighbours(std::uint32_t vertex, Neighbours& neighbours_out);
-    /// Whether a triangle of a vertex other than those of u has two other corners.
+    /// Whether a vertex has a triangle with these other two corners that is not a triangle of `not_of`.
     bool has_triangle(std::uint32_t vertex, std::uint32_t second, std::uint32_t third,
                       std::uint32_t not_of);
-    /// The triangle with an edge from one vertex to another in its winding; kNoTriangle where there is none.
+    /// The triangle with the directed edge between two vertices in its winding; kNoTriangle if there is none.
     std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
-    /// Takes a triangle out.
+    /// Removes a triangle.
     void remove(std::uint32_t triangle);
-    /// Moves u onto ring.vertices[0]: its triangles with that vertex go, the others keep their index.
+    /// Moves u onto ring.vertices[0]: removes the triangles at this edge; the others keep their index.
     void contract(std::uint32_t u, const Ring& ring);
 
 private:
     static constexpr std::uint32_t kGone = ~std::uint32_t{0};
     static constexpr std::uint32_t kEnd = ~std::uint32_t{0};
 
-    // Visits the corners (3 * triangle + i) of a vertex; removes those of triangles that are gone. visit: bool, false
-    // ends it.
+    // Visits the corners (3 * triangle + i) of a vertex, and unlinks those of removed triangles. `visit` returns false
+    // to stop.
     template <class Visit>
     void visit_corners(std::uint32_t vertex, const Visit& visit);
 
-    // Together, because both are read at every corner.
+    // In one struct, because both are read at every corner.
     struct Slot {
         Triangle triangle;
-        std::array<std::uint32_t, 3> next;  // corner of the same vertex, of each corner
+        std::array<std::uint32_t, 3> next;  // [corners] next corner of the same vertex
     };
 
     std::uint32_t& next(std::uint32_t corner) { return slots_[corner / 3].next[corner % 3]; }
@@ -103,47 +102,49 @@ private:
     std::size_t alive_count_ = 0;
 };
 
-/// How far the points of the input that a triangle stands for are from it. Two bounds; both hold.
+/// Bounds of the distance from a triangle to the points of the input that map to it. There are two; both hold.
 struct TriangleBound {
-    /// Displacements from points of the triangle to those of the input are in this box, metres.
+    /// This box contains the displacements from points of the triangle to the corresponding points of the input,
+    /// metres.
     std::array<double, 3> low = {}, high = {};
-    /// At the place with weights w0, w1, w2 of the corners the distance is at most
-    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, and
-    /// little but rounding moves them.
+    /// At the point with weights w0, w1, w2 of the corners, the distance is at most
+    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, which
+    /// little but rounding displaces.
     std::array<double, 3> edges = {};
     double constant = 0.0;  ///< metres
 
     /// Adds points of the input that are within a distance of some point of the triangle.
     void include(double distance);
 
-    /// The smaller of the largest distances that the two allow, rounded up.
+    /// The smaller of the largest distances that the two bounds allow, rounded up.
     double largest() const;
 };
 
-/// Triangles that share an edge with a smaller cosine of their normals lie on each other: a thousandth of a radian.
+/// Two triangles that share an edge count as folded onto each other if the cosine between their normals is below this:
+/// a thousandth of a radian.
 inline constexpr double kFoldedCosine = -(1.0 - 5e-7);
 
-/// Decides whether a vertex can be contracted, and how far the surface moves.
+/// Decides whether a vertex can be contracted, and bounds how far the surface moves.
 class ContractionBound {
 public:
-    /// @param vertices, bounds views that must stay: [vertices], [triangles]
+    /// @param vertices, bounds [vertices], [triangles]; the viewed arrays must outlive this object
     ContractionBound(std::span<const Eigen::Vector3d> vertices,
                      std::span<const TriangleBound> bounds)
         : vertices_(vertices), bounds_(bounds) {}
 
-    /// Contracts u onto ring.vertices[0] in thought. True: the new triangles are well shaped, none is turned over, and
-    /// the old ones map onto them; error() and bound() are set.
+    /// Evaluates the contraction of u onto ring.vertices[0] without performing it. Returns true if the new triangles
+    /// are well shaped, none is flipped, and the old ones map onto them; error() and bound() are then set.
     ///
-    /// @param limit error above which the rest does not matter, metres
+    /// @param limit evaluation stops if the error exceeds this, metres
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
 
-    /// The same with a certificate for triangles of any shape: every point of the old ones moves along the edge to the
-    /// target, the farther the nearer it is to u. Never a smaller error than the edge's length.
+    /// The same with a certificate for triangles of any shape: every point of the old triangles moves along the edge to
+    /// the target, the farther the nearer it is to u. The error is never smaller than the edge's length.
     bool evaluate_along_edge(std::uint32_t u, const Ring& ring);
 
     /// Largest error of the new triangles, metres.
     double error() const { return error_; }
-    /// Of the new triangle in the place of ring.triangles[i], 1 <= i <= ring.count - 2.
+    /// Bound of the new triangle that replaces ring.triangles[i], 1 <= i <= ring.count - 2.
     const TriangleBound& bound(std::size_t i) const { return new_bounds_[i]; }
 
 private:
@@ -152,29 +153,29 @@ private:
     };
     /// A corner of the overlay inside a new triangle.
     struct OverlayCorner {
-        std::size_t spoke = 0;               ///< old one that it is on; kEverySpoke: the image of u
-        double along = 0.0;                  ///< the old spoke, 0 at u
+        std::size_t spoke = 0;  ///< the old spoke that it lies on; kEverySpoke: the image of u
+        double along = 0.0;     ///< parameter along the old spoke, 0 at u
         std::array<double, 3> weights = {};  ///< of the new triangle's corners, the target first
         Eigen::Vector3d displacement;        ///< from the new to the old surface, metres
-        double rounding = 0.0;               ///< of the displacement
-        double distance = 0.0;               ///< length of the displacement, less its rounding
+        double rounding = 0.0;               ///< rounding error of the displacement
+        double distance = 0.0;               ///< length of the displacement minus its rounding
     };
     struct CellCorner {
         std::array<double, 3> old_weights, new_weights;
         double distance;
     };
-    // Tolerance of places in the plane, of the size of the star. Corners of cells that are outside by less are taken in
-    // as well: too many corners do no harm. Rounding is below 1e-15.
+    // Tolerance of positions in the plane, relative to the size of the star. Corners of cells that are outside by less
+    // are included, because surplus corners are harmless. Rounding is below 1e-15.
     static constexpr double kPlaceTolerance = 1e-12;
     static constexpr std::size_t kEverySpoke = ~std::size_t{0};
     static constexpr std::size_t kMaxCorners = 2 * kMaxValence + 4;
-    // Three neighbours, the image, and each spoke's crossings with two spokes.
+    // Three neighbours, the image, and the crossings of each spoke with two spokes.
     static constexpr std::size_t kMaxCellCorners = 8;
-    /// What an old and a new triangle have in common.
+    /// The intersection of an old and a new triangle.
     struct Cell {
         std::array<CellCorner, kMaxCellCorners> corners;
         std::size_t count = 0;
-        std::array<double, 3> edges = {};  ///< of the old triangle's bound, as constant
+        std::array<double, 3> edges = {};  ///< the old triangle's bound, like `constant`
         double constant = 0.0;
     };
 
@@ -195,13 +196,13 @@ private:
     std::span<const Eigen::Vector3d> vertices_;
     std::span<const TriangleBound> bounds_;
 
-    // Of one contraction, relative to u.
+    // Data of one contraction, relative to u.
     std::array<Eigen::Vector3d, kMaxValence + 1> ring_;  // [ring.count]
     std::array<Point, kMaxValence + 1> flat_;            // [ring.count]
-    std::array<double, kMaxValence + 1> flat_length_;    // [ring.count] from the image of u
+    std::array<double, kMaxValence + 1> flat_length_;  // [ring.count] distance from the image of u
     Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
-    Point image_;                                     // of u
-    double size_ = 0.0;                               // twice the longest spoke
+    Point image_;                                     // image of u
+    double size_ = 0.0;                               // twice the length of the longest spoke
     std::array<OverlayCorner, kMaxCorners> corners_;  // of one new triangle
     std::size_t corner_count_ = 0;
     std::array<Cell, kMaxValence> cells_;  // of one new triangle
@@ -210,25 +211,25 @@ private:
     double error_ = 0.0;
 };
 
-/// Largest distance of a point of one triangle from another one, rounded up: at a corner, because the distance from a
-/// convex set is convex.
+/// Largest distance of a point of one triangle from another triangle, rounded up. It is attained at a corner, because
+/// the distance from a convex set is convex.
 double largest_distance(const Corners& from, const Corners& to);
 
-/// Splits a triangle into parts until each part is as near to one triangle of a set as it will be, and returns the
-/// largest of the parts' distances, an upper bound of the distance of the triangle's points from the set.
+/// Upper bound of the distance of a triangle's points from a set of triangles: splits the triangle until further splits
+/// would not bring its parts nearer to a single triangle of the set, and returns the largest distance of a part.
 ///
-/// @param limit   no more parts where the bound is above this
+/// @param limit   stops splitting once the bound exceeds this
 /// @param nearest double(const Corners& part): least largest_distance() from a part to a triangle of the set
 template <class Nearest>
 double distance_to_set(const Corners& triangle, double limit, const Nearest& nearest) {
-    // Parts shorter than this share of their distance would change it little.
+    // Parts shorter than this fraction of their distance are not split, because that would change it little.
     constexpr double kShortPart = 0.5;
     constexpr int kMostSplits = 2;
     struct Part {
         Corners corners;
         int splits;
     };
-    // Depth first: a part leaves three others behind on each level.
+    // Depth first: a part leaves three others behind at each level.
     std::array<Part, 3 * kMostSplits + 1> stack;
     std::size_t count = 0;
     stack[count++] = {triangle, 0};

@@ -36,7 +36,7 @@ void ByteClaim::shrink(std::size_t bytes) {
 std::shared_ptr<const Chunk> claimed(std::shared_ptr<const Chunk> chunk, ByteClaim claim) {
     TERRANE_ASSERT(chunk, "a claim is of a chunk");
     struct Held {
-        ByteClaim claim;  // first, so destroyed last: released after the chunk
+        ByteClaim claim;  // first member, so destroyed last: released after the chunk
         std::shared_ptr<const Chunk> chunk;
     };
     claim.shrink(std::min(claim.bytes(), chunk->bytes()));

@@ -18,18 +18,18 @@
 
 namespace terrane::internal {
 
-/// Names a chunk in errors, such as "chunk (3, -4) of level 5".
+/// Name of a chunk in error messages, such as "chunk (3, -4) of level 5".
 inline std::string name_of(const ChunkKey& key) {
     return "chunk (" + std::to_string(key.x) + ", " + std::to_string(key.y) + ") of level " +
            std::to_string(key.level);
 }
 
-/// Makes a chunk and attaches its claim; on failure releases the claim.
+/// Makes a chunk and attaches its claim; releases the claim on failure.
 ///
 /// @param make returns a Result<std::shared_ptr<const Chunk>>, never null
 ///
-/// Fails:  as make() does; out_of_memory if the chunk is larger than the claim, or it throws std::bad_alloc; io if it
-///         throws anything else
+/// Fails:  as make() does; out_of_memory if the chunk is larger than the claim or make() throws std::bad_alloc; io if
+///         make() throws anything else
 /// Throws: nothing
 template <class Make>
 Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim claim,
@@ -85,8 +85,8 @@ public:
         add_to(all_, seconds);
     }
 
-    /// Expected time of a load of a level, seconds: mean plus twice the mean deviation, weighted over about
-    /// the last ten. Levels with fewer than four loads use those of all levels.
+    /// Expected load time of a level, seconds: mean plus twice the mean deviation, weighted over about the last ten
+    /// loads. Levels with fewer than four loads use the times of all levels.
     double expected_s(int level) const {
         const Times& own = levels_[index(level)];
         const Times& times = own.count >= kEnough ? own : all_;
@@ -119,7 +119,7 @@ private:
     Times all_;
 };
 
-/// Exponential back-off of failed loads: retried after 0.1 s, then after twice as long each time, at most 10 s.
+/// Exponential back-off of failed loads: first retry after 0.1 s, then after twice the previous delay, at most 10 s.
 class Retries {
 public:
     void failed(const ChunkKey& key, double time_s) {
@@ -137,7 +137,7 @@ public:
         const auto found = failures_.find(key);
         return found != failures_.end() && time_s < found->second.retry_s;
     }
-    /// Consecutive failures.
+    /// Number of consecutive failures.
     int count(const ChunkKey& key) const {
         const auto found = failures_.find(key);
         return found == failures_.end() ? 0 : found->second.count;

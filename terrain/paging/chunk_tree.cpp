@@ -22,20 +22,20 @@
 namespace terrane::internal {
 namespace {
 
-// Derivative, in thresholds, of a vertex's displacement by the logarithm of its priority, at the threshold: see
-// lod/frame_mesh.h.
+// Derivative of a vertex's displacement, in thresholds, with respect to the logarithm of its priority, at the
+// threshold: see lod/frame_mesh.h.
 constexpr double kMorphGain =
     2.0 * kDefaultMorphRatio * kDefaultMorphRatio / (kDefaultMorphRatio * kDefaultMorphRatio - 1.0);
-// Largest displacement by fades in one update.
+// Largest displacement by fades per update.
 constexpr double kMostMove_px = 0.25;
-// Most screen error that a fade holds back. Above 1.5 pixels a frame misses its target anyway: a longer fade would
-// only delay a late chunk further.
+// Largest screen error that a fade holds back. Above 1.5 pixels a frame misses its target anyway, and a longer fade
+// would only delay a late chunk further.
 constexpr double kMostHeld_px = 1.55;
-// Points nearer than this many displacements of the eye between two frames move on the screen anyway: fades
-// ignore them.
+// Fades ignore points nearer than this many displacements of the eye between two frames, because these move on screen
+// anyway.
 constexpr double kNearDisplacements = 10.0;
 
-// False if the box lies outside one of the side planes.
+// Conservative: false only if the box lies outside one of the side planes.
 bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) {
     for (const Eigen::Vector3d& normal : frustum.normals) {
         // the innermost corner
@@ -47,7 +47,7 @@ bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) 
     return true;
 }
 
-// Upper bound of bound / distance over the vertices of a chunk, with the distance to a box that encloses the
+// Upper bound of error bound / distance over the vertices of a chunk, where the distance is to a box that encloses the
 // vertex and its descendants.
 double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& view) {
     // half the width of the box: s + s / 2 + s / 2 + s / 4 + ... for a spacing of s
@@ -73,7 +73,7 @@ double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& vie
 
 FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
                                     std::span<const FadeObserver> observers, double inverse_fade) {
-    // a vertex moves the surface up to a cell around it
+    // a vertex affects the surface up to one cell around it
     const double margin = lattice.level_spacing(chunk.key.level);
     const auto bound = static_cast<double>(chunk.max_vertex_bound);
     const LatticePoint corner = chunk.corner;
@@ -169,7 +169,7 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
     return index;
 }
 
-// Sets boxes and bounds.
+// Computes boxes and bounds of all quadrants.
 void ChunkTree::find_quadrants(Node& node) const {
     for (int quadrant = 0; quadrant < 4; ++quadrant) find_quadrant(node, quadrant);
 }
@@ -179,7 +179,7 @@ void ChunkTree::find_quadrant(Node& node, int quadrant) const {
     const auto at = static_cast<std::size_t>(quadrant);
     const ChunkKey child = chunk.key.child(quadrant);
     double bound = static_cast<double>(chunk.quadrant_bound[at]);
-    // the surface over the child, with a margin of one of its cells
+    // bounds the surface over the child with a margin of one of its cells
     const double margin = lattice_.level_spacing(child.level);
     constexpr int kHalf = kChunkAreas / 2;
     std::int32_t low = chunk.high;

@@ -16,12 +16,12 @@
 
 namespace terrane::internal {
 
-/// A camera that may see chunks appear and vanish.
+/// A camera to which chunks may visibly appear or vanish.
 struct FadeObserver {
     View view;
     Frustum frustum;
     double threshold_px = 1.0;
-    /// Its view at the update before; absent for a new camera.
+    /// Its view at the previous update; absent for a new camera.
     struct PreviousView {
         WorldPos eye_world;
         Frustum frustum;
@@ -29,20 +29,19 @@ struct FadeObserver {
     std::optional<PreviousView> previous;
 };
 
-/// How visible the fade of a chunk is.
+/// Visibility of a chunk's fade.
 struct FadeVisibility {
-    /// Upper bound of the largest screen error of its vertices over the camera's threshold, maximum over the
-    /// cameras; 0 if none would see it change. Errors are limited to the most that fades ever hold back. A
-    /// fade of at most 1 / ratio hides the chunk, or that much of it.
+    /// Upper bound of the largest screen error of its vertices over the camera's threshold, maximum over the cameras; 0
+    /// if no camera would see it change. Errors are clamped to the largest error that fades hold back. A fade of at
+    /// most 1 / ratio hides the chunk, up to that error.
     double ratio = 0.0;
     double fade_in = 1.0;   ///< least 1 / fade after one more update of fading in
     double fade_out = 1.0;  ///< greatest 1 / fade after one more update of fading out
 };
 
-/// Evaluates a chunk for the cameras that would see it change: those whose last two frusta both may contain
-/// some of the surface that it moves, farther away than ten times the eye's displacement between them. The
-/// step of the fade is that of the camera that sees most of it; a chunk below a camera's threshold is invisible
-/// to it.
+/// Evaluates a chunk for the cameras that would see it change: those whose last two frusta may both contain part of the
+/// affected surface, farther away than ten times the eye's displacement between them. The camera that sees most of the
+/// change determines the step of the fade; a chunk below a camera's threshold is invisible to it.
 ///
 /// @param inverse_fade 1 / fade of the chunk now, >= 1
 FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
@@ -50,14 +49,14 @@ FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
 
 /// 1 / fade of a chunk after one more update.
 ///
-/// @param is_new        it was inserted in this update
-/// @param is_fading_out it is to be evicted; else it fades in
+/// @param is_new        inserted in this update
+/// @param is_fading_out true: to be evicted; false: fades in
 double next_inverse_fade(const FadeVisibility& visibility, bool is_new, bool is_fading_out);
 
 /// 1 / inverse_fade, rounded down.
 float fade_of(double inverse_fade);
 
-/// The quadtree of resident chunks with the pager's state of each. Every chunk's parent is resident.
+/// The quadtree of resident chunks, with per-chunk state of the pager. The parent of every chunk is resident.
 class ChunkTree {
 public:
     using Index = std::int32_t;
@@ -68,31 +67,31 @@ public:
         Index parent = kNone;
         std::array<Index, 4> child{kNone, kNone, kNone, kNone};
         int child_count = 0;
-        /// By quadrant: the box of the surface there, and the bound that loading a child can reduce, metres.
+        /// By quadrant: bounding box of the surface, and the error bound without the child, metres.
         std::array<WorldBox, 4> boxes;
         std::array<double, 4> bounds{};
 
-        Need need;                   ///< found by the last plan
-        std::size_t bytes_read = 0;  ///< from storage
+        Need need;                                                          ///< from the last plan
+        std::size_t bytes_read = 0;                                         ///< from storage
         double contact_until_s = -std::numeric_limits<double>::infinity();  ///< last prediction
-        bool was_needed = false;      ///< it was needed while resident
-        bool is_fading_out = false;   ///< before its eviction
-        bool was_fading_out = false;  ///< in the update before
+        bool was_needed = false;      ///< has been needed while resident
+        bool is_fading_out = false;   ///< until its eviction
+        bool was_fading_out = false;  ///< in the previous update
         bool is_new = true;           ///< not in a ResidentSet yet
         double inverse_fade = 1.0;
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
-    /// @param source outlives the tree, which asks it for the extents of volumes
+    /// @param source outlives the tree, which queries it for extents of volumes
     explicit ChunkTree(const HeightSource& source);
 
-    /// Requires a resident parent, except of roots, and a chunk that is not resident.
+    /// Requires a chunk that is not resident, and a resident parent unless it is a root.
     Index insert(std::shared_ptr<const Chunk> chunk);
     /// Requires a chunk without children.
     void erase(Index index);
-    /// Exchanges a chunk for another one of the same key.
+    /// Replaces a chunk by another one of the same key.
     void replace(Index index, std::shared_ptr<const Chunk> chunk);
-    /// Asks the source again what volumes add over a chunk, for the resident chunks above it.
+    /// Updates boxes and bounds of a chunk's resident ancestors after volumes over the chunk have changed.
     void refresh_above(const ChunkKey& key);
 
     Index find(const ChunkKey& key) const;
@@ -105,7 +104,7 @@ public:
     const Lattice& lattice() const { return lattice_; }
     /// The lattice of the root squares that may be resident: see ResidentSet::window().
     const Lattice& window() const { return window_; }
-    /// Requires that no chunk outside of it is resident.
+    /// Requires that no chunk outside the window is resident.
     void set_window(const Lattice& window);
     /// Keys of the window's root squares, row by row.
     const std::vector<ChunkKey>& roots() const { return roots_; }

@@ -7,18 +7,18 @@
 namespace terrane::internal {
 namespace {
 
-// Hysteresis: a load must exceed what it evicts by this factor of ratio, or be needed sooner by this time.
+// Hysteresis: a load must exceed its victim by this factor of ratio, or be needed sooner by this time.
 constexpr double kGain = 1.25;
 constexpr double kSooner_s = 1.0;
-// A need within this time counts as one of now.
+// A need that starts within this time counts as current.
 constexpr double kNow_s = 0.5;
-// A load with more slack than this evicts nothing: the victim may be of use meanwhile.
+// A load with more slack than this evicts nothing, because the victim may be useful meanwhile.
 constexpr double kEvictAhead_s = 1.0;
-// Chunks that fade out at a time.
+// Maximum number of chunks that fade out simultaneously.
 constexpr std::size_t kMostFadingOut = 16;
-// Factor on the priority of chunks that fade out already.
+// Priority factor of chunks that are already fading out.
 constexpr double kFadingOutValue = 0.8;
-// Updates after which the bytes of an evicted chunk that is still held are no longer expected.
+// Updates after which an evicted chunk that is still held is no longer expected to release its bytes.
 constexpr std::uint64_t kHeldUpdates = 4;
 
 }  // namespace
@@ -132,7 +132,7 @@ bool MemoryBudget::is_outweighed(const EvictionCandidate& held, const Need& want
     return false;
 }
 
-// The queue of the lowest tier whose first chunk may be evicted for this need; null if there is none.
+// The queue of the lowest tier whose top chunk may be evicted for this need; null if there is none.
 std::priority_queue<MemoryBudget::EvictionCandidate>* MemoryBudget::find_victim(const Need& need) {
     if (!is_listed_) list_candidates();
     for (auto& tier : candidates_) {

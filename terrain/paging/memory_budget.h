@@ -15,54 +15,55 @@
 
 namespace terrane::internal {
 
-/// Enforces the byte ceiling of resident chunks and loads in flight, and chooses what is evicted.
+/// Enforces the byte ceiling on resident chunks and loads in flight, and selects chunks to evict.
 ///
-/// Order of eviction: unneeded chunks, by their error in any view direction; speculation; chunks drawn later,
-/// the latest first; chunks drawn now, the smallest error first; contact that is not touched yet. Touched
-/// contact and roots are never evicted, and speculation evicts nothing. A chunk that a camera would see vanish
-/// fades out first, unless contact or a root needs its bytes.
+/// Order of eviction: unneeded chunks, smallest error in any view direction first; speculation; chunks to be drawn
+/// later, latest first; chunks drawn now, smallest error first; contact chunks not touched yet. Touched contact chunks
+/// and roots are never evicted, and speculation evicts nothing. A chunk whose removal a camera would see fades out
+/// first, unless contact or a root needs its bytes.
 class MemoryBudget {
 public:
     MemoryBudget(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
         : tree_(&tree), bytes_(std::move(bytes)), settings_(settings) {}
 
-    /// Call at the begin of each update, before everything else.
+    /// Starts an update; call before everything else.
     ///
-    /// @param skips_fades no camera draws meanwhile: chunks are evicted without fading out
+    /// @param skips_fades no frame is drawn meanwhile: chunks are evicted without fading out
     void begin_update(std::span<const FadeObserver> observers, bool skips_fades);
-    /// Call when needs were found, before admit().
+    /// Starts a plan; call after finding needs and before admit().
     ///
-    /// @param has_contact there are bodies or required regions, so that contact's share is reserved
+    /// @param has_contact reserve the share of contact, because there are bodies or required regions
     void begin_plan(std::span<const PredictedView> predicted_views, bool has_contact,
                     PagerStats& stats);
 
-    /// Whether another load may begin.
+    /// Whether another load may start.
     enum class Admission {
         granted,
-        pending,  ///< evicted or fading chunks are about to release enough bytes
+        pending,  ///< evicted or fading chunks will soon release enough bytes
         refused,
     };
-    /// Evicts until one more chunk of this need fits, and claims its bytes.
+    /// Evicts until another chunk with this need fits, and claims its bytes.
     ///
     /// @param bytes   HeightSource::max_chunk_bytes() of the chunk
     /// @param slack_s see LoadCandidate
     Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
     /// Claims bytes for chunks that replace resident ones, if they fit now.
     bool claim_replacements(std::size_t bytes, ByteClaim& claim);
-    /// Evicts until so many bytes fit or are about to be released, as for contact, and keeps them from the loads of
-    /// this plan. Call after begin_plan().
+    /// Evicts, with the priority of contact, until `bytes` fit or will soon be released, and withholds them from the
+    /// loads of this plan. Call after begin_plan().
     void make_room(std::size_t bytes);
-    /// Whether an earlier claim may be used for a chunk of this need.
+    /// Whether an earlier claim may be reused for a chunk with this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
-    /// Evicts a chunk and its descendants, needed or not. Call between plans: begin_plan() lists candidates anew.
+    /// Evicts a chunk and its descendants, whether needed or not. Call between plans: begin_plan() rebuilds the
+    /// candidates.
     void evict_tree(ChunkTree::Index index);
 
     bool has_evicted() const { return !evicted_keys_.empty(); }
     /// Keys evicted since the last call, in order of eviction.
     std::vector<ChunkKey> take_evicted() { return std::exchange(evicted_keys_, {}); }
 
-    /// Visibility of a fade of the chunk in this update.
+    /// Visibility of the chunk's fade in this update.
     const FadeVisibility& visibility_of(ChunkTree::Node& node);
     std::size_t bytes() const { return bytes_->load(); }
 
@@ -78,14 +79,14 @@ private:
     };
     struct EvictionCandidate {
         Tier tier = Tier::unneeded;
-        double priority = 0.0;  ///< within the tier, the least is evicted first
-        double value = 0.0;     ///< the load must exceed it: see is_outweighed()
+        double priority = 0.0;  ///< within the tier, the smallest is evicted first
+        double value = 0.0;     ///< threshold for the load, see is_outweighed()
         ChunkKey key;
         ChunkTree::Index index = ChunkTree::kNone;
-        bool operator<(const EvictionCandidate& other)
-            const;  // std::priority_queue: the first to evict is the largest
+        // std::priority_queue: the first to evict is the largest
+        bool operator<(const EvictionCandidate& other) const;
     };
-    // An evicted chunk whose bytes are released when the last older set that holds it is gone.
+    // An evicted chunk; its bytes are released with the last older set that holds it.
     struct EvictedChunk {
         std::weak_ptr<const Chunk> chunk;
         std::size_t bytes = 0;
@@ -113,7 +114,7 @@ private:
     std::span<const FadeObserver> observers_;
     bool skips_fades_ = false;
     std::size_t contact_reserve_ = 0;
-    std::size_t pending_bytes_ = 0;  // of loads answered `pending`
+    std::size_t pending_bytes_ = 0;  // of loads with Admission::pending
     std::size_t fading_out_count_ = 0;
     std::size_t fading_out_bytes_ = 0;
     bool is_listed_ = false;

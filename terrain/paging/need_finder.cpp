@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:
-//   P. Cozzi, K. Ring. 3D Engine Design for Virtual Globes, 2011, ch. 12. (replacement by need, parents
-//   stay while children are resident)
+//   P. Cozzi, K. Ring. 3D Engine Design for Virtual Globes, 2011, ch. 12. (replacement by need; parents stay resident
+//   with their children)
 //   C. L. Liu, J. W. Layland. Scheduling algorithms for multiprogramming in a hard-real-time environment.
 //   Journal of the ACM 20(1), 1973. (earliest deadline first)
-// Deviations: needs begin and end by the predicted motion of the clients; descendants of absent chunks are
+// Deviations: the predicted motion of the clients determines when needs start and end; descendants of absent chunks are
 // requested together with them, with bounds estimated from the mean ratios between levels.
 #include "paging/need_finder.h"
 
@@ -19,12 +19,12 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Hysteresis, because predictions vary: a resident chunk is kept while its ratio is at least 1 / kAlmost, and one
-// that contact was predicted for until that time, for kContactHeld_s at most.
+// Hysteresis against varying predictions: a resident chunk is kept while its ratio is at least 1 / kAlmost; a chunk
+// with predicted contact is kept until that time, for at most kContactHeld_s.
 constexpr double kAlmost = 1.1;
 constexpr double kContactHeld_s = 1.0;
 
-// PagingPolicy::distance: everything within a radius, the nearest first.
+// PagingPolicy::distance: everything within a radius, nearest first.
 Need near_need(const PredictedView& predicted, const WorldBox& box, double bound, double radius) {
     const double reach = radius * predicted.distance_per_bound * bound;
     const double from =
@@ -62,7 +62,7 @@ Need NeedFinder::camera_need(const WorldBox& box, double bound, double arrival_s
     return need;
 }
 
-// Need of a resident chunk that find_need() gives none: hysteresis.
+// Hysteresis: the need of a resident chunk for which find_need() finds none.
 Need NeedFinder::retention_need(const ChunkTree::Node& node, const WorldBox& box, double bound,
                                 double arrival_s) const {
     if (settings_.policy == PagingPolicy::distance) return {};
@@ -82,7 +82,7 @@ Need NeedFinder::contact_need(const ChunkKey& key) const {
 
 void NeedFinder::count_used(ChunkTree::Node& node) {
     if (node.was_needed || node.need.why >= NeedClass::speculation) return;
-    // with PagingPolicy::distance a chunk counts as used only if a view needs it
+    // with PagingPolicy::distance a chunk counts as used only if it is needed for a view
     bool is_used = node.need.is_needed_now() && node.need.why <= NeedClass::contact;
     if (node.parent != ChunkTree::kNone && node.need.is_needed_now()) {
         const ChunkTree::Node& parent = (*tree_)[node.parent];
@@ -108,7 +108,7 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
         ChunkTree::Node& node = tree[index];
         const ChunkKey child_key = key.child(quadrant);
         const ChunkTree::Index child = node.child[at];
-        // resident chunks have the same arrival time as absent ones: else the two would alternate
+        // the same arrival time for resident and absent chunks, or chunks would alternate between the two
         const double arrival_s = times_->expected_s(child_key.level);
         Need own =
             camera_need(node.boxes[at], node.bounds[at], arrival_s, child != ChunkTree::kNone);
@@ -132,7 +132,7 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
     return need;
 }
 
-// Returns the slack of the chunk, its descendants' included.
+// Returns the slack of the chunk, including that of its descendants.
 double NeedFinder::visit_absent(const ChunkKey& key, const WorldBox& box, double bound,
                                 double arrival_s, const Need& need) {
     const std::size_t index = candidates_.size();
@@ -161,13 +161,13 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const WorldBox& box, do
         const WorldBox child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                                  {rect.east + margin, rect.north + margin, box.high.z()}};
         Need need = camera_need(child_box, own_bound, arrives_s, false);
-        // A child that can wait for its parent is requested after the parent's arrival.
+        // A child that is not urgent is requested after its parent's arrival.
         const bool is_urgent = need.why == NeedClass::drawn && need.begin_s < arrives_s;
         if (!is_urgent) need = {};
         need = combine(need, contact_need(child));
         if (!need.is_needed()) continue;
         const double child_slack_s = visit_absent(child, child_box, own_bound, arrives_s, need);
-        // the slack of a lower class below does not count: contact keeps its own
+        // descendants of a lower class do not reduce the slack, so that contact keeps its own
         if (need.why <= why) slack_s = std::min(slack_s, child_slack_s);
     }
 }

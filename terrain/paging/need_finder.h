@@ -14,32 +14,31 @@
 
 namespace terrane::internal {
 
-/// Traverses the tree of resident chunks, finds the need of each, and lists the absent chunks that are
-/// needed.
+/// Traverses the tree of resident chunks, computes the need of each, and lists needed absent chunks.
 class NeedFinder {
 public:
     NeedFinder(const PagerSettings& settings, int contact_level)
         : settings_(settings), contact_level_(contact_level) {}
 
-    /// Updates the level's ratio of a chunk's bounds to its parent's from an arrived chunk.
+    /// Updates the level's mean ratio of a chunk's bound to its parent's with an arrived chunk.
     ///
     /// @param bound of the parent over the chunk, metres
     void learn_decay(const Chunk& chunk, double bound);
 
-    /// Bytes read from storage, by what became of their chunks.
+    /// Bytes read from storage, by use of their chunks.
     struct Bytes {
-        std::size_t used = 0;     ///< newly needed now
-        std::size_t awaited = 0;  ///< not needed yet, but predicted to be
+        std::size_t used = 0;     ///< of chunks first needed in this plan
+        std::size_t awaited = 0;  ///< of chunks not needed yet, but predicted to be
     };
 
-    /// Sets the need of every node, and lists the absent chunks that are needed: also descendants of absent
-    /// chunks, where they are needed before their parents can have arrived.
+    /// Sets the need of every node and lists the needed absent chunks, including descendants of absent chunks that are
+    /// needed before a request after their parents' arrival could be in time.
     ///
-    /// @param may_guess  false: only children of resident chunks
+    /// @param may_guess  false: list only children of resident chunks
     Bytes find(ChunkTree& tree, std::span<const PredictedView> predicted_views,
                const ContactNeeds& contact, const LoadTimes& times, double time_s, bool may_guess);
 
-    /// Of the last find(), unordered.
+    /// Candidates of the last find(), unordered.
     std::vector<LoadCandidate>& candidates() { return candidates_; }
 
 private:
@@ -58,7 +57,7 @@ private:
     PagerSettings settings_;
     int contact_level_ = 0;
     std::array<double, 32> decays_ =
-        filled_decays();  ///< mean ratio of bounds, a level's to the parent's
+        filled_decays();  ///< mean ratio of a level's bound to its parent's
     static std::array<double, 32> filled_decays();
 
     // of the last find()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The loading half of the pager: queues and cancels loads, and inserts what arrives.
+// Loading: queues and cancels loads, and inserts arriving chunks.
 #include "paging/pager_state.h"
 
 #include <algorithm>
@@ -15,21 +15,21 @@ using internal::MemoryBudget;
 using internal::NeedClass;
 using internal::Orphan;
 
-// Length of the loader's queue, in time and in loads per slot: enough to keep the slots busy between two updates,
-// few enough that priorities can still change.
+// Length of the loader's queue, in time and in loads per slot: long enough to keep the slots busy between two updates,
+// short enough for priorities to change.
 constexpr double kQueued_s = 0.1;
 constexpr std::size_t kLeastQueued = 2;
 constexpr std::size_t kMostQueued = 32;
-// Slack up to which chunks to be drawn are loaded.
+// Largest slack at which chunks to be drawn are loaded.
 constexpr double kDrawnAhead_s = 0.8;
-// Most share of the bytes read that may turn out unused.
+// Largest share of the bytes read that may remain unused.
 constexpr double kSpeculationShare = 0.14;
-// Time after which a load that is no longer needed is cancelled, and an orphan dropped.
+// Time after which an unneeded load is cancelled and an orphan is dropped.
 constexpr double kStaleLoad_s = 0.2;
 
 }  // namespace
 
-// False if its parent is not resident.
+// Returns false if the chunk's parent is not resident.
 bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read) {
     const ChunkKey key = chunk->key;
     if (key.level > 0) {
@@ -54,7 +54,7 @@ void Pager::State::accept(FinishedLoad& load) {
     if (!load.chunk) {
         if (load.chunk.error().code == ErrorCode::out_of_memory &&
             claimed_bytes < source->max_chunk_bytes(load.key)) {
-            // The source has changed since the load began, or knows better now.
+            // The source or its size estimate has changed since the load started.
             ++stats.outdated;
             must_plan = true;
             return;
@@ -99,7 +99,7 @@ bool Pager::State::take_finished() {
     return !finished.empty();
 }
 
-// Coarse to fine: one orphan may be another's parent.
+// From coarse to fine, because one orphan may be the parent of another.
 void Pager::State::adopt_orphans() {
     if (orphans.empty()) return;
     std::vector<ChunkKey> keys;
@@ -146,8 +146,8 @@ bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) c
     return candidate.need.end_s >= arrival_s;
 }
 
-// Postpones loads of chunks to be drawn that have more slack than kDrawnAhead_s, as far as all of them can still
-// be loaded in time then: fewer loads on predictions mean fewer wasted ones.
+// Postpones loads of chunks to be drawn with more slack than kDrawnAhead_s, provided that all of them can still be
+// loaded in time: fewer loads based on predictions waste fewer bytes.
 void Pager::State::postpone() {
     if (settings.policy == PagingPolicy::distance) return;
     double least_s = std::numeric_limits<double>::infinity();
@@ -160,7 +160,7 @@ void Pager::State::postpone() {
     }
 }
 
-// Whether another speculative load keeps the share of unused bytes within its limit.
+// Whether the share of unused bytes stays within its limit with another speculative load.
 bool Pager::State::may_speculate(std::size_t in_flight_count) const {
     const std::uint64_t idle = stats.bytes_read - stats.bytes_used -
                                std::min(stats.bytes_awaited, stats.bytes_read - stats.bytes_used);
@@ -170,7 +170,7 @@ bool Pager::State::may_speculate(std::size_t in_flight_count) const {
 
 // Returns whether any load is in flight.
 bool Pager::State::queue_loads() {
-    // no load begins before queue() below, so what is admitted stays within the ceiling
+    // no load starts before queue() below, so admitted loads stay within the ceiling
     std::vector<LoadRequest> old = loader->take_queue();
     std::vector<ChunkKey> old_keys;
     for (const LoadRequest& request : old) {
@@ -202,7 +202,7 @@ bool Pager::State::queue_loads() {
             break;
         }
         if (candidate.can_wait && !waits_for_all()) continue;
-        // loads ahead of it, and its own
+        // loads ahead, including this one
         const std::size_t ahead = requests.size() + in_flight.size() + 1;
         const double turns =
             static_cast<double>(std::max(ahead, slots)) / static_cast<double>(slots);
@@ -249,7 +249,7 @@ bool Pager::State::queue_loads() {
     return is_busy;
 }
 
-// The planning half of the pager: clients, their needs, and the fades of what they see.
+// Planning: clients, their needs, and the fades of chunks in view.
 
 namespace {
 
@@ -258,9 +258,9 @@ using internal::LoadCandidate;
 using internal::NeedClass;
 using internal::SetEntry;
 
-// Rounding of times that are sums of frames.
+// Tolerance for times that are sums of frame times.
 constexpr double kSlack_s = 1e-6;
-// Contact is predicted ahead for the time of this many consecutive loads, at least for kContactAhead_s.
+// Contact is predicted for the time of this many consecutive loads, and at least kContactAhead_s.
 constexpr double kContactLoads = 4.0;
 constexpr double kContactAhead_s = 1.0;
 
@@ -285,13 +285,13 @@ bool is_good(const BodyNeed& body) {
 
 }  // namespace
 
-// Refuses and counts needs that are not finite. Returns whether a plan is due.
+// Rejects and counts needs that are not finite. Returns whether a plan is due.
 bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
                                 std::span<const BodyNeed> all_bodies, double now_s) {
     const double before_s = time_s;
     if (std::isfinite(now_s)) time_s = std::max(time_s, now_s);
     const double passed_s = time_s - planned_s;
-    is_clock_stalled = time_s == before_s;  // no clock, or several updates at one time
+    is_clock_stalled = time_s == before_s;  // no clock, or several updates at the same time
     bool is_due =
         is_inline || must_plan || is_clock_stalled || !(passed_s < internal::kTick_s - kSlack_s);
     is_due = is_due || views.size() != cameras.size() || body_count != all_bodies.size();
@@ -330,14 +330,14 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
             bodies.push_back(body);
             trajectory_moments.insert(trajectory_moments.end(), body.trajectory.begin(),
                                       body.trajectory.end());
-            // a rising body falls again: its upward velocity is not followed
+            // a rising body falls again: its upward velocity is ignored
             if (body.trajectory.empty())
                 bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
         } else {
             ++stats.refused_needs;
         }
     }
-    // Point into our copies: finish() plans again, when the caller's data may be gone.
+    // Refers to the copies, because finish() plans again when the caller's data may be gone.
     std::size_t first = 0;
     for (BodyNeed& body : bodies) {
         body.trajectory =
@@ -347,7 +347,7 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
     return is_due;
 }
 
-// Contact has priority over drawing, so it is predicted no further than its loading takes.
+// Contact has priority over drawing, so it is predicted no further ahead than loading takes.
 double Pager::State::contact_horizon() const {
     if (settings.policy == PagingPolicy::distance) return 0.0;
     if (is_inline) return settings.horizon;
@@ -367,9 +367,9 @@ void Pager::State::plan() {
     if (next_window != tree.window()) {
         constexpr double kForever = std::numeric_limits<double>::infinity();
         for (const ChunkKey& key : absent_next_roots()) {
-            // those in both windows are candidates already
+            // roots in both windows are already candidates
             if (tree.window().contains(key)) continue;
-            // The frame does not need it until the window has moved: it is not late, however long it takes.
+            // Not late, however long it takes: frames need it only after the window has moved.
             candidates.push_back(
                 {key, {NeedClass::root, kForever, kForever, 0.0}, -times.expected_s(0)});
         }
@@ -402,7 +402,7 @@ void Pager::State::count_groundless() {
     stats.cut_needs += contact.is_cut() ? 1u : 0u;
 }
 
-// A need for absent contact lasts as long again as it has lasted already: the body may be parked there.
+// A need for absent contact is assumed to last as long again as it has lasted, because the body may be parked there.
 void Pager::State::count_waits() {
     std::map<ChunkKey, double> missed;
     for (LoadCandidate& candidate : needs.candidates()) {
@@ -441,7 +441,7 @@ void Pager::State::publish() {
                   [this](const auto& entry) { return time_s - entry.second > settings.horizon; });
     evicted.insert(evicted.end(), replaced_keys.begin(), replaced_keys.end());
     replaced_keys.clear();
-    // drops chunks that were inserted and evicted since the last set
+    // drop chunks that were inserted and evicted since the last set
     std::erase_if(arrived, [this](const std::shared_ptr<const Chunk>& chunk) {
         const ChunkTree::Index index = tree.find(chunk->key);
         return index == ChunkTree::kNone || tree[index].chunk != chunk;

@@ -21,10 +21,9 @@
 
 namespace terrane {
 
-/// The state that a loader shares with its threads. A thread that hangs cannot be stopped, only detached: so
-/// everything that threads access is in here, each thread shares ownership of it, and waits for threads have a
-/// limit. A load is a list node that moves from list to list, so that threads neither allocate nor fail when
-/// they take or finish one.
+/// State shared by a loader and its threads. A hanging thread cannot be stopped, only detached; therefore this holds
+/// everything that threads access, each thread shares ownership of it, and waits for threads are bounded. Loads are
+/// list nodes spliced from list to list, so that threads neither allocate nor fail when taking or finishing one.
 struct ThreadLoader::State {
     using Clock = std::chrono::steady_clock;
 
@@ -39,7 +38,7 @@ struct ThreadLoader::State {
     struct Worker {
         std::jthread thread;
         std::list<Load> load;  ///< the load in progress, at most one
-        bool is_lost = false;  ///< its load has timed out; only the thread itself still uses it
+        bool is_lost = false;  ///< its load has timed out; only its thread still uses this
         bool has_ended = false;
     };
     using WorkerIterator = std::list<Worker>::iterator;
@@ -50,11 +49,11 @@ struct ThreadLoader::State {
     const std::size_t worker_count;
     const Clock::duration timeout;
 
-    std::mutex mutex;                 ///< of everything below
+    std::mutex mutex;                 ///< guards everything below
     std::condition_variable queued;   ///< signals threads
     std::condition_variable changed;  ///< signals the owner
     std::list<Load> queue, finished;
-    std::list<Worker> workers;  ///< lost ones too
+    std::list<Worker> workers;  ///< lost ones included
     std::size_t lost_count = 0;
     bool is_stopping = false;
 
@@ -62,12 +61,12 @@ struct ThreadLoader::State {
     std::size_t active_count() const { return workers.size() - lost_count; }
     /// Whether a load will finish or time out without a further call.
     bool is_busy() const;
-    /// Earliest timeout of the loads in progress, and of one that would begin now.
+    /// Earliest timeout of the loads in progress and of a load started now.
     Clock::time_point next_timeout() const;
-    /// Fails: out_of_memory if the system has no thread left
+    /// Fails: out_of_memory if the system cannot start a thread
     static Result<void> start_worker(const std::shared_ptr<State>& state);
-    /// Reports timed-out loads, detaches their threads, and starts replacements up to the limit. A thread that
-    /// cannot be started is tried again at the next call.
+    /// Reports timed-out loads, detaches their threads, and starts replacements up to the limit. Failed starts are
+    /// retried at the next call.
     static void replace_hung(const std::shared_ptr<State>& state);
 
 private:
@@ -139,8 +138,8 @@ ThreadLoader::State::Clock::time_point ThreadLoader::State::next_timeout() const
     return next;
 }
 
-// Takes one load from the queue and makes its chunk, with the lock released meanwhile. Returns false if the
-// thread must end: it was replaced, or the loader is being destroyed.
+// Takes one load from the queue and makes its chunk with the lock released. Returns false if the thread must end
+// because it was replaced or the loader is being destroyed.
 bool ThreadLoader::State::serve(std::unique_lock<std::mutex>& lock, Worker& self) {
     self.load.splice(self.load.end(), queue, queue.begin());
     Load& load = self.load.front();

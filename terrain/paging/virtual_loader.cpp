@@ -21,7 +21,7 @@
 
 namespace terrane::internal {
 
-/// How a request to the simulated storage ends.
+/// Outcome of a request to the simulated storage.
 enum class StorageOutcome {
     delivered,
     failed,
@@ -33,13 +33,13 @@ enum class StorageOutcome {
 struct EndedRequest {
     LoadRequest load;
     StorageOutcome outcome = StorageOutcome::delivered;
-    double seconds = 0.0;  ///< from its beginning to its end
+    double seconds = 0.0;  ///< from start to end
     std::size_t bytes_moved = 0;
 };
 
-/// Discrete-event simulation of storage on a virtual clock. Events: the end of a latency, of a transfer, and the
-/// timeout of a request that hangs. Nothing is computed between events, so that the step size of the clock
-/// changes no bit. Simultaneous events are processed in the order in which their requests began.
+/// Discrete-event simulation of storage on a virtual clock. Events: end of a latency, end of a transfer, and timeout of
+/// a hanging request. Nothing is computed between events, so that results are bit-identical for any step size of the
+/// clock. Simultaneous events are processed in the order in which their requests started.
 ///
 /// Each request moves Chunk::max_bytes(). Threads: one at a time.
 class StorageSimulation {
@@ -54,12 +54,12 @@ public:
         return requests_.size() < static_cast<std::size_t>(storage_.slots);
     }
 
-    /// Begins a request now. Requires a free slot.
+    /// Starts a request now. Requires a free slot.
     void begin(LoadRequest load);
-    /// Advances to the next completion of a request, or to `until_s` if none completes by then; the clock
-    /// never goes back. Requires a pending request where `until_s` is infinite.
+    /// Advances to the next completion of a request, or to `until_s` if none completes by then; the clock never goes
+    /// back. Requires a pending request if `until_s` is infinite.
     std::optional<EndedRequest> run_until(double until_s);
-    /// Cancels the first request for a key now; nothing if there is none.
+    /// Cancels the first request for a key now; returns nothing if there is none.
     std::optional<EndedRequest> cancel(const ChunkKey& key);
 
 private:
@@ -67,11 +67,11 @@ private:
         LoadRequest load;
         StorageOutcome fate = StorageOutcome::delivered;
         double begin_s = 0.0;
-        double wait_end_s = 0.0;  // of its latency, or its timeout
+        double wait_end_s = 0.0;  // end of its latency, or its timeout
         bool is_moving = false;
         double bytes_left = 0.0;
     };
-    /// The requests whose bytes are being transferred.
+    /// Summary of the transfers in progress.
     struct Transfers {
         double count = 0.0;
         double least_bytes_left = 0.0;
@@ -86,14 +86,13 @@ private:
 
     VirtualStorage storage_;
     double now_s_ = 0.0;
-    double moved_s_ = 0.0;                     // time that bytes_left refers to
+    double moved_s_ = 0.0;                     // time to which bytes_left refers
     std::vector<Request> requests_;            // in order of begin()
-    std::map<ChunkKey, std::uint64_t> begun_;  // how many times each
+    std::map<ChunkKey, std::uint64_t> begun_;  // number of starts per key
 };
 
-// Bandwidth is shared evenly (fluid model) by all requests past their latency. The
-// hash is the finaliser of Steele, Lea and Flood. Fast Splittable Pseudorandom Number Generators.
-// OOPSLA 2014 (Stafford's mix 13).
+// All requests past their latency share the bandwidth evenly (fluid model). The hash is the finaliser of Steele, Lea
+// and Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014 (Stafford's mix 13).
 
 namespace {
 
@@ -125,8 +124,7 @@ private:
     std::uint64_t state_;
 };
 
-// 2^x with the same bits on every machine: the whole part by the exponent, the fraction bit by bit from square
-// roots.
+// 2^x, bit-identical on every machine: the integer part by the exponent, the fraction bit by bit from square roots.
 double power_of_two(double x) {
     const double whole = std::floor(x);
     double rest = x - whole, root = 2.0, power = 1.0;
@@ -176,7 +174,7 @@ double StorageSimulation::event_s(const Request& request, const Transfers& trans
     return moved_s_ + request.bytes_left * transfers.count / storage_.bandwidth;
 }
 
-// Bytes that each transfer has moved since moved_s_.
+// Bytes moved by each transfer since moved_s_.
 double StorageSimulation::bytes_since(double time_s, const Transfers& transfers) const {
     if (transfers.count == 0.0 || time_s <= moved_s_) return 0.0;
     const double bytes = (time_s - moved_s_) * storage_.bandwidth / transfers.count;
@@ -201,7 +199,7 @@ std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
     TERRANE_ASSERT(std::isfinite(until_s) || !is_idle(), "nothing would end");
     for (;;) {
         const Transfers transfers = find_transfers();
-        // the first of equal ones
+        // the first among equals
         const auto next = std::min_element(requests_.begin(), requests_.end(),
                                            [&](const Request& a, const Request& b) {
                                                return event_s(a, transfers) < event_s(b, transfers);
@@ -213,7 +211,7 @@ std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
         }
         now_s_ = time_s;
         if (next->is_moving) {
-            move_bytes(time_s, next->bytes_left);  // exactly its rest, whatever was rounded
+            move_bytes(time_s, next->bytes_left);  // exactly its remainder, despite rounding
             return end(next, StorageOutcome::delivered);
         }
         if (next->fate != StorageOutcome::delivered) return end(next, next->fate);

@@ -7,37 +7,37 @@
 
 namespace terrane::internal {
 
-/// Samples along the side of a cell that deviations are measured at, both ends included.
+/// Samples along the side of a cell at which deviations are measured, both ends included.
 inline constexpr int kCellSamples = 5;
-/// Cells that are measured at once: rows have room for whole groups.
+/// Cells that are measured at once: rows are padded to whole groups.
 inline constexpr int kCellGroup = 8;
 
-/// Cells of one row that are cut alike, every other one. Each pointer is to values of successive cells.
+/// Every other cell of one row: cells with the same diagonal. Each pointer is to values of successive cells.
 ///
-/// Seen so, mirrored where need be, that a cell's diagonal rises from its `foot` in the south-west
-/// to its `head`; `right` and `left` are the corners beside it, in the south-east and the north-west.
-/// These two are midpoints of spacing s, one of the others is a centre.
+/// Cells are mirrored if necessary, so that the diagonal rises from the south-western corner, `foot`, to the
+/// north-eastern corner, `head`; `right` and `left` are the south-eastern and the north-western corner. `right` and
+/// `left` are midpoints of spacing s, and `foot` or `head` is a centre.
 struct CellRow {
     int count = 0;               ///< a multiple of kCellGroup
-    bool centre_is_foot = true;  ///< or else the head
+    bool centre_is_foot = true;  ///< else the centre is the head
     bool has_radii = false;
-    /// By row and column: the heights there are centre +- radius.
+    /// By row and column: the heights at a sample are centre +- radius.
     const double* centres[kCellSamples][kCellSamples];
     const double* radii[kCellSamples][kCellSamples];
 
     const double *foot, *right, *head, *left;  ///< heights of the corners
-    /// How far the heights of vertices are above the middle of their two ends.
+    /// Heights of vertices above the middle of their two ends.
     const double *right_rise, *left_rise, *centre_rise;
 
-    /// Largest deviations: raised to what is found. Of the cell's two triangles, and of the triangles
+    /// Largest deviations, which are raised to the measured ones: from the cell's two triangles, and from the triangles
     /// that each of the three vertices splits.
     double *cell, *right_most, *left_most, *centre_most;
 };
 
-/// Measures the deviations of samples from the triangles. Every level gives the same bits.
+/// Measures the deviations of samples from the triangles. All levels give the same bits.
 using RaiseDeviations = void (*)(const CellRow& cells);
 
-/// Requires: that this machine runs the level.
+/// Requires a level that this machine supports.
 RaiseDeviations raise_deviations(SimdLevel level);
 
 extern const RaiseDeviations kRaiseDeviationsBaseline;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 //
-// The body of cell_deviation_*.cpp: included once by each, which names TERRANE_RAISE_DEVIATIONS.
-// Everything is of internal linkage: see simd_level.h.
+// The body of cell_deviation_*.cpp: each defines TERRANE_RAISE_DEVIATIONS and includes this header once. Everything has
+// internal linkage: see simd_level.h.
 //
-// A half cell has its right angle at a midpoint m of spacing s, and its diagonal ends at a centre c
-// and at a vertex k of a coarser spacing. With weights w of a point in it, the height of the plane
+// The right angle of a half cell is at a midpoint m of spacing s; its diagonal joins a centre c and a vertex k of a
+// coarser spacing. At a point with barycentric weights w, the height of the plane
 //
-//   of the half cell is                          w_m h_m + w_c h_c + w_k h_k;
-//   of the triangle that m splits, the same with the middle of m's ends for h_m: less w_m rise_m;
-//   of the triangle that c splits, moreover with the middle of c's ends for h_c: less w_c rise_c,
+//   of the half cell is w_m h_m + w_c h_c + w_k h_k;
+//   of the triangle that m splits has the middle of m's ends instead of h_m: it is lower by w_m rise_m;
+//   of the triangle that c splits also has the middle of c's ends instead of h_c: it is lower by w_c rise_c, too,
 //
-// as both triangles are linear over the half cell. (m's ends are c and a corner, or, on an edge of
-// c's square, two corners of the square.) Four half cells make the diamond of m, eight that of c.
+// because both triangles are linear over the half cell. (m's ends are c and a corner, or, on an edge of c's square, two
+// corners of the square.) Four half cells form the diamond of m, eight form that of c.
 #pragma once
 
 #include "source/cell_deviation.h"
@@ -39,7 +39,7 @@ void store(double* to, Doubles value) { __builtin_memcpy(to, &value, sizeof(valu
 Doubles larger(Doubles a, Doubles b) { return a > b ? a : b; }
 Doubles magnitude(Doubles value) { return larger(value, -value); }
 
-/// A half cell seen so that its right angle is in the south-east.
+/// A half cell, mirrored so that its right angle is in the south-east.
 struct HalfCell {
     Doubles foot, right, head;
     Doubles right_rise, centre_rise;

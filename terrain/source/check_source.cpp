@@ -20,7 +20,7 @@ using internal::GridAnswers;
 using internal::SourceChecks;
 
 constexpr int kGridPoints = 9;
-constexpr std::size_t kThreadGrids = 64;  // read by every thread
+constexpr std::size_t kThreadGrids = 64;  // read by each thread
 
 Result<void> check(const SourceCheckSettings& settings) {
     for (const Result<void>& good : {check_range("places", settings.places, 1, 1'000'000),
@@ -51,7 +51,7 @@ bool is_area(const WorldRect& rect) {
            std::isfinite(rect.south) && std::isfinite(rect.east) && std::isfinite(rect.north);
 }
 
-// The grids of one spacing that are checked.
+// Chooses the grids of one spacing that are checked.
 class Places {
 public:
     Places(const Lattice& lattice, const WorldRect& region, std::uint64_t seed)
@@ -102,13 +102,13 @@ private:
     int count_ = 0;
 };
 
-// Rectangles and distances from a cell's to the region's size.
+// Checks intervals and rises for rectangles and distances of various sizes around the spacing.
 void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect& region,
                   std::int64_t step, int places, CheckRandom& random) {
     const double spacing = lattice.spacing * static_cast<double>(step);
     const int level = internal::level_of(lattice, step);
     for (int place = 0; place < places; ++place) {
-        // squares, as chunks use, and rectangles of any shape
+        // squares, as for chunks, and rectangles of any shape
         const double width = place % 2 == 0 ? kChunkCells * spacing : random.between(0.0, spacing);
         const double depth = place % 2 == 0 ? width : random.between(0.0, 10.0 * spacing);
         const double x = random.between(region.west, region.east);
@@ -119,14 +119,14 @@ void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect&
     checks.check_rise(random.between(0.5, 8.0) * spacing, level);
 }
 
-// All grids again, in the other direction; then on several threads at once, each in an order of its own.
+// Checks all grids again, in reverse order; then on several threads at once, each in an order of its own.
 void check_repeats(const HeightSource& source, const SourceCheckSettings& settings,
                    const WorldRect& region, const std::vector<GridAnswers>& answered,
                    SourceChecks& checks) {
     for (std::size_t i = answered.size(); i-- > 0;) {
         checks.check_again(answered[i], SourceLaw::repeatable);
     }
-    // violations of repeatability are not reported for threads, too
+    // violations of repeatability are not reported a second time for threads
     if (settings.threads < 2 || checks.report().of(SourceLaw::repeatable).broken > 0) return;
     const auto thread_count = static_cast<std::size_t>(settings.threads);
     std::vector<SourceChecks> parts(thread_count, SourceChecks(source, settings, region));

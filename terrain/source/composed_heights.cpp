@@ -42,7 +42,7 @@ SourcePair::SourcePair(std::shared_ptr<const HeightSource> a, std::shared_ptr<co
 
 WorldRect SourcePair::square_around(const SampleGrid& grid, std::int64_t steps_beyond) const {
     const std::int64_t width = grid.step * (grid.columns - 1), depth = grid.step * (grid.rows - 1);
-    // half a step more than needed, against rounding
+    // half a step more than needed, to allow for rounding
     const double half_side =
         lattice().spacing *
         (0.5 * static_cast<double>(std::max(width, depth)) +
@@ -63,7 +63,8 @@ WorldRect SourcePair::world() const {
 
 }  // namespace terrane::internal
 
-// z = a + f b. Both interpolate linearly over the same triangles, so deviations, intervals and rises add.
+// Sums: z = a + f b. Both sources interpolate linearly over the same triangles, so deviations, intervals and rises add
+// up.
 
 namespace terrane {
 namespace {
@@ -158,21 +159,22 @@ Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const He
     return std::make_shared<const Sum>(std::move(a), std::move(b), factor);
 }
 
-// z = (1 - m) a + m b. For p = sum w_i v_i in a triangle with corners v_i and longest edge l,
+// Blends: z = (1 - m) a + m b. For p = sum w_i v_i in a triangle with corners v_i and longest edge l,
 //
 //   z(p) - sum w_i z(v_i) = (1 - m(p)) (a(p) - sum w_i a(v_i)) + m(p) (b(p) - sum w_i b(v_i))
 //                           + sum w_i (m(p) - m(v_i)) (b(v_i) - a(v_i)).
 //
-// The first two terms are a mean of the parts' deviations. The third is at most d sum w_i |m(p) - m(v_i)|, with d the
-// largest |b - a|; a mask with values in [least, most] and a Lipschitz bound S has differences of at most most - least,
-// and sum w_i |p - v_i| <= l / 2 (function_heights.cpp).
+// The first two terms are a weighted mean of the sources' deviations. The third is at most d sum w_i |m(p) - m(v_i)|,
+// where d is the largest |b - a|. The difference |m(p) - m(v_i)| is at most most - least for a mask with values in
+// [least, most], and at most S |p - v_i| for one with Lipschitz bound S; sum w_i |p - v_i| <= l / 2
+// (function_heights.cpp).
 //
-// Nesting. The mask and d are taken over a square around the vertex that contains the squares of its children: half
-// sides 3 s around a centre of spacing s, 2 s around a midpoint (detail_heights.cpp).
+// Nesting. The mask and d are taken over a square around the vertex that contains the squares of its children, with
+// half sides of 3 s around a centre of spacing s and 2 s around a midpoint (detail_heights.cpp).
 
 namespace {
 
-// Equal to one of the heights where the mask says so, bit for bit.
+// Bit-identical to one of the heights if the mask is 0 or 1.
 double mix(double a, double b, double mask) {
     if (mask == 0.0) return a;
     return mask == 1.0 ? b : a + mask * (b - a);
@@ -258,7 +260,7 @@ public:
         if (is_zero(mask)) return a().interval(rect);
         if (is_one(mask)) return b().interval(rect);
         const HeightInterval some = a().interval(rect), other = b().interval(rect);
-        // a mean is monotone in the mask
+        // a weighted mean is monotone in the mask
         const auto at = [](double of_a, double of_b, double part) {
             return (1.0 - part) * of_a + part * of_b;
         };
@@ -297,7 +299,7 @@ private:
         }
     }
 
-    // The bound of the blend over triangles in a rectangle.
+    // Bound of the blend's deviation over triangles in a rectangle.
     float bound(float of_a, float of_b, const WorldRect& around, double longest_edge) const {
         const MaskInterval mask = mask_->over(around);
         if (is_zero(mask)) return of_a;
@@ -340,7 +342,7 @@ private:
         return {};
     }
 
-    // Of one source; skips an empty span.
+    // Reads the bounds of one source; skips an empty span.
     static Result<void> read_bounds(const HeightSource& source, const SampleGrid& grid,
                                     std::span<float> vertices, std::span<float> cells) {
         if (cells.empty()) return source.vertex_bounds(grid, vertices);
@@ -349,7 +351,7 @@ private:
     }
 
     std::shared_ptr<const BlendMask> mask_;
-    double largest_step_ = 0.0;  // of |b - a| where the mask is not 0
+    double largest_step_ = 0.0;  // largest |b - a| where the mask is not 0
 };
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-/// Two sources on one lattice: the base of what is made of both.
+/// Two sources on one lattice: the base class of sources composed of two others.
 class SourcePair : public HeightSource {
 public:
     bool is_certified() const override { return a_->is_certified() && b_->is_certified(); }
@@ -23,10 +23,10 @@ protected:
     WorldRect rect(const LatticePoint& low, const LatticePoint& high) const {
         return {lattice().x(low.x), lattice().y(low.y), lattice().x(high.x), lattice().y(high.y)};
     }
-    /// A square around a grid, wider by some steps. Masks have intervals over it that contain those over all squares in
-    /// the grid (BlendMask::over()), so that what is decided for a grid is what is decided for each of its points.
+    /// A square around a grid, extended by a number of steps. A mask's interval over it contains those over all squares
+    /// in the grid (BlendMask::over()), so that a decision for the grid holds for each of its points.
     WorldRect square_around(const SampleGrid& grid, std::int64_t steps_beyond) const;
-    /// Root squares of the world, metres.
+    /// The rectangle of the world's root squares, metres.
     WorldRect world() const;
 
 private:
@@ -36,19 +36,20 @@ private:
 /// Fails: invalid_argument for sources of different lattices, or extents that do not overlap
 Result<void> check_pair(const HeightSource& a, const HeightSource& b);
 
-/// A polygon that is asked for distances. Threads: any number.
+/// Distances to a polygon. Threads: any number.
 class PolygonDistance {
 public:
     /// Requires a polygon that check() accepts.
     explicit PolygonDistance(Polygon polygon);
 
-    /// Box around the corners, metres.
+    /// Bounding box of the corners, metres.
     const WorldRect& box() const { return box_; }
-    /// Whether a place is inside, or on an edge.
+    /// Whether a position is inside or on an edge.
     bool contains(double x, double y) const;
-    /// Distance of a place, metres: 0 inside. At least `most` where it is found early that it is farther away.
+    /// Distance of a position from the polygon, metres: 0 inside. May return any value from `most` up to the distance
+    /// if the distance is at least `most`.
     double at(double x, double y, double most) const;
-    /// Bound of the rounding of a distance around the polygon, metres.
+    /// Bound of the rounding error of distances near the polygon, metres.
     double rounding() const { return rounding_; }
 
 private:

@@ -15,7 +15,7 @@
 
 namespace terrane::internal {
 
-/// A caller's function that answers with a Result: it may throw, or give what is no height.
+/// Wraps a caller's function, which may throw or return something that is not a height, and returns a Result.
 class CheckedFunction {
 public:
     /// @param range heights outside it are refused; absent: any finite height is accepted
@@ -23,7 +23,7 @@ public:
         : function_(std::move(function)), range_(range) {}
 
     /// The height, metres.
-    /// Fails: io if the function throws or gives NaN or infinity; bad_data outside the range
+    /// Fails: io if the function throws or returns NaN or infinity; bad_data for a height outside the range
     Result<double> at(double x, double y) const;
     /// The same; NaN instead of an error.
     double operator()(double x, double y) const;
@@ -33,13 +33,13 @@ private:
     std::optional<HeightInterval> range_;
 };
 
-/// What is known, or estimated, of a function's heights; numbers that are not known are infinite.
+/// Known or estimated bounds of a function's heights; unknown ones are infinite.
 struct FunctionBounds {
     double slope = 0.0;      ///< Lipschitz bound over the world and its surroundings
     double curvature = 0.0;  ///< 1/m
     double height = 0.0;     ///< range.high - range.low, metres
-    double rounding = 0.0;   ///< of a computed deviation, metres
-    double shift = 0.0;      ///< of rounded coordinates, metres
+    double rounding = 0.0;   ///< rounding error of a computed deviation, metres
+    double shift = 0.0;      ///< rounding error of coordinates, metres
 
     /// Bound of the deviation of the function from its interpolation over right triangles, metres.
     double deviation(double hypotenuse) const;
@@ -47,16 +47,16 @@ struct FunctionBounds {
     double rise(double distance) const;
 };
 
-/// Estimates slope and curvature: twice the largest first and second differences of samples over the extent, and of
+/// Estimates slope and curvature as twice the largest first and second differences of samples over the extent and in
 /// patches of the finest spacing.
 ///
-/// Fails: io where the function does
+/// Fails: io if the function fails
 Result<FunctionBounds> estimate_bounds(const CheckedFunction& function, const WorldRect& extent,
                                        double finest_spacing);
 
-/// A bound of the slope at a place, from differences over `distance` and the curvature: 1e-9 m of rounding included.
+/// Bound of the slope at a position, from differences over `distance` and the curvature, including 1e-9 m of rounding.
 ///
-/// Fails: io where the function does
+/// Fails: io if the function fails
 Result<double> slope_at(const CheckedFunction& function, double x, double y, double distance,
                         double curvature);
 
@@ -97,20 +97,20 @@ double CheckedFunction::operator()(double x, double y) const {
         const double height = function_(x, y);
         if (std::isfinite(height)) return height;
     } catch (...) {
-        // NaN stands for it
+        // returns NaN
     }
     return std::numeric_limits<double>::quiet_NaN();
 }
 
-// Let a right triangle have hypotenuse l: it lies in the circle of radius r = l / 2 around the middle O of its
-// hypotenuse. For p = sum w_i v_i of the corners, w_i >= 0 of sum 1,
+// Interpolation error over a right triangle. A right triangle with hypotenuse l lies in the circle of radius r = l / 2
+// around the middle O of its hypotenuse. For p = sum w_i v_i of its corners v_i, with w_i >= 0 and sum w_i = 1,
 //
 //   sum w_i |p - v_i|^2 = r^2 - |p - O|^2 <= r^2,   and so   sum w_i |p - v_i| <= r.
 //
-// The deviation of h from its linear interpolation is h(p) - sum w_i h(v_i). With a Lipschitz bound L each of the
-// differences is at most L |p - v_i|, and their mean at most L r. With a curvature M, Taylor's theorem at p gives
-// h(v_i) = h(p) + grad h(p) (v_i - p) + R_i, |R_i| <= M |p - v_i|^2 / 2; the gradients cancel, as
-// sum w_i (v_i - p) = 0, and the rest is at most M r^2 / 2. Both are attained, at O, by a cone and by a paraboloid.
+// The deviation of h from its linear interpolation is h(p) - sum w_i h(v_i). With a Lipschitz bound L, each difference
+// is at most L |p - v_i|, so their weighted mean is at most L r. With a curvature M, Taylor's theorem at p gives h(v_i)
+// = h(p) + grad h(p) (v_i - p) + R_i, |R_i| <= M |p - v_i|^2 / 2. The gradient terms cancel, because sum w_i (v_i - p)
+// = 0, and the remainder is at most M r^2 / 2. Both bounds are attained at O, by a cone and by a paraboloid.
 //
 // Sources:
 //   S. Waldron. The error in linear interpolation at the vertices of a simplex. SIAM J. Numer. Anal. 35(3), 1998
@@ -118,14 +118,14 @@ double CheckedFunction::operator()(double x, double y) const {
 
 namespace {
 
-// Samples along the side of the grid over the extent, and of a patch; patches along its side.
+// Samples along the side of the grid over the extent and along that of a patch; patches along the extent's side.
 constexpr int kGridSamples = 65;
 constexpr int kPatchSamples = 5;
 constexpr int kPatches = 8;
-// What lies between the samples may be steeper.
+// The function may be steeper between the samples.
 constexpr double kEstimateFactor = 2.0;
 
-// Raises the bounds to the largest differences of a square grid of samples.
+// Raises the bounds to the largest differences within a square grid of samples.
 Result<void> raise_to_differences(const CheckedFunction& function, double x, double y,
                                   double step_x, double step_y, int samples,
                                   FunctionBounds& bounds) {
@@ -207,7 +207,7 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
         if (!height) return tl::unexpected(height.error());
         heights[i] = *height;
     }
-    // A central difference over 2 d is the mean of a derivative that is off by at most M t at the distance t.
+    // a central difference over 2 d is the mean of a derivative that differs by at most M t at the distance t
     const double along_x = (heights[1] - heights[0]) / (2.0 * distance);
     const double along_y = (heights[3] - heights[2]) / (2.0 * distance);
     return std::sqrt(along_x * along_x + along_y * along_y) + 0.5 * kSqrt2 * curvature * distance +
@@ -217,8 +217,8 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
 }  // namespace terrane::internal
 
 // A source from a function with a Lipschitz bound, a bound of its second derivative, or neither. Certified bounds
-// depend on the spacing alone, and so are nested; estimates are the deviations of samples of a quarter of the spacing,
-// and what the estimated slope and curvature allow between these (mesh_bounds.h).
+// depend only on the spacing and are therefore nested. Estimates are the deviations of samples at a quarter of the
+// spacing, plus what the estimated slope and curvature allow between the samples (mesh_bounds.h).
 
 namespace terrane {
 namespace {
@@ -234,7 +234,7 @@ struct Known {
     FunctionBounds bounds;
     bool is_certified = true;
     bool has_slope =
-        true;  // stated or estimated; else it follows from the curvature, over the whole world
+        true;  // stated or estimated; else derived from the curvature over the whole world
 };
 
 class FunctionSource final : public HeightSource {
@@ -412,7 +412,8 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     return lattice;
 }
 
-// Where the function is asked: the extent and the root squares, and as far as one of these beyond them.
+// The region where the function is evaluated: the extent and the root squares, extended by one root square on each
+// side.
 WorldRect asked_region(const Lattice& lattice, const WorldRect& extent) {
     const std::int64_t side = lattice.chunk_side(0);
     const auto root = [side](std::int32_t first, std::int32_t count) {
@@ -451,7 +452,7 @@ Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattic
         if (!slope) return tl::unexpected(slope.error());
         known.bounds.slope = *slope + *settings.curvature * reach * kOutward;
     }
-    // Chunks with heights beyond kMostHeight are not made.
+    // chunks with heights beyond kMostHeight are rejected
     known.bounds.height =
         settings.range ? settings.range->high - settings.range->low : 2.0 * kMostHeight;
     const double farthest = std::max({std::abs(region.west), std::abs(region.east),

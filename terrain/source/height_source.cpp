@@ -44,7 +44,7 @@ std::size_t HeightSource::max_chunk_bytes(const ChunkKey& /*key*/) const {
 
 namespace {
 
-constexpr std::int32_t kMostRoots = 1024;  // along a side, all resident
+constexpr std::int32_t kMostRoots = 1024;  // along a side, if all are resident
 constexpr std::int32_t kLeastRootWindow = 4, kMostRootWindow = 64;
 
 }  // namespace
@@ -100,7 +100,7 @@ Result<void> check(const Lattice& lattice) {
                 count);
         }
     }
-    // keys of the finest level must fit their 32 bits
+    // keys of the finest level must fit into 32 bits
     const std::int64_t limit = (std::int64_t{1} << 31) >> lattice.finest_level;
     for (const std::int64_t root :
          {std::int64_t{lattice.first_root_x}, std::int64_t{lattice.first_root_y},

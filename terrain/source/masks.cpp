@@ -43,7 +43,7 @@ Result<void> check(const Polygon& polygon) {
 namespace internal {
 namespace {
 
-// Square of the distance of a place from the segment between two corners.
+// Squared distance of a position from the segment between two corners.
 double square_to_segment(const PlanePoint& from, const PlanePoint& to, double x, double y) {
     const double dx = to.x - from.x, dy = to.y - from.y;
     const double px = x - from.x, py = y - from.y;
@@ -68,7 +68,7 @@ PolygonDistance::PolygonDistance(Polygon polygon) : polygon_(std::move(polygon))
                                     std::abs(box_.north)});
 }
 
-// Each edge counts with its lower end and without its upper one.
+// Each edge includes its lower end and excludes its upper one.
 bool PolygonDistance::is_inside(double x, double y) const {
     bool inside = false;
     PlanePoint from = polygon_.corners.back();
@@ -104,8 +104,8 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// The circle around a rectangle: squares within a square have circles within its circle, because the distance of the
-// centres is at most sqrt 2 times the difference of the half sides.
+// The circumscribed circle of a rectangle. The circle of a square contains those of all squares within it, because the
+// distance of their centres is at most sqrt 2 times the difference of the half sides.
 struct Circle {
     double x, y, radius;
 };
@@ -122,14 +122,14 @@ public:
         : BlendMask(slope), function_(std::move(function)) {}
 
     double at(double x, double y) const override {
-        return std::clamp(value(x, y), 0.0, 1.0);  // NaN stays
+        return std::clamp(value(x, y), 0.0, 1.0);  // NaN is preserved
     }
     MaskInterval over(const WorldRect& rect) const override {
         const Circle around = circle_around(rect);
         if (!std::isfinite(around.radius)) return {};
         const double middle = value(around.x, around.y);
         if (!std::isfinite(middle)) return {};
-        // a constant has no rounding
+        // a constant has no rounding error
         const double reach =
             slope() > 0.0 ? slope() * around.radius + 0x1p-50 * (1.0 + std::abs(middle)) : 0.0;
         return {std::clamp(middle - reach, 0.0, 1.0), std::clamp(middle + reach, 0.0, 1.0)};
@@ -148,7 +148,7 @@ private:
     std::function<double(double, double)> function_;
 };
 
-// 1 - t^2 (3 - 2 t) of the distance in feathers: its steepest slope is 1.5 a feather.
+// 1 - t^2 (3 - 2 t), where t is the distance over the feather; its largest slope is 1.5 / feather.
 class PolygonMask final : public BlendMask {
 public:
     PolygonMask(const Polygon& polygon, double feather)
@@ -169,7 +169,7 @@ public:
     }
 
 private:
-    // Not increasing with the distance.
+    // Does not increase with the distance.
     double value(double distance) const {
         const double t = distance / feather_;
         if (!(t < 1.0)) return 0.0;
@@ -201,8 +201,8 @@ Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygo
     return std::make_shared<const PolygonMask>(polygon, feather);
 }
 
-// A flat area is a blend with a plane by the mask of a polygon. The plane interpolates itself: its bounds are the
-// rounding of its heights.
+// Flat areas. A flat area is a blend with a plane by the mask of a polygon. A plane interpolates itself exactly, so its
+// bounds are only the rounding of its heights.
 
 namespace {
 
@@ -263,7 +263,7 @@ public:
     }
 
 private:
-    // Of a computed deviation.
+    // Rounding error of a computed deviation.
     float rounding() const {
         const double reach =
             std::max({std::abs(extent().west), std::abs(extent().east), std::abs(extent().south),

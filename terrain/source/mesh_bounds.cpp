@@ -16,8 +16,8 @@
 
 namespace terrane {
 
-/// Rows of numbers, de-interleaved into kParts runs with stride kParts, with padding for a group of cells
-/// read past their end.
+/// Rows of numbers, de-interleaved into kParts runs with stride kParts, and padded so that a group of cells may be read
+/// past their end.
 template <unsigned kParts>
 class SplitRows {
 public:
@@ -42,7 +42,7 @@ public:
         }
     }
 
-    /// To the first row.
+    /// Copies the last row to the first.
     void copy_last_row() {
         const auto row = static_cast<std::ptrdiff_t>(kParts * width_);
         std::copy_n(values_.end() - row, row, values_.begin());
@@ -53,41 +53,39 @@ private:
     std::vector<double> values_;
 };
 
-// Bounds e(v) that are valid for the diamond of v and functions of the address alone, from samples of a
-// quarter of the spacing s. B is the a-priori bound over right triangles of a hypotenuse.
+// Computes bounds e(v) that hold over the diamond of v and are functions of the address alone, from samples at a
+// quarter of the spacing s. B is the a-priori bound over right triangles with a given hypotenuse.
 //
-// The samples cut all triangles in question into right triangles of hypotenuse l = sqrt2 s / 4. They
-// are no heights, but a centre C and a radius R: the true height is in C +- R at the samples, and, for
-// an error F, within the interpolations of C +- R between them. So over one fine triangle with
-// corners v_i, where p = sum w_i v_i, and a plane P,
+// The samples divide all triangles in question into right triangles with hypotenuse l = sqrt2 s / 4. A sample is not a
+// height, but a centre C and a radius R: the true height is in C +- R at the samples, and between them within the
+// interpolation of C +- R up to an error F. So over one fine triangle with corners v_i, for p = sum w_i v_i and a plane
+// P,
 //
 //   |h(p) - P(p)| <= |sum w_i C(v_i) - P(p)| + sum w_i R(v_i) + F
-//                 <= max (|C(v_i) - P(v_i)| + R(v_i)) + F,   as P is linear.
+//                 <= max (|C(v_i) - P(v_i)| + R(v_i)) + F,   because P is linear.
 //
-// own() is the largest such sum of the samples in some triangles. Where an octave is so fine that its
-// samples say little about what lies between, leaving it out of C, and its supremum in R, is the
-// better bound, and costs no samples: FractalBounds::head(). The bounds:
+// own() is the largest such bound over the samples in a set of triangles. If an octave is so fine that its samples say
+// little about the surface between them, it is better, and costs no samples, to omit it from C and to add its supremum
+// to R: FractalBounds::head(). The bounds are
 //
 //   e(cell) = min(B(sqrt2 s),   own(cell))
 //   e(m)    = min(B(2 s),       max(own(m), own(the four cells around m)))
 //   e(c)    = min(B(2 sqrt2 s), max(own(c), e(the four midpoints around c)))
 //
-// The cells around m are the diamonds of its children. So a midpoint's bound is no greater than its
-// centre's, exactly; that of a centre of spacing s / 2, from finer samples, hardly ever than its
-// midpoint's.
+// The cells around m are the diamonds of its children. So a midpoint's bound is never greater than its centre's,
+// exactly; the bound of a centre of spacing s / 2, from finer samples, hardly ever exceeds its midpoint's.
 
 namespace {
 
-/// Rounded up.
-/// Samples of the finest grid that a step of the mesh has.
+/// Samples of the finest grid per step of the mesh.
 constexpr int kFine = internal::kCellSamples - 1;
 
 bool odd(std::int64_t value) { return (value & 1) != 0; }
 
 using FineRows = SplitRows<2 * kFine>;
 
-/// The cells around a grid whose deviations its bounds are made of: from an odd one on, in units of
-/// the step, an even number of them.
+/// The cells around a grid that contribute to its bounds: an even number along each axis, the first at an odd index, in
+/// units of the step.
 class Frame {
 public:
     Frame(const SampleGrid& grid, bool with_vertices)
@@ -117,14 +115,14 @@ public:
         }
     }
 
-    /// Makes bounds of the deviations.
+    /// Turns the measured deviations into bounds.
     void finish(const SpacingBounds& bounds);
 
-    /// Of the cell north-east of a point of the lattice, in steps.
+    /// Bound of the cell north-east of a lattice point, in steps.
     double cell(std::int64_t x, std::int64_t y) {
         return cells_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
-    /// Of a vertex of the lattice's spacing, in steps.
+    /// Bound of a vertex of the grid's spacing, in steps.
     double vertex(std::int64_t x, std::int64_t y) {
         return vertices_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
@@ -135,7 +133,7 @@ private:
         return odd(index) ? index : index - 1;
     }
     int cells(std::int64_t corner, std::int64_t first, int samples, bool with_vertices) const {
-        // The last centre needs one more midpoint, which needs one more cell.
+        // the last centre needs one more midpoint, which needs one more cell
         const int last = with_vertices ? samples | 1 : samples - 1;
         const int count = static_cast<int>(corner / step_ - first) + last;
         return count + (count & 1);
@@ -149,7 +147,7 @@ private:
                        bool has_radii);
 
     std::int64_t step_, first_x_, first_y_;
-    int columns_, rows_;  ///< cells
+    int columns_, rows_;  ///< number of cells
     SplitRows<2> heights_, rises_, vertices_, cells_;
     std::vector<double> buffer_, radius_buffer_;
     internal::RaiseDeviations raise_ = internal::raise_deviations(internal::best_simd_level());
@@ -171,7 +169,7 @@ void Frame::take_heights(const MeshSamples& samples) {
     }
 }
 
-/// How far a vertex is above the middle of its two ends; 0 for one of a coarser spacing.
+/// Height of a vertex above the middle of its two ends; 0 for a vertex of a coarser spacing.
 double Frame::rise(int column, int row) {
     const std::int64_t x = first_x_ + column, y = first_y_ + row;
     int to_x = odd(x) ? 1 : 0;
@@ -181,8 +179,8 @@ double Frame::rise(int column, int row) {
            0.5 * (heights_.at(column - to_x, row - to_y) + heights_.at(column + to_x, row + to_y));
 }
 
-/// The samples of some rows of cells. Rows must be taken in order: the first of them has its southern
-/// samples from the one before.
+/// Takes the samples of some rows of cells. Rows must be taken in order: the southern samples of the first row are
+/// those of the row before.
 void Frame::take_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
                          FineRows& radii) {
     const int known = row > 0 ? 1 : 0;
@@ -208,7 +206,7 @@ void Frame::take_samples(const MeshSamples& samples, int row, int count, FineRow
     }
 }
 
-/// Every other cell of a row, from the first or the second one on.
+/// Measures every other cell of a row, starting with the first or the second one.
 void Frame::measure_cells(int row, int side, int fine_row, FineRows& centres, FineRows& radii,
                           bool has_radii) {
     const std::int64_t x = first_x_ + side, y = first_y_ + row;
@@ -244,7 +242,7 @@ void Frame::measure_cells(int row, int side, int fine_row, FineRows& centres, Fi
 
 void Frame::finish(const SpacingBounds& bounds) {
     for (int row = 1; row < rows_; ++row) {
-        // midpoints: of the two indices one is odd
+        // one of a midpoint's two indices is odd
         for (int column = odd(first_x_ + first_y_ + row) ? 2 : 1; column < columns_; column += 2) {
             double& own = vertices_.at(column, row);
             own = std::max({own, cells_.at(column - 1, row - 1), cells_.at(column, row - 1),
@@ -252,7 +250,7 @@ void Frame::finish(const SpacingBounds& bounds) {
             own = std::min(bounds.midpoint, own + bounds.fine);
         }
     }
-    for (int row = 2; row < rows_ - 1; row += 2) {  // the first row and column are odd
+    for (int row = 2; row < rows_ - 1; row += 2) {  // the first row and column have odd indices
         for (int column = 2; column < columns_ - 1; column += 2) {
             double& own = vertices_.at(column, row);
             own = std::max({own + bounds.fine, vertices_.at(column - 1, row),
@@ -267,8 +265,8 @@ void Frame::finish(const SpacingBounds& bounds) {
 
 float round_up(double bound) {
     const float nearest = static_cast<float>(bound);
-    // a branch would be taken every other time; bounds are not negative, so the next bits are the
-    // next float
+    // branch-free, because a branch would be unpredictable; bounds are not negative, so that incrementing the bits
+    // gives the next float
     const std::uint32_t further = static_cast<double>(nearest) < bound ? 1 : 0;
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + further);
 }

@@ -8,28 +8,26 @@
 #include <functional>
 #include <span>
 
-// How bounds of heights are rounded outward.
+// Outward rounding of bounds.
 namespace terrane {
 
-/// A bound >= 0 times this is above the exact one: a few hundred operations on numbers >= 0 lose less than
-/// 2^-44 of it.
+/// Factor that rounds a bound >= 0 outward: a few hundred operations on numbers >= 0 have a relative error below 2^-44.
 inline constexpr double kOutward = 1.0 + 0x1p-40;
 
 /// The square root of 2, rounded up.
 inline constexpr double kSqrt2 = 1.4142135623730952;
 
-/// Of HeightSource::height(), metres, beside the rounding of its sums.
+/// Accuracy of HeightSource::height(), metres, in addition to the rounding of its sums.
 inline constexpr double kHeightAccuracy = 1e-9;
 
 }  // namespace terrane
 
-/// The triangles of HeightSource's bounds, by lattice indices.
+/// The triangles that HeightSource's bounds refer to, by lattice indices.
 namespace terrane::internal {
 
 using LatticeTriangle = std::array<LatticePoint, 3>;
 
-/// The two triangles of a square of lattice points of side `side`, cut between its corners of even
-/// index sum.
+/// The two triangles of a square of lattice points of side `side`, cut between its corners of even index sum.
 inline std::array<LatticeTriangle, 2> cut_square(const LatticePoint& sw, std::int64_t side) {
     const LatticePoint se{sw.x + side, sw.y}, nw{sw.x, sw.y + side}, ne{sw.x + side, sw.y + side};
     if (cut_to_north_east(sw.x / side, sw.y / side)) return {{{sw, se, ne}, {sw, ne, nw}}};
@@ -38,7 +36,7 @@ inline std::array<LatticeTriangle, 2> cut_square(const LatticePoint& sw, std::in
 
 inline bool is_odd(std::int64_t index) { return (index & 1) != 0; }
 
-/// The diamond of a vertex of spacing s: the first two corners of both triangles are the vertex's ends.
+/// The diamond of a vertex of spacing s; the first two corners of both triangles are the vertex's ends.
 inline std::array<LatticeTriangle, 2> diamond(const LatticePoint& vertex, std::int64_t s) {
     const auto at = [&](std::int64_t dx, std::int64_t dy) {
         return LatticePoint{vertex.x + dx * s, vertex.y + dy * s};
@@ -61,32 +59,32 @@ namespace terrane {
 /// The smallest float >= a bound >= 0.
 float round_up(double bound);
 
-/// A-priori bounds of the deviation of a fractal from its interpolation over triangles of spacing s.
+/// A-priori bounds of the deviation of heights from their interpolation over triangles of spacing s.
 struct SpacingBounds {
-    double centre = 0.0;    ///< half squares of side 2 s: the diamond of a centre of spacing s
-    double midpoint = 0.0;  ///< their halves: the diamond of a midpoint of spacing s
-    double cell = 0.0;      ///< half cells of side s
+    double centre = 0.0;    ///< half a square of side 2 s: the diamond of a centre of spacing s
+    double midpoint = 0.0;  ///< half of that: the diamond of a midpoint of spacing s
+    double cell = 0.0;      ///< half a cell of side s
     /// Interpolation error between samples of spacing s / 4.
     double fine = 0.0;
 };
 
-/// Samples and bounds of a fractal around a grid of some spacing.
+/// Functions that sample heights and intervals of heights around a grid.
 struct MeshSamples {
     /// Heights of a grid.
     std::function<void(const SampleGrid& grid, std::span<double> heights_out)> heights;
-    /// Sampled intervals (centre and radius) that contain the heights of a grid, which is addressed in quarters of
-    /// the finest spacing (corner and step). Between the samples the height is within the linear interpolation of
-    /// the intervals over the triangles of this spacing, widened by SpacingBounds::fine.
+    /// Samples intervals (centre and radius) that contain the heights, at the points of a grid whose corner and step
+    /// are in quarters of the finest spacing. Between the samples the height is within the linear interpolation of the
+    /// intervals over the triangles of this spacing, widened by SpacingBounds::fine.
     ///
-    /// @param radii_out  empty where has_radii is false: they are all zero
+    /// @param radii_out  empty if has_radii is false: all radii are zero
     std::function<void(const SampleGrid& grid, std::span<double> centres_out,
                        std::span<double> radii_out)>
         fine;
     bool has_radii = false;
 };
 
-/// HeightSource::vertex_bounds() and cell_bounds() of a fractal in one call; skips an empty span. Vertex bounds require
-/// a corner that is a multiple of 2 * step.
+/// Computes HeightSource::vertex_bounds() and cell_bounds() from samples in one call; skips an empty span. Vertex
+/// bounds require a corner that is a multiple of 2 * step.
 void compute_mesh_bounds(const SampleGrid& grid, const MeshSamples& samples,
                          const SpacingBounds& bounds, std::span<float> vertex_bounds_out,
                          std::span<float> cell_bounds_out);

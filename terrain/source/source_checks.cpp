@@ -255,7 +255,7 @@ SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triang
         }
         take(a, b);
     }
-    // climbs only where that could find a violation
+    // climbs only if that could find a violation
     if (peak.value > 0.7 * claimed && peak.value <= claimed) {
         const auto [west, east] = std::ranges::minmax(xs);
         const auto [south, north] = std::ranges::minmax(ys);
@@ -305,11 +305,11 @@ void SourceChecks::check_bounds(const GridAnswers& answers) {
     }
 }
 
-// Checks of laws that relate answers of a source to each other, and of those about rectangles and distances.
+// Laws that relate answers of a source to each other, or concern rectangles and distances.
 
 namespace {
 
-// Compares bits: -0 differs from 0, and NaN equals itself.
+// Compare bits: -0 differs from 0, and NaN equals itself.
 bool same(double a, double b) {
     return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -319,7 +319,7 @@ bool same(float a, float b) {
 
 }  // namespace
 
-// Checks the bound of a vertex, with slack, against a child's.
+// Compares the bound of a vertex, with slack, with that of a child.
 void SourceChecks::check_nested(const GridAnswers& answers, int column, int row, float below,
                                 double slack, const char* what) {
     const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
@@ -359,7 +359,7 @@ void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     }
 }
 
-// Beyond the world no mesh has vertices, so bounds there need not nest.
+// No mesh has vertices beyond the world, so bounds need not be nested there.
 bool SourceChecks::is_of_world(const LatticePoint& point) const {
     const Lattice& lattice = source_.lattice();
     return point.x >= lattice.west() && point.x <= lattice.east() && point.y >= lattice.south() &&
@@ -389,7 +389,7 @@ void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     }
 }
 
-// Points of `some` are those of `other` at +shift columns and rows.
+// Compares points of `some` with those of `other` at +shift columns and rows.
 void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,
                            const LatticePoint& shift) {
     const auto dx = static_cast<int>(shift.x), dy = static_cast<int>(shift.y);
@@ -419,7 +419,7 @@ void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAns
 }
 
 void SourceChecks::check_window(const GridAnswers& answers) {
-    // even, so that the corner stays a multiple of twice the step
+    // even, so that the corner remains a multiple of twice the step
     const int west = 6, south = 4, east = 3, north = 7;
     SampleGrid large = answers.grid;
     large.corner = {large.corner.x - west * large.step, large.corner.y - south * large.step};
@@ -532,7 +532,7 @@ void SourceChecks::check_rise(double distance, int level) {
     count(SourceLaw::rise_bound, grows,
           [&] { return broken({}, of_less, claimed, "bound over %.6g m, below that over less"); });
     if (!grows) return;
-    // slightly less, for the rounding of the position
+    // slightly less, to allow for the rounding of positions
     const double length = distance * (1.0 - 0x1p-50);
     for (const auto& [along, across] : {std::pair{1.0, 0.0}, {0.0, 1.0}, {0.8, 0.6}, {-0.6, 0.8}}) {
         const double to_x = along * length, to_y = across * length;

@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// Numbers from a seed, the same on every machine: SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+/// Random numbers that are the same on every machine: SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
 class CheckRandom {
 public:
     explicit CheckRandom(std::uint64_t seed) : state_(seed) {}
@@ -53,34 +53,34 @@ struct GridAnswers {
     }
 };
 
-/// Checks the laws of a source on given grids and rectangles, and counts in a report.
+/// Checks the laws of a source on given grids and rectangles, and counts the results in a report.
 ///
 /// Corners of grids must be multiples of 2 * step. Threads: one.
 class SourceChecks {
 public:
-    /// @param source   outlives the checks
-    /// @param measured deviations are measured inside this rectangle only
+    /// @param source   must outlive the checks
+    /// @param measured deviations are measured only inside this rectangle
     SourceChecks(const HeightSource& source, const SourceCheckSettings& settings,
                  const WorldRect& measured);
 
-    /// Makes all calls for a grid. Returns false, and counts under `answers`, if one fails.
+    /// Makes all calls for a grid. If one fails, counts a violation of `answers` and returns false.
     bool ask(const SampleGrid& grid, GridAnswers& answers_out);
 
     void check_values(const GridAnswers& answers);
     void check_bounds(const GridAnswers& answers);
-    /// Centres against their midpoints, exactly.
+    /// Compares bounds of centres with those of their midpoints, exactly.
     void check_nesting_within(const GridAnswers& answers);
-    /// Midpoints against the cells around, exactly: a property of fractals beyond the laws.
+    /// Compares bounds of midpoints with those of the cells around them, exactly: a property of fractals, not a law.
     void check_nesting_of_cells(const GridAnswers& answers);
-    /// Midpoints of a spacing against the centres of half that spacing around them, with the settings'
-    /// slack. Nothing for a step of 1.
+    /// Compares bounds of midpoints of a spacing with those of the centres of half that spacing around them, with the
+    /// settings' slack. Does nothing for a step of 1.
     void check_nesting_below(const GridAnswers& answers);
     void check_window(const GridAnswers& answers);
-    /// Nothing for a step of 1.
+    /// Does nothing for a step of 1.
     void check_levels(const GridAnswers& answers);
     /// Does nothing without cells.
     void check_mesh_bounds(const GridAnswers& answers);
-    /// Repeats the calls; a violation of `law` if a bit differs.
+    /// Repeats the calls; counts a violation of `law` if a bit differs.
     void check_again(const GridAnswers& answers, SourceLaw law);
     void check_interval(const WorldRect& rect, int level);
     void check_rise(double distance, int level);

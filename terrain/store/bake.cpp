@@ -17,15 +17,15 @@
 
 namespace terrane::internal {
 
-/// A part of another source's world as a world of its own: its coarser levels, or a region. Positions, heights and
-/// bounds are the other source's.
+/// Part of another source's world as a world of its own: its coarser levels, or a region. Positions, heights and bounds
+/// are those of the other source.
 class PartHeights final : public HeightSource {
 public:
     /// @param base        must outlive the part
-    /// @param level_count levels from the root squares on; 0 for all
-    /// @param region      metres, widened to whole root squares of the part; absent: everything
+    /// @param level_count levels from the root squares down; 0: all
+    /// @param region      metres, extended to whole root squares of the part; absent: the whole world
     ///
-    /// Fails: invalid_argument if there are fewer levels, or the region is empty or lies outside
+    /// Fails: invalid_argument if there are fewer levels, or the region is empty or outside the world
     static Result<std::unique_ptr<const PartHeights>> create(
         const HeightSource& base, int level_count, const std::optional<WorldRect>& region);
 
@@ -54,7 +54,7 @@ private:
     PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
                 int shift)
         : HeightSource(lattice, extent), base_(base), shift_(shift) {}
-    /// Converts to the other source's finest spacings.
+    /// Converts to finest spacings of the other source.
     SampleGrid widen(const SampleGrid& grid) const {
         const std::int64_t factor = std::int64_t{1} << shift_;
         return {{grid.corner.x * factor, grid.corner.y * factor},
@@ -64,12 +64,12 @@ private:
     }
 
     const HeightSource& base_;
-    int shift_ = 0;  ///< levels of the other source below the part's finest
+    int shift_ = 0;  ///< levels of the other source that are finer than the part's finest
 };
 
 namespace {
 
-/// The range of chunks of a level that cover an interval of an axis, inside [first, end).
+/// The chunks of a level that cover an interval of an axis, clipped to [first, end).
 struct ChunkRange {
     std::int32_t first = 0, end = 0;
 };
@@ -114,7 +114,7 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
                         "region must be west, south, east, north inside " + text_of(extent) +
                             " m, got " + text_of(*region));
         }
-        // Root squares of about the region's size, so that few of them cover it.
+        // Chooses root squares of about the region's size, so that few of them cover it.
         const double side = std::max(region->east - region->west, region->north - region->south);
         int root = 0;
         while (root < finest && whole.level_spacing(root + 1) * kChunkCells >= side) ++root;
@@ -142,24 +142,24 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
 
 }  // namespace terrane::internal
 
-// Chunks are made in batches, by any number of threads, and written in the order of the directory, so that the file
-// does not depend on the threads.
+// Chunks are made in batches by any number of threads and written in the order of the directory, so that the file does
+// not depend on the threads.
 
 namespace terrane {
 namespace {
 
 using namespace internal;
 
-/// An encoded chunk, and its contributions to the directory.
+/// An encoded chunk and its contributions to the directory.
 struct Baked {
     std::vector<std::uint8_t> stored;
     ChunkRecord record;
-    double max_error_m = 0.0;  ///< of the finest level's ground
-    double steepest = 0.0;     ///< of the finest level's triangles, the square of their slope
+    double max_error_m = 0.0;  ///< over the ground of the finest level
+    double steepest = 0.0;     ///< square of the steepest slope of the finest level's triangles
     std::optional<Error> error;
 };
 
-/// Each triangle of a cell has one side along x and one along y.
+/// Square of the steepest slope; each triangle of a cell has one side along x and one along y.
 double steepest_of(const Chunk& chunk, const Lattice& lattice) {
     const auto rise = [&chunk](int x0, int y0, int x1, int y1) {
         return std::int64_t{chunk.heights[sample_index(x1, y1)]} -
@@ -201,7 +201,7 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
     const HeightInterval heights =
         source.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
                          lattice.y(corner.y + side)});
-    // Including the samples, which are rounded to quanta.
+    // Includes the samples, which are rounded to quanta.
     baked.record.heights = {std::min(heights.low, lattice.quantum * (*chunk)->low),
                             std::max(heights.high, lattice.quantum * (*chunk)->high)};
     if (key.level < lattice.finest_level) return baked;
@@ -246,7 +246,7 @@ Result<void> check_settings(const BakeSettings& settings) {
 }
 
 /// StoreDirectory::rises: rise bounds of the baked surface and, up to a spacing, also of the finest triangles, whose
-/// slope may be up to 1.41 times as great.
+/// slope may be up to 1.41 times as large.
 std::vector<double> find_rises(const HeightSource& source, double steepest) {
     std::vector<double> rises;
     const double slope = std::sqrt(steepest) * (1.0 + 1e-12);

@@ -22,7 +22,7 @@
 
 namespace terrane::internal {
 
-/// Reads chunks of a store. Threads: any, at once.
+/// Reads chunks of a store. Threads: any number at once.
 class ChunkReader {
 public:
     ChunkReader(SealedReader file, StoreDirectory directory)
@@ -33,7 +33,7 @@ public:
     /// Reads, checks and decodes a chunk, without locks.
     /// Fails: io; bad_data if it is damaged
     Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
-    /// The same through a small cache: for queries of single points.
+    /// The same through a small cache, for queries of single points.
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
 private:
@@ -44,13 +44,13 @@ private:
 
     SealedReader file_;
     StoreDirectory directory_;
-    mutable std::mutex mutex_;  ///< of the cache
+    mutable std::mutex mutex_;  ///< guards the cache
     mutable std::array<CachedChunk, 32> cache_;
     mutable std::uint64_t clock_ = 0;
 };
 
-/// A store as a source. Bounds beyond the world, or of coarser spacings than its root squares have, are the whole range
-/// of heights.
+/// A store as a height source. Bounds beyond the world, or at spacings coarser than those of its root squares, are the
+/// whole range of heights.
 class StoredHeights final : public HeightSource {
 public:
     explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
@@ -68,7 +68,7 @@ public:
 
 private:
     using ChunkResult = Result<std::shared_ptr<const Chunk>>;
-    /// A sample or a cell of a chunk.
+    /// Address of a sample or cell in a chunk.
     struct SampleAddress {
         ChunkKey key;
         int column = 0, row = 0;
@@ -77,7 +77,7 @@ private:
     LatticePoint nearest(LatticePoint point) const;
     SampleAddress find_sample(int level, LatticePoint point) const;
     SampleAddress find_cell(int level, LatticePoint corner) const;
-    /// The level of a step; -1 for steps above that of the root squares' samples.
+    /// The level with a step; -1 if the step exceeds that of the root squares' samples.
     int level_of(std::int64_t step) const;
     /// Upper bound of every deviation.
     float widest() const;
@@ -96,7 +96,7 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
                                              " is damaged");
     };
     const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    // At most the longest record: the directory is not trusted.
+    // Not longer than the longest record: the directory is not trusted.
     if (record.bytes > 2 * max_encoded_bytes()) return damaged();
     std::vector<std::uint8_t> stored(record.bytes);
     if (auto done = file_.read(record.offset, stored); !done) return tl::unexpected(done.error());
@@ -127,9 +127,9 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) cons
     return chunk;
 }
 
-// The bounds of the baked surface hold for the triangulation of the finest level, too: over each finest triangle both
-// the triangulation and a triangle of any level are linear, so that their largest difference is at a finest sample;
-// there the baked surface is the sample, to half a quantum, which every stored bound includes.
+// The bounds of the baked surface also hold for the triangulation of the finest level. Over each finest triangle, that
+// triangulation and a triangle of any level are both linear, so that their difference is largest at a finest sample;
+// there the baked surface equals the sample to half a quantum, which every stored bound includes.
 
 StoredHeights::StoredHeights(std::unique_ptr<const ChunkReader> reader)
     : HeightSource(reader->directory().lattice, reader->directory().extent),
@@ -152,7 +152,7 @@ LatticePoint StoredHeights::nearest(LatticePoint point) const {
 }
 
 StoredHeights::SampleAddress StoredHeights::find_sample(int level, LatticePoint point) const {
-    // The world's eastern and northern border: the last sample of the last chunk.
+    // On the world's eastern or northern border: the last sample of the last chunk.
     SampleAddress address = find_cell(
         level, {std::min(point.x, lattice().east() - 1), std::min(point.y, lattice().north() - 1)});
     if (point.x == lattice().east()) ++address.column;
@@ -205,7 +205,7 @@ double StoredHeights::height(double x, double y) const {
 }
 
 Result<void> StoredHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    // The coarsest level that contains all of these points.
+    // The coarsest level that contains all these points.
     const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
     const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
     std::shared_ptr<const Chunk> chunk;
@@ -249,7 +249,7 @@ Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column, ++at) {
             bounds_out[at] = 0.0f;
-            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            if (((row | column) & 1) == 0) continue;  // vertex of a coarser spacing
             const Result<float> bound = vertex_bound(
                 {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}, grid.step);
             if (!bound) return tl::unexpected(bound.error());
@@ -277,7 +277,7 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
                 bounds_out[at] = (*chunk)->cell_bounds[cell_index(address.column, address.row)];
                 continue;
             }
-            // The triangles of a cell are the diamond of the vertex in its middle.
+            // The triangles of a cell form the diamond of the vertex in its middle.
             const std::int64_t half = grid.step / 2;
             const Result<float> bound =
                 is_inside ? vertex_bound({corner.x + half, corner.y + half}, half) : widest();
@@ -290,7 +290,7 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
 
 Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
                                        std::span<std::uint8_t> flags_out) const {
-    // The coarsest level whose cells are these, or parts of them.
+    // The coarsest level whose cells are these cells or parts of them.
     const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
     const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
     const std::int64_t part = lattice().step(level);
@@ -323,16 +323,16 @@ HeightInterval StoredHeights::interval(const WorldRect& rect) const {
     const Lattice& l = lattice();
     const auto index = [&l](double place, double origin, std::int64_t low, std::int64_t end) {
         const double u = std::floor((place - origin) / l.spacing);
-        if (!(u > static_cast<double>(low))) return low;  // also NaN
+        if (!(u > static_cast<double>(low))) return low;  // also for NaN
         return u < static_cast<double>(end) ? static_cast<std::int64_t>(u) : end - 1;
     };
-    // A corner that lies on a border of chunks belongs to both of them.
+    // A corner on the border of two chunks belongs to both.
     const double margin = 1e-9 * l.spacing;
     const std::int64_t west = index(rect.west - margin, l.origin_x, l.west(), l.east());
     const std::int64_t east = index(rect.east + margin, l.origin_x, l.west(), l.east());
     const std::int64_t south = index(rect.south - margin, l.origin_y, l.south(), l.north());
     const std::int64_t north = index(rect.north + margin, l.origin_y, l.south(), l.north());
-    // The finest level on which that is at most 8 x 8 chunks.
+    // The finest level on which the rectangle covers at most 8 x 8 chunks.
     int level = l.finest_level;
     while (level > 0 && (east - west) / l.chunk_side(level) + 1 > 8) --level;
     while (level > 0 && (north - south) / l.chunk_side(level) + 1 > 8) --level;

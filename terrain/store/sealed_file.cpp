@@ -62,7 +62,7 @@ ContentHash hash_of(std::span<const std::uint8_t> bytes) {
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content) {
     constexpr int kLevel = 3;
     std::vector<std::uint8_t> record(ZSTD_compressBound(content.size()));
-    // With space for the worst case it fails for lack of memory only.
+    // With space for the worst case, it fails only for lack of memory.
     const std::size_t size =
         ZSTD_compress(record.data(), record.size(), content.data(), content.size(), kLevel);
     if (ZSTD_isError(size) != 0) throw std::bad_alloc();
@@ -83,7 +83,7 @@ Result<std::size_t> decompress(std::span<const std::uint8_t> record,
 
 namespace {
 
-// Not text in any encoding, and damaged by line-end conversion.
+// Not valid text in any encoding; conversion of line ends damages it detectably.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'R', 'N', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kHeaderBytes = 72;
 /// Largest accepted directory: sizes in a file are not trusted for allocations.
@@ -192,7 +192,7 @@ Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     if (!offset) return tl::unexpected(offset.error());
     const Header header{kind_, *offset, stored.size(), directory.size(), hash_of(directory)};
     if (auto done = write_at(encode(header), 0); !done) return done;
-    // The content is on the disk before the name: after a crash there is the old file or the new one.
+    // The content is on the disk before the rename: after a crash there is either the old file or the new one.
     int cause = fsync(handle_) == 0 ? 0 : errno;
     if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
     if (cause == 0 && rename(written_path_.c_str(), path_.c_str()) != 0) cause = errno;

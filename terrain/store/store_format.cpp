@@ -22,14 +22,14 @@
 namespace terrane::internal {
 namespace {
 
-/// The largest integer whose square, or cube, is at most prime * 2^(32 * power); its last 32 bits.
+/// The largest integer whose square or cube is at most prime * 2^(32 * power); returns its low 32 bits.
 constexpr std::uint32_t root_fraction(std::uint64_t prime, int power) {
     __extension__ using Wide = unsigned __int128;
     // Below 7.4 * 2^32 for the cube root of 409, below 4.4 * 2^32 for the square root of 19.
     std::uint64_t root = 0;
     for (int bit = 34; bit >= 0; --bit) {
         const std::uint64_t tried = root | std::uint64_t{1} << bit;
-        // compare tried^power with prime << (32 * power), without its lowest bits' overflow
+        // Compares tried^power with prime << (32 * power), avoiding overflow.
         const Wide square = Wide{tried} * tried;
         const bool fits =
             power == 2 ? square <= Wide{prime} << 64 : square <= (Wide{prime} << 96) / tried;
@@ -106,7 +106,7 @@ std::string sha256(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-// Lossless: differences are of the numbers' bits as unsigned integers that wrap around.
+// Lossless coding of chunks: differences of the numbers' bits as unsigned integers, which wrap around.
 
 namespace {
 
@@ -152,7 +152,7 @@ void get_planes(ByteReader& in, std::span<T> values_out) {
     }
 }
 
-/// Prediction of a value from its western, southern and south-western neighbours: their plane.
+/// Predicts a value from its western, southern and south-western neighbours, by their plane.
 template <class At>
 std::uint32_t predicted(int column, int row, At&& at) {
     if (row == 0) return column == 0 ? 0u : at(column - 1, row);
@@ -190,7 +190,7 @@ std::vector<std::uint32_t> get_grid(ByteReader& in, int side) {
     return bits;
 }
 
-/// Differences of consecutive values.
+/// Writes differences of consecutive values.
 void put_row(ByteWriter& out, std::span<const std::uint16_t> bits) {
     std::vector<std::uint16_t> rest;
     rest.reserve(bits.size());
@@ -219,7 +219,7 @@ std::vector<To> bits_of(std::span<const From> values) {
     return bits;
 }
 
-/// Calls visit() for every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning.
+/// Visits every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning.
 template <class AnyVertices, class Visit>
 void for_each_vertex_number(AnyVertices& vertices, Visit&& visit) {
     for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
@@ -284,7 +284,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
     const auto parts = in.get<std::uint8_t>();
-    // reserved, so that the chunk has no more bytes than a load claims
+    // Reserved exactly, so that the chunk is no larger than the claim of a load.
     chunk->heights.reserve(std::size_t{kChunkSamples} * kChunkSamples);
     for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
         chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));
@@ -325,7 +325,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
 
 namespace {
 
-/// Number of chunks of all coarser levels.
+/// Number of chunks on all coarser levels.
 std::int64_t chunks_before(const Lattice& lattice, int level) {
     const std::int64_t roots = std::int64_t{lattice.root_count_x} * lattice.root_count_y;
     return roots * (((std::int64_t{1} << (2 * level)) - 1) / 3);
@@ -368,7 +368,7 @@ std::size_t StoreDirectory::index_of(const ChunkKey& key) const {
 }
 
 std::int64_t count_chunks(const Lattice& lattice) {
-    // At most 24 levels and 2^31 x 2^31 roots: doubles do not overflow.
+    // At most 24 levels and 2^31 x 2^31 roots, so doubles do not overflow.
     const double count = static_cast<double>(lattice.root_count_x) * lattice.root_count_y *
                          std::ldexp(1.0, 2 * lattice.finest_level);
     if (count > static_cast<double>(kMostChunks)) return kMostChunks + 1;

@@ -16,17 +16,17 @@ namespace terrane::internal {
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 std::string sha256(std::span<const std::uint8_t> bytes);
 
-/// The fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights as differences
-/// from their prediction by neighbours, numbers split into planes of their first, second ... bytes. The same bytes on
-/// every machine.
+/// Encodes the fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights as
+/// differences from a prediction by their neighbours, numbers split into planes of their first, second ... bytes. The
+/// same bytes on every machine.
 std::vector<std::uint8_t> encode_chunk(const Chunk& chunk);
 
-/// The largest size of encode_chunk()'s result.
+/// Upper limit of the size of an encoded chunk.
 std::size_t max_encoded_bytes();
 
 /// Decodes a chunk.
 ///
-/// Fails: bad_data if the bytes are not of a chunk
+/// Fails: bad_data if the bytes are not an encoded chunk
 Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> bytes,
                                                   const Lattice& lattice, const ChunkKey& key);
 
@@ -38,11 +38,11 @@ inline constexpr std::size_t kLongestNote = std::size_t{1} << 20;
 struct ChunkRecord {
     std::uint64_t offset = 0;
     std::uint32_t bytes = 0;
-    ContentHash hash;  ///< of encode_chunk()'s result
+    ContentHash hash;  ///< of the encoded chunk
     HeightInterval heights;
 };
 
-/// The content of a store besides chunks.
+/// The content of a store except the chunks.
 struct StoreDirectory {
     Lattice lattice;
     WorldRect extent;
@@ -54,18 +54,18 @@ struct StoreDirectory {
     std::size_t index_of(const ChunkKey& key) const;
 };
 
-/// Chunks of all levels of a lattice; kMostChunks + 1 for more than kMostChunks.
+/// Number of chunks on all levels of a lattice; kMostChunks + 1 if it exceeds kMostChunks.
 std::int64_t count_chunks(const Lattice& lattice);
 /// The key of a chunk by its index in StoreDirectory::chunks.
 ChunkKey key_at(const Lattice& lattice, std::int64_t index);
-/// Distances of the stored rise bounds, increasing: those that a triangulator needs.
+/// Distances of the stored rise bounds, increasing: those that a triangulator uses.
 std::vector<double> rise_distances(const Lattice& lattice);
 
 std::vector<std::uint8_t> encode(const StoreDirectory& directory);
-/// Fails: bad_data if the bytes are no valid directory
+/// Fails: bad_data if the bytes are not a valid directory
 Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes);
 
-/// SHA-256 of the content of a store, without offsets in the file and compressed sizes.
+/// SHA-256 of the content of a store, excluding offsets in the file and compressed sizes.
 std::string sha_of(const StoreDirectory& directory);
 
 }  // namespace terrane::internal

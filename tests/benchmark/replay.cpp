@@ -2,7 +2,6 @@
 #include "benchmark/replay.h"
 
 #include "benchmark/mesh_measure.h"
-#include "replay.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
 

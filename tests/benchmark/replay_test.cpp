@@ -3,7 +3,6 @@
 #include "replay.h"
 
 #include "benchmark/mesh_measure.h"
-#include "benchmark/replay.h"
 #include "support/random.h"
 
 #include <terrane/terrain/composed_heights.h>

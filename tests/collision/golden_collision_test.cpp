@@ -124,7 +124,7 @@ namespace golden_pairs_test {
 using test::Hash;
 using test::Random;
 
-// Not Eigen's product, whose order of operations may change.
+// Replaces Eigen's product, whose order of operations may change.
 Eigen::Vector3d direction(Random& random) {
     for (;;) {
         const double x = random.between(-1, 1), y = random.between(-1, 1),
@@ -301,8 +301,8 @@ namespace golden_proxy_test {
 using test::Hash;
 using test::Random;
 
-// An octahedron whose triangles are cut in four, `cuts` times, with vertices at random distances of 0.6 to 1. Square
-// roots only, which IEEE 754 rounds correctly.
+// An octahedron whose triangles are divided into four, `cuts` times, with vertices at random distances of 0.6 to 1. The
+// only irrational function is the square root, which IEEE 754 rounds correctly.
 TriangleMesh rock(int cuts) {
     TriangleMesh mesh;
     mesh.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};

@@ -37,7 +37,7 @@ PLAY = "_ZN7terrane4test15play_cost_scene"
 PARTS = {
     "Pager::update": "_ZN7terrane5Pager6updateE",
     "Pager::finish": "_ZN7terrane5Pager6finishE",
-    "Ground": "_ZN7terrane6GroundC",
+    "Pager::ground": "_ZNK7terrane5Pager6groundE",
     "World::step": "_ZN7terrane5World4stepE",
     "Triangulator::update": "_ZN7terrane12Triangulator6updateE",
 }

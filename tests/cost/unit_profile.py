@@ -50,13 +50,15 @@ def functions_of(objects):
 
 
 def functions_of_units(build_dir, component, units):
-    """Functions that only these translation units of a component's unity build define; fails where a unit has no object."""
+    """Functions that only these units of a component's unity build define: the objects of a room, numbered, or of a named
+    group of sources. Fails where a unit has no object."""
     folder = build_dir / component / "CMakeFiles" / f"terrane_{component}.dir"
     found = []
     for unit in units:
-        unit_object = folder / "Unity" / f"unity_{re.sub('[^A-Za-z0-9]', '_', unit)}_cxx.cxx.o"
-        if not unit_object.is_file():
-            raise FileNotFoundError(f"{unit_object} was not built")
-        found.append(unit_object)
+        name = re.sub("[^A-Za-z0-9]", "_", unit)
+        objects = [*folder.glob(f"Unity/unity_{name}_cxx.cxx.o"), *folder.glob(f"Unity/unity_{name}_[0-9]*_cxx.cxx.o")]
+        if not objects:
+            raise FileNotFoundError(f"no objects of {component}/{unit} in {folder}")
+        found += objects
     others = [path for path in folder.rglob("*.o") if path not in found]
     return functions_of(found) - functions_of(others)

@@ -33,7 +33,7 @@ NAMES = {
 }
 # Folder of a CMakeLists.txt: the feature of vcpkg.json, the set of Debian's packages (terrane_packages.cmake).
 FEATURES = {
-    "terrain": ("", "dev"), "collision": ("", "dev"), "render/scene": ("", "dev"), "terrain/store": ("store", "store"),
+    "base": ("", "dev"), "terrain": ("", "dev"), "collision": ("", "dev"), "render/scene": ("", "dev"), "terrain/store": ("store", "store"),
     "terrain/dem": ("dem", "dem"), "terrain/volume": ("volume", "volume"), "render": ("render", "render"),
     "playback": ("playback", "playback"), "collision/adapters": ("", "dev"),
     "tools": ("tools", None), "tests": ("tests", None), "tests/benchmark": ("tests", None),

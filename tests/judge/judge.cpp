@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "judge.h"
 
-#include "judge/judge.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

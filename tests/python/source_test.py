@@ -9,7 +9,7 @@ import numpy as np
 
 import terrane
 from grounds import SEED, bilinear, has, hills, loaded, main, small_fractal, write_raster
-from terrane import TicketState
+from terrane import RegionState
 
 
 class Fractal(unittest.TestCase):
@@ -147,7 +147,7 @@ class Paging(unittest.TestCase):
             pager.update(0.0)
             pager.finish()
             self.assertTrue(pager.is_ready(ticket))
-            self.assertEqual(pager.state_of(ticket), TicketState.ready)
+            self.assertEqual(pager.state_of(ticket), RegionState.ready)
             self.assertEqual(len(pager.resident), pager.stats.resident_chunks)
             keys = pager.resident.keys
             self.assertEqual((keys.dtype, keys.shape), (np.int32, (len(pager.resident), 3)))
@@ -156,7 +156,7 @@ class Paging(unittest.TestCase):
             self.assertEqual(chunk.key, tuple(keys[-1]))
             self.assertEqual(pager.last_failure, "")
             pager.release(ticket)
-            self.assertEqual(pager.state_of(ticket), TicketState.unknown)
+            self.assertEqual(pager.state_of(ticket), RegionState.released)
 
     def test_bodies_and_cameras_are_needs(self):
         pager = terrane.Pager(small_fractal(), worker_count=0)

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference_meshes.h"
 
-#include "references/reference_meshes.h"
-
 #include <terrane/base/result.h>
 
 #include <algorithm>

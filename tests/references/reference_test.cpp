@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "reference_maps.h"
 #include "reference_meshes.h"
-#include "references/reference_meshes.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
 #include "terrain/source/bound_checks.h"

@@ -4,7 +4,6 @@
 // CMU-CS-95-181, 1995. (greedy insertion, each triangle keeping its own worst sample)
 // Deviations: exact integer predicates; ties go to the older triangle.
 #include "reference_meshes.h"
-#include "references/reference_meshes.h"
 
 #include <algorithm>
 #include <cstddef>

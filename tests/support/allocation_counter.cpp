@@ -36,7 +36,7 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 }  // namespace
 
-// All forms, because sanitizers define those that a program does not.
+// All overloads, because a sanitizer supplies those that the program does not replace.
 void* operator new(std::size_t size) { return allocate(size, 1); }
 void* operator new[](std::size_t size) { return allocate(size, 1); }
 void* operator new(std::size_t size, std::align_val_t alignment) {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-// ThreadSanitizer has its own operators new, which programs cannot replace.
+// ThreadSanitizer provides its own operator new, which a program cannot replace.
 #if defined(__SANITIZE_THREAD__)
 #define TERRANE_COUNTS_ALLOCATIONS 0
 #elif defined(__has_feature)
@@ -17,10 +17,10 @@
 
 namespace terrane::test {
 
-/// Counts calls of operator new, and the bytes that they ask for, during its lifetime. Compiling allocation_counter.cpp
-/// replaces a program's global operators new and delete: link it into a separate test program.
+/// Counts calls of operator new and the bytes they request during its lifetime. Linking allocation_counter.cpp replaces
+/// the program's global operators new and delete, so only separate test programs do.
 ///
-/// Direct calls of malloc() are not counted. Under ThreadSanitizer nothing is: see `kCounts`.
+/// Direct calls of malloc() are not counted. Under ThreadSanitizer nothing is counted: see `kCounts`.
 class AllocationCounter {
 public:
     enum class Of { this_thread, all_threads };
@@ -30,7 +30,7 @@ public:
 
     /// Calls since construction.
     std::uint64_t count() const;
-    /// Bytes asked for since construction, whether they were freed or not.
+    /// Bytes requested since construction, freed or not.
     std::uint64_t bytes() const;
 
 private:

@@ -22,13 +22,13 @@
 namespace terrane::test {
 namespace {
 
-// Rounds down, also below zero.
+// Rounds towards minus infinity.
 std::int32_t divide(std::int64_t value, std::int64_t side) {
     const std::int64_t whole = value / side;
     return static_cast<std::int32_t>(value < 0 && whole * side != value ? whole - 1 : whole);
 }
 
-// From 0 to 1, 1 excluded.
+// Uniform in [0, 1).
 double chance(const FaultRule& rule, Question question, const SampleGrid& grid,
               std::uint64_t times_asked) {
     Hash hash;
@@ -98,7 +98,7 @@ bool FaultyHeights::matches(const FaultRule& rule, Question question,
            lattice().y(grid.corner.y + grid.step * (grid.rows - 1)) >= rule.area->south;
 }
 
-// Requires the lock.
+// Requires that the lock is held.
 FaultRule FaultyHeights::find_rule(Question question, const SampleGrid& grid) const {
     const std::uint64_t times_asked = asked_[{question, grid.corner, grid.step, grid.columns}]++;
     for (Rule& entry : plan_) {
@@ -111,7 +111,7 @@ FaultRule FaultyHeights::find_rule(Question question, const SampleGrid& grid) co
     return {};
 }
 
-// Applies the faults that change values.
+// Applies faults that change the returned values.
 Result<Fault> FaultyHeights::meet(Question question, const SampleGrid& grid) const {
     std::unique_lock lock(mutex_);
     ++question_count_;
@@ -169,7 +169,7 @@ Result<void> FaultyHeights::vertex_bounds(const SampleGrid& grid,
     const Result<Fault> fault = meet(Question::bounds, grid);
     if (!fault) return tl::unexpected(fault.error());
     if (const Result<void> read = ground_->vertex_bounds(grid, bounds_out); !read) return read;
-    // of an odd column: a vertex of the grid's spacing
+    // in an odd column, so that it is a vertex of the grid's spacing
     if (*fault == Fault::nan) bounds_out[1] = std::numeric_limits<float>::quiet_NaN();
     return {};
 }
@@ -217,7 +217,7 @@ std::size_t row_samples(const Lattice& lattice) {
     return static_cast<std::size_t>(lattice.east() - lattice.west() + 1);
 }
 
-// The samples of a row, and what they add up to.
+// One row of samples with its checksum.
 struct Row {
     std::vector<double> samples;
     std::uint64_t checksum = 0;
@@ -233,7 +233,7 @@ struct Row {
 
 class OpenFile {
 public:
-    // The file system's user is the thread's own: others are not touched.
+    // setfsuid() changes the file system user of the calling thread only.
     OpenFile(const std::string& path, bool as_nobody) {
         const int user = as_nobody ? setfsuid(kNobody) : -1;
         handle_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -249,7 +249,7 @@ public:
 
     bool is_open() const { return handle_ >= 0; }
 
-    // How much there was, up to `bytes`; below 0 where it cannot be read.
+    // Returns the number of bytes read, at most `bytes`; negative on error.
     std::ptrdiff_t read(void* into, std::size_t bytes, std::size_t offset) const {
         std::size_t done = 0;
         while (done < bytes) {
@@ -296,7 +296,7 @@ FileHeights::FileHeights(std::string path, std::shared_ptr<const HeightSource> g
       ground_(std::move(ground)) {}
 
 Result<void> FileHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    // beyond the world
+    // samples beyond the world come from the ground itself
     if (const Result<void> read = ground_->sample(grid, heights_out); !read) return read;
     const OpenFile file(path_, opens_as_nobody);
     if (!file.is_open()) return fail(ErrorCode::io, "cannot open " + path_ + ": " + trouble());

@@ -21,7 +21,7 @@
 
 namespace terrane::test {
 
-/// A fault of a call of a source.
+/// A fault injected into a call of a source.
 enum class Fault {
     none,
     read_error,         ///< fails with io
@@ -35,45 +35,44 @@ enum class Fault {
     hang,               ///< blocks until release(), then answers correctly
 };
 
-/// The calls of a source for a grid.
+/// Kinds of calls that a rule can select.
 enum class Question {
     any,
     sample,
-    bounds,  ///< of vertices, cells, or both
+    bounds,  ///< of vertices, of cells, or of both
     flags,
 };
 
-/// A rule for the calls with a fault. A call must match all of its fields.
+/// Selects calls and injects a fault. A call must match all fields.
 struct FaultRule {
     Fault fault = Fault::none;
-    std::chrono::milliseconds delay{0};  ///< before the call, also without a fault
+    std::chrono::milliseconds delay{0};  ///< before each matching call, with or without a fault
     Question question = Question::any;
-    std::optional<WorldRect> area = std::nullopt;  ///< of grids that touch it
-    std::optional<ChunkKey> chunk =
-        std::nullopt;  ///< of grids that make_chunk() reads for this chunk
-    int passes = 0;    ///< number of matching calls without the fault
-    int times = std::numeric_limits<int>::max();  ///< then the number of calls with it
-    /// Share of those; chosen by seed, call, grid and the number of repetitions, independent of the order of threads.
+    std::optional<WorldRect> area = std::nullopt;  ///< grids that overlap it
+    std::optional<ChunkKey> chunk = std::nullopt;  ///< grids that make_chunk() reads for this chunk
+    int passes = 0;                                ///< matching calls before the first fault
+    int times = std::numeric_limits<int>::max();   ///< calls with the fault after those
+    /// Share of these calls that fail. The choice depends on seed, call, grid and repetition, not on thread order.
     double share = 1.0;
     std::uint64_t seed = 1;
 };
 
-/// A source with planned faults. Threads: any, for all functions.
+/// A source with injected faults. Threads: any, for all functions.
 class FaultyHeights final : public HeightSource {
 public:
-    /// The first matching rule of a plan applies.
+    /// For each call the first matching rule applies.
     explicit FaultyHeights(std::shared_ptr<const HeightSource> ground,
                            std::vector<FaultRule> plan = {});
 
-    /// Resets the counts of rules; calls that hang from now on wait for another release().
+    /// Resets the counts of all rules. Calls that hang from now on wait for another release().
     void set_plan(std::vector<FaultRule> plan);
-    /// Releases hanging calls, and future ones.
+    /// Releases all calls that hang now or will hang under the current plan.
     void release();
-    /// Waits until a number of calls hang.
+    /// Waits until `count` calls hang.
     void wait_for_hung(int count) const;
-    /// Number of calls for grids so far.
+    /// Calls for grids so far.
     int question_count() const;
-    /// The chunks whose samples were read, in order.
+    /// Chunks whose samples were read, in order.
     std::vector<ChunkKey> sampled() const;
 
     double height(double x, double y) const override;
@@ -102,7 +101,7 @@ private:
     mutable std::mutex mutex_;  // of everything below
     mutable std::condition_variable changed_;
     mutable std::vector<Rule> plan_;
-    mutable std::map<GridName, std::uint64_t> asked_;  // how often
+    mutable std::map<GridName, std::uint64_t> asked_;  // calls per grid
     mutable std::vector<ChunkKey> sampled_;
     mutable int question_count_ = 0;
     mutable int hung_count_ = 0;
@@ -110,28 +109,27 @@ private:
     std::uint64_t released_plans_ = 0;
 };
 
-/// The chunk that reads a grid of its own spacing or, for a root, a coarser one; by the grid's middle.
+/// The chunk whose samples, or for a root coarser samples, are read by this grid; chosen by the grid's centre.
 ChunkKey chunk_of(const Lattice& lattice, const SampleGrid& grid);
 
-/// A source whose samples are in a file that is opened, read and closed in every call: for tests that truncate it,
-/// change a byte, or remove it. Bounds, and samples beyond the world, are those of the ground that it was
-/// written from.
+/// A source whose samples are stored in a file that every call opens, reads and closes: for tests that truncate,
+/// corrupt or remove the file. Bounds, and samples beyond the world, come from the ground that the file was written
+/// from.
 ///
-/// The file: row by row from the south of the world's lattice points, eight bytes each, and behind each row a
-/// checksum of eight bytes.
+/// Format: the world's lattice points row by row from the south, eight bytes each; each row is followed by a checksum
+/// of eight bytes.
 class FileHeights final : public HeightSource {
 public:
-    /// Writes the samples of a ground, replacing the file.
+    /// Writes the samples of a ground, replacing an existing file.
     ///
     /// Fails: io if it cannot be written
     static Result<void> write(const std::string& path, const HeightSource& ground);
-    /// Offset of the record of a row of lattice points.
+    /// Byte offset of a row of lattice points.
     static std::size_t row_offset(const Lattice& lattice, std::int64_t y);
 
     FileHeights(std::string path, std::shared_ptr<const HeightSource> ground);
 
-    /// Fails: io where the file cannot be opened or read; bad_data where it ends early, or a row does
-    ///        not have its checksum
+    /// Fails: io if the file cannot be opened or read; bad_data if it ends early or a row does not match its checksum
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
 
     double height(double x, double y) const override;
@@ -140,7 +138,7 @@ public:
     HeightInterval interval(const WorldRect& rect) const override;
     double rise_bound(double distance) const override;
 
-    /// Opens the file as an unprivileged user, if this process may change its user: root ignores permissions.
+    /// Opens the file as an unprivileged user, where the process may change its user, because root ignores permissions.
     std::atomic<bool> opens_as_nobody{false};
 
 private:
@@ -148,7 +146,7 @@ private:
     std::shared_ptr<const HeightSource> ground_;
 };
 
-/// While it lives, this process has no free file handles.
+/// During its lifetime this process has no free file handles.
 class NoFileHandles {
 public:
     NoFileHandles();

@@ -43,7 +43,7 @@ TEST(FaultyHeights, GivesWhatItsGroundGivesWhereNoRuleHolds) {
     EXPECT_EQ(got->cell_bounds, expected->cell_bounds);
     EXPECT_EQ(make_chunk(source, {0, 0, 1}).error().code, ErrorCode::io);
     EXPECT_EQ(source.sampled(), (std::vector<ChunkKey>{kKey, {0, 0, 1}}));
-    EXPECT_EQ(source.question_count(), 4);  // samples, bounds and flags; samples
+    EXPECT_EQ(source.question_count(), 4);  // samples, bounds and flags; then samples
 }
 
 TEST(FaultyHeights, BreaksEachQuestionInEachWay) {
@@ -175,7 +175,7 @@ TEST_F(FileHeightsTest, TellsAFileThatEndsEarlyFromRowsThatAreThere) {
 }
 
 TEST_F(FileHeightsTest, FindsEachByteThatIsChanged) {
-    for (const std::size_t byte : {0u, 777u, 4103u, 4104u, 4111u}) {  // the last ones: checksum
+    for (const std::size_t byte : {0u, 777u, 4103u, 4104u, 4111u}) {  // 4104, 4111: checksum
         ASSERT_TRUE(FileHeights::write(path_, *ground_));
         std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
         const auto place =

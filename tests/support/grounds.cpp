@@ -52,8 +52,9 @@ Result<void> WaveHeights::sample(const SampleGrid& grid, std::span<double> heigh
     return {};
 }
 
-// A right triangle of hypotenuse l leaves a surface by at most M l^2 / 8, where M bounds the second
-// derivative in any direction: 32 along an axis and 2 * 64 / 2 across, times amplitude / wavelength^2.
+// Over a right triangle with hypotenuse l a surface deviates from its interpolation by at most M l^2 / 8, where M
+// bounds the second derivative in any direction: 32 along an axis and 2 * 64 / 2 diagonally, times amplitude /
+// wavelength^2.
 double WaveHeights::bound(double longest_edge) const {
     const double second = 96.0 * amplitude_ / (wavelength_ * wavelength_);
     return std::min(2.0 * amplitude_, second * longest_edge * longest_edge / 8.0);
@@ -107,7 +108,7 @@ public:
                  std::function<double(double, double)> height, const TableGroundSettings& settings)
         : HeightSource(lattice, extent), height_(std::move(height)), settings_(settings) {}
 
-    // The triangles of the one level, so that a bound of 0 is right.
+    // Interpolates the triangles of the only level, so that a bound of 0 is correct.
     double height(double x, double y) const override {
         const double u = (x - lattice().origin_x) / lattice().spacing;
         const double v = (y - lattice().origin_y) / lattice().spacing;
@@ -137,7 +138,7 @@ public:
         return {};
     }
 
-    // The range of heights: bounds of vertices are not used by contact.
+    // The range of all heights: contact does not use bounds of vertices.
     Result<void> vertex_bounds(const SampleGrid&, std::span<float> bounds_out) const override {
         std::fill(bounds_out.begin(), bounds_out.end(), static_cast<float>(rise_bound(0.0)));
         return {};

@@ -27,7 +27,7 @@ std::uint64_t hash(const LatticePoint& point) {
     return h ^ (h >> 32);
 }
 
-// Adding zero turns -0 into +0: both display the same.
+// Adding zero turns -0 into +0: both display the same height.
 std::uint32_t offset_bits(const SoupVertex& v) {
     return std::bit_cast<std::uint32_t>(v.offset + 0.0f);
 }
@@ -45,7 +45,7 @@ SoupTriangle triangle_at(const TerrainMesh& mesh, const MeshChunk& part, std::si
     return triangle;
 }
 
-// A sum of areas that is exact beyond 64 bits, in halves of a squared finest spacing.
+// A sum of areas in halves of a squared finest spacing, exact beyond 64 bits.
 class ExactArea {
 public:
     void add(std::uint64_t doubled, std::uint64_t times = 1) {
@@ -62,7 +62,7 @@ private:
     std::uint64_t high_ = 0, low_ = 0;
 };
 
-// Takes the triangles of a mesh one by one.
+// Accumulates the triangles of a mesh one by one.
 class FlawFinder {
 public:
     FlawFinder(const Lattice& lattice, std::size_t triangle_count) : lattice_(lattice) {
@@ -116,7 +116,7 @@ private:
         }
     }
 
-    // The vertex at a lattice point, numbered in the order in which triangles name them.
+    // Index of the vertex at a lattice point; vertices are numbered in the order of first use.
     std::uint32_t number_of(const SoupVertex& v) {
         if (2 * vertices_.size() >= table_.size()) grow(2 * table_.size());
         std::uint32_t& slot = find(v.point);
@@ -146,7 +146,7 @@ private:
         for (std::uint32_t i = 0; i < vertices_.size(); ++i) find(vertices_[i].point) = i;
     }
 
-    // Lists the edges by their lower vertex: each entry is the other one, and a bit for the direction.
+    // Groups edges by their lower vertex; each entry holds the other vertex and one bit for the direction.
     void check_edges() {
         std::vector<std::uint32_t> first(vertices_.size() + 2, 0);
         const auto for_all_edges = [&](auto use) {
@@ -197,7 +197,7 @@ private:
 
     Lattice lattice_;
     std::vector<SoupVertex> vertices_;
-    std::vector<std::uint32_t> table_;  // into vertices_, open addressing
+    std::vector<std::uint32_t> table_;  // open addressing into vertices_
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     ExactArea area_;
     std::string flaw_;
@@ -250,14 +250,14 @@ std::string find_flaw(const TerrainMesh& mesh) {
     return finder.finish();
 }
 
-// Measures the displayed error of meshes by brute force.
-// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2).
+// Brute-force measurement of a mesh's displayed error.
+// Source: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (R2).
 
 namespace {
 
 using Corners = std::array<WorldPos, 3>;
 
-// Screen errors of single points of one view.
+// Accumulates screen errors of points in one view.
 class PointErrors {
 public:
     PointErrors(const HeightSource& source, const View& view, double allowed_m = 0.0)
@@ -278,10 +278,10 @@ public:
         }
         const double metres = std::abs(shown_world.z() - truth) - allowed_;
         const double error = metres * pixels_ / std::max(near_, from_eye.norm());
-        if (!(error <= worst_) && !std::isnan(worst_)) worst_ = error;  // NaN stays
+        if (!(error <= worst_) && !std::isnan(worst_)) worst_ = error;  // keeps NaN
     }
 
-    // Whether a true point over the box of a triangle may be inside the side planes.
+    // False only if no true point over the bounding box of the triangle is inside the view's side planes.
     bool may_see(const Corners& corners) const {
         const WorldPos low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
         const WorldPos high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
@@ -312,7 +312,7 @@ Corners corners_of(const SoupTriangle& triangle, const Lattice& lattice) {
             displayed(triangle[2], lattice)};
 }
 
-// Adds the points of a net, in units of its own mesh width, that lie in a triangle, edges included.
+// Adds the points of a regular grid that lie in a triangle, edges included; coordinates are in grid steps.
 void add_net(const SoupTriangle& triangle, const Lattice& lattice, int per_side,
              PointErrors& errors) {
     const Corners corners = corners_of(triangle, lattice);
@@ -354,7 +354,7 @@ double measure_error_px(const std::vector<SoupTriangle>& soup, const HeightSourc
     for (std::size_t t = 0; t < soup.size(); ++t) {
         const Corners corners = corners_of(soup[t], source.lattice());
         for (int i = 0; i < per_triangle; ++i) {
-            // another part of the sequence for each triangle, folded into it
+            // each triangle uses another part of the sequence, folded into the triangle
             const double k = static_cast<double>(i) + 0.5 + 0.137 * static_cast<double>(t % 97);
             double u = k * 0.7548776662466927;
             double v = k * 0.5698402909980532;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tests of the checks: each must detect a mesh with its flaw.
+// Each check must detect a mesh with the defect that it looks for.
 #include "mesh_checks.h"
 
 #include "support/grounds.h"
@@ -37,7 +37,7 @@ TEST(FindFlaw, PassesAWholeFan) { EXPECT_EQ(flaw_of(fan()), ""); }
 
 TEST(FindFlaw, FindsATJunction) {
     std::vector<SoupTriangle> soup = fan();
-    // two of the four joined into one big triangle leave the centre hanging on the diagonal
+    // merging two of the four triangles into a big one leaves the centre on its diagonal
     soup = {{soup[0][0], soup[0][1], soup[2][1]}, soup[1], soup[2]};
     EXPECT_TRUE(has(flaw_of(soup), "is used 1 times")) << flaw_of(soup);
 }
@@ -218,7 +218,7 @@ TEST(MeasureErrorPx, MeasuresWhatIsDisplayed) {
     const View view = look_at({64, 64, 502.5}, {64, 64, 0}, 0.2, 100, 100).value();
     const std::vector<SoupTriangle> soup = make_soup(made.mesh());
     EXPECT_EQ(displayed(soup[0][2], Lattice{}).z(), 2.5);
-    // the peak of 2.5 m is right under the eye, 502.5 m away; points are only near it
+    // the 2.5 m peak is 502.5 m below the eye; the sample points only come near it
     const double whole = 2.5 * view.pixels_per_radian() / 502.5;
     const double net = measure_error_px_everywhere(soup, flat, view, 8);
     EXPECT_LT(net, whole);

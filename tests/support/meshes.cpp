@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Source: C. Ericson. Real-Time Collision Detection. 2005, 5.1.5, as the nearest of plane and edges.
+// Source: C. Ericson. Real-Time Collision Detection. 2005, 5.1.5, as the minimum over plane and edges.
 #include "support/meshes.h"
 
 #include "support/random.h"
@@ -28,7 +28,7 @@ double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
 
 double farthest(std::span<const Eigen::Vector3d> vertices, const MeshTriangles& from,
                 const MeshTriangles& to, int per_edge) {
-    // The largest of the smallest: a sample is done with as soon as a triangle is nearer than the largest so far.
+    // Maximum of minima: the search over triangles ends as soon as the distance is not above the maximum so far.
     double largest = 0.0;
     for (const auto& t : from) {
         std::size_t last = 0;
@@ -40,7 +40,7 @@ double farthest(std::span<const Eigen::Vector3d> vertices, const MeshTriangles& 
                                           v * (vertices[t[2]] - vertices[t[0]]);
                 double smallest = std::numeric_limits<double>::infinity();
                 for (std::size_t k = 0; k < to.size() && smallest > largest; ++k) {
-                    // Begins at the triangle that decided the sample before.
+                    // Starts with the triangle that ended the search of the previous sample.
                     const std::size_t index = (last + k) % to.size();
                     const auto& o = to[index];
                     const double distance =
@@ -64,7 +64,7 @@ double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
         {distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
     const Eigen::Vector3d normal = (b - a).cross(c - a);
     const double doubled = normal.norm();
-    // the normal of a needle is rounding
+    // the normal of a needle triangle is dominated by rounding
     const double longest =
         std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
     if (!(doubled > 1e-9 * longest)) return edges;
@@ -190,7 +190,7 @@ EdgeCounts count_edges(const MeshTriangles& triangles) {
 
 namespace {
 
-// A cone or its lower part about the z axis, closed below.
+// A cone or frustum about the z axis, closed at the bottom.
 void add_cone(double low, double high, double low_radius, double high_radius, int sides,
               const std::array<std::uint8_t, 4>& colour, TriangleMesh& mesh) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());

@@ -11,8 +11,8 @@
 
 namespace terrane::test {
 
-/// The same numbers on every machine, unlike std::*_distribution. SplitMix64 (G. Steele, D. Lea,
-/// C. Flood, 2014).
+/// A generator with the same sequence on every machine, unlike std::*_distribution. SplitMix64 (G. Steele, D. Lea, C.
+/// Flood, 2014).
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -23,23 +23,23 @@ public:
         z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
         return z ^ (z >> 31);
     }
-    /// In [low, high).
+    /// Uniform in [low, high).
     double between(double low, double high) {
         return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
     }
-    /// In [0, count).
+    /// Uniform in [0, count).
     int below(int count) { return static_cast<int>(bits() % static_cast<std::uint64_t>(count)); }
-    /// Unit, spread evenly.
+    /// A unit vector, uniform over the sphere.
     Eigen::Vector3d direction() {
         for (;;) {
-            // Named, so that every compiler draws in the same order.
+            // Named variables fix the order of the draws on every compiler.
             const double x = between(-1.0, 1.0), y = between(-1.0, 1.0), z = between(-1.0, 1.0);
             const double square = x * x + y * y + z * z;
             if (square < 0.01 || square > 1.0) continue;
             return Eigen::Vector3d(x, y, z) / std::sqrt(square);
         }
     }
-    /// Orthonormal, spread evenly over all rotations.
+    /// A rotation matrix, uniform over all rotations.
     Eigen::Matrix3d rotation() {
         for (;;) {
             const double a = between(-1.0, 1.0), b = between(-1.0, 1.0);
@@ -59,7 +59,7 @@ private:
     std::uint64_t state_;
 };
 
-/// FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo) of the bytes of plain values.
+/// FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo) of the bytes of plain values.
 class Hash {
 public:
     template <class T>

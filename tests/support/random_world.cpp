@@ -17,7 +17,7 @@ namespace {
 
 bool is_chance(Random& random, double share) { return random.between(0.0, 1.0) < share; }
 
-// 1 to 3 roots in a row; every other time one.
+// 1 to 3 roots along an axis; 1 in half of the cases.
 std::int32_t random_count(Random& random) { return std::max(1, random.below(6) - 2); }
 
 std::shared_ptr<const HeightSource> random_fractal(Random& random) {
@@ -61,7 +61,7 @@ Eigen::Vector3d random_direction(Random& random) {
 }
 
 float random_fade(Random& random) {
-    const double t = random.between(-0.5, 2.0);  // many are in, some are out
+    const double t = random.between(-0.5, 2.0);  // clamped to 0 or 1 in most cases
     return static_cast<float>(std::clamp(t, 0.0, 1.0));
 }
 
@@ -138,7 +138,7 @@ void RandomResidence::step(Random& random) {
         has_same_chunks = false;
         is_in_[i] = !is_in_[i];
         fades_[i] = random_fade(random);
-        // evicts its descendants, too
+        // also evicts the descendants
         for (std::size_t k = i + 1; k < is_in_.size(); ++k) {
             if (!is_in_[world_.parent(k)]) is_in_[k] = false;
         }
@@ -185,11 +185,11 @@ View random_view(Random& random, const RandomWorld& world) {
     forward.z() = -0.3 * std::abs(forward.z());
     double fov = random.between(0.3, 1.8);
     switch (random.below(18)) {
-        case 0:  // under the ground
+        case 0:  // below the ground
             eye = over_ground(-random_magnitude(random, 1e-3 * size, 10.0 * size));
             forward = random_direction(random);
             break;
-        case 1: {  // in a vertex
+        case 1: {  // at a vertex
             const std::int64_t x =
                 lattice.west() + random.below(static_cast<int>(std::min(
                                      lattice.east() - lattice.west() + 1, std::int64_t{1} << 30)));
@@ -201,7 +201,7 @@ View random_view(Random& random, const RandomWorld& world) {
             eye = {lattice.x(x), lattice.y(y), lattice.quantum * std::round(z / lattice.quantum)};
             break;
         }
-        case 2:  // far away, looking back or anywhere
+        case 2:  // far away, looking back or in a random direction
             eye = 1e9 * random_direction(random);
             forward = is_chance(random, 0.7) ? Eigen::Vector3d(-eye / eye.norm())
                                              : random_direction(random);

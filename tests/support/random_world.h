@@ -13,20 +13,20 @@
 
 namespace terrane::test {
 
-/// A small world of random shape: 1 to 9 roots, 1 to 5 levels, fractal or waves, any scale. Some of
-/// its chunks, made once: roots and random branches, so that all levels occur.
+/// A small random world with some of its chunks: 1 to 9 roots, 1 to 5 levels, fractal or waves, any scale. The chunks
+/// are made once: all roots and random branches, so that all levels occur.
 class RandomWorld {
 public:
-    /// @param chunk_count most chunks besides the roots
+    /// @param chunk_count largest number of chunks besides the roots
     RandomWorld(Random& random, int chunk_count);
 
     const HeightSource& source() const { return *source_; }
     const Lattice& lattice() const { return source_->lattice(); }
-    /// Parents come before their children.
+    /// In an order that puts parents before their children.
     const std::vector<std::shared_ptr<const Chunk>>& chunks() const { return chunks_; }
-    /// Index of a chunk's parent in chunks(); of a root its own.
+    /// Index in chunks() of a chunk's parent; a root is its own parent.
     std::size_t parent(std::size_t i) const { return parents_[i]; }
-    /// Triangles of a mesh of bare roots.
+    /// Number of triangles of the mesh of the roots alone.
     std::size_t root_triangles() const;
     std::string describe() const;
 
@@ -36,15 +36,15 @@ private:
     std::vector<std::size_t> parents_;
 };
 
-/// A resident set of a random world: any chunks with resident parents, each with its own fade. Consecutive states are
-/// similar, as in a flight, or unrelated.
+/// A random resident set of a random world: chunks whose parents are resident, each with its own fade. Consecutive sets
+/// are either similar, as in a flight, or independent.
 class RandomResidence {
 public:
     explicit RandomResidence(const RandomWorld& world);
 
-    /// Any set at all, with any fades.
+    /// Makes an independent set with random fades.
     void jump(Random& random);
-    /// A few loads, a few evictions, and fades that go on.
+    /// Loads and evicts a few chunks and continues the fades.
     void step(Random& random);
     std::shared_ptr<const ResidentSet> resident() const { return resident_; }
 
@@ -58,17 +58,17 @@ private:
     std::uint64_t epoch_ = 0;
 };
 
-/// Any valid view: ordinary ones, and one in three extreme: under the ground, in a vertex, 1e9 m away, straight up
-/// and down, fields of view of 1e-3 to 3.1.
+/// A random valid view. One in three is extreme: below the ground, at a vertex, 1e9 m away, straight up or down, a
+/// field of view of 1e-3 to 3.1.
 View random_view(Random& random, const RandomWorld& world);
 
-/// A view a little further on.
+/// A view a little ahead of another.
 View moved_view(Random& random, const RandomWorld& world, const View& view);
 
-/// Sizes of any order of magnitude between two.
+/// A random size, uniform in its logarithm.
 double random_magnitude(Random& random, double low, double high);
 
-/// The difference of two frames; "" if every triangle and offset has the same bits.
+/// Describes the first difference between two frames; "" if all triangles and offsets have the same bits.
 std::string find_difference(const TerrainMesh& a, const TerrainMesh& b);
 
 }  // namespace terrane::test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The heights of a seed, hashed as doubles. They must be the same with every compiler, at every
-// optimisation level and on every processor. Whoever changes them on purpose runs this test, copies
-// the hashes that it prints, and writes the change under "Terrain changes" in CHANGELOG.md.
+// Hashes of the heights of a seed as doubles. They must be the same with every compiler, at every optimisation level
+// and on every processor. After an intended change, copy the printed hashes and add an entry under "Terrain changes" in
+// CHANGELOG.md.
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -22,7 +22,7 @@
 namespace terrane {
 namespace golden_heights_test {
 
-/// FNV-1a over the bytes of the doubles, the lowest first.
+/// FNV-1a over the bytes of the doubles, least significant byte first.
 std::uint64_t hash_of(const std::vector<double>& values) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const double value : values) {
@@ -34,7 +34,7 @@ std::uint64_t hash_of(const std::vector<double>& values) {
     return hash;
 }
 
-/// Samples of two grids, fine and coarse, and some heights between them, around (place, -place).
+/// Samples of a fine and a coarse grid and heights between them, around (place, -place).
 std::vector<double> heights_around(const HeightSource& source, std::int64_t place) {
     std::vector<double> all;
     for (const std::int64_t step : {1, 64}) {
@@ -50,7 +50,7 @@ std::vector<double> heights_around(const HeightSource& source, std::int64_t plac
     return all;
 }
 
-/// The bounds that certify them: promised as well.
+/// The bounds that certify these heights are promised as well.
 std::vector<double> bounds_around(const HeightSource& source, std::int64_t place) {
     std::vector<double> all;
     const std::int64_t corner = place / 16 * 16;
@@ -143,9 +143,9 @@ TEST(GoldenHeights, DetailHasTheBitsThatWerePromised) {
 
 }  // namespace golden_heights_test
 
-// The bits of meshes along a flight. They may change only together with an entry in CHANGELOG.md
-// ("Terrain changes" where heights changed); the failure prints the present hashes. Built with both
-// compilers at more than one optimisation level: all must agree.
+// Bits of meshes along a flight. They may change only with an entry in CHANGELOG.md ("Terrain changes" if heights
+// changed); a failure prints the new hashes. Built with both compilers at several optimisation levels, which must
+// agree.
 
 namespace golden_mesh_test {
 
@@ -180,12 +180,12 @@ TEST(GoldenMesh, IsTheSameWithEveryCompilerAtEveryLevel) {
 
 }  // namespace golden_mesh_test
 
-// The bits of a recorded sequence of contractions. They may change only together with an entry in CHANGELOG.md; the
-// failure prints the present hash. Built with both compilers at more than one optimisation level: all must agree.
+// Bits of a recorded sequence of contractions. They may change only with an entry in CHANGELOG.md; a failure prints the
+// new hash. Built with both compilers at several optimisation levels, which must agree.
 
 namespace golden_progressive_test {
 
-// Two sheets of noise that share a border with other attributes, and a box beside them.
+// Two sheets of noise with different attributes along their common border, and a box beside them.
 TriangleMesh make_sheets() {
     constexpr std::uint32_t kSide = 32;
     test::Random random(9);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// update() does not allocate in any frame of a flight.
+// Triangulator::update() allocates nothing in any frame of a flight after the first.
 #include "paging/demand/contact_needs.h"
 #include "support/allocation_counter.h"
 #include "support/grounds.h"
@@ -33,7 +33,7 @@ constexpr int kFrames = 200;
 TEST(AllocationCounter, CountsEveryFormOfNew) {
     if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer has operators new of its own";
     const AllocationCounter counter;
-    // stored so that the compiler cannot remove the allocations
+    // stored so that the compiler cannot elide the allocations
     static void* volatile kept = nullptr;
     auto* one = new int(1);
     kept = one;
@@ -87,7 +87,7 @@ View view_at(int frame) {
     return look_at(eye, eye + displacement, 1.0, 1280, 720).value();
 }
 
-// Allocations inside update() over a flight, without the first frame.
+// Allocations inside update() over a flight, except in the first frame.
 std::uint64_t count_in_updates(
     Triangulator& triangulator,
     const std::function<std::shared_ptr<const ResidentSet>(int frame, double threshold_px)>&
@@ -142,7 +142,8 @@ TEST(Allocation, NeverHappensInUpdateWhileChunksComeAndGo) {
 }  // namespace allocation_test
 }  // namespace terrane
 
-// find() allocates only when it needs more memory than before: bodies on a closed path cause no allocation.
+// ContactNeeds::find() allocates only if it needs more memory than before: bodies on a closed path cause no allocation
+// after the first round.
 
 namespace terrane::internal {
 namespace contact_needs_allocation_test {
@@ -176,7 +177,7 @@ TEST(Allocation, NeverHappensInContactNeedsOnARepeatedTrajectory) {
 }  // namespace contact_needs_allocation_test
 }  // namespace terrane::internal
 
-// Ground::surface() allocates nothing, with a map or without, and copying a ground neither.
+// Ground::surface() and copies of a Ground allocate nothing, with or without a surface map.
 
 namespace terrane {
 namespace surface_allocation_test {
@@ -220,7 +221,7 @@ TEST(Allocation, NeverHappensInSurfacePropertiesOfTheGround) {
 
 }  // namespace surface_allocation_test
 
-// A GroundBatch that exists allocates nothing.
+// Queries of an existing GroundBatch allocate nothing.
 
 namespace batch_allocation_test {
 

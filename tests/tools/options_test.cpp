@@ -16,6 +16,7 @@
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
+#include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>

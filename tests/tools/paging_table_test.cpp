@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lab/paging_table.h"
 
+#include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 
 #include <cmath>

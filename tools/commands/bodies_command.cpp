@@ -49,7 +49,7 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     const std::vector<StudyTable> tables =
         run_study(settings, [&](double share) { progress.show(share); });
     if (is_interrupted()) return failure("interrupted before the study's tables were whole");
-    nlohmann::ordered_json summary, findings;  // the page has the findings beside their tables
+    nlohmann::ordered_json summary, findings;  // the report shows findings beside their tables
     for (const StudyTable& table : tables) {
         const nlohmann::ordered_json json = to_json(table);
         summary[table.key + "_slopes"] = json["slopes"];

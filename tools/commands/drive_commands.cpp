@@ -14,7 +14,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kUsualSpeed = 12.0;                       // m/s
-constexpr double kLeastSpeed = 0.1, kGreatestSpeed = 1e3;  // m/s, what PathDriver accepts
+constexpr double kLeastSpeed = 0.1, kGreatestSpeed = 1e3;  // m/s, range of PathDriver
 constexpr double kTruckHalfLength = 2.3;                   // metres, for which the camera is made
 
 struct DriveOptions : FlightOptions {

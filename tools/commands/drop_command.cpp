@@ -34,17 +34,17 @@
 
 namespace terrane::tools {
 
-/// A world from a file that holds the bytes of World::save(). Fails with io where it cannot be read, and as
-/// World::load(); messages name the file.
+/// Loads a world from a file with the bytes of World::save(). Fails with io if it cannot be read, and as World::load();
+/// messages name the file.
 Result<World> restore_world(const std::string& path, int worker_count);
 
-/// Pictures of the bodies of a drop, with frames.csv and report.html. Has a pager of its own, so that drawing does
-/// not affect the simulation.
+/// Pictures of the bodies of a drop, with frames.csv and report.html. Has its own pager, so that drawing does not
+/// affect the simulation.
 class DropFilm {
 public:
     /// @param options fps, size, fov_deg, out, png and video are used
     ///
-    /// Fails as FlightOutput and FrameMaker do.
+    /// Fails as FlightOutput and FrameMaker.
     static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
                                    const World& world);
 
@@ -66,7 +66,7 @@ private:
 };
 
 Result<World> restore_world(const std::string& path, int worker_count) {
-    // a folder opens as a stream without content: check first
+    // a folder would open as an empty stream: check first
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {
@@ -162,7 +162,7 @@ struct DropOptions {
     bool json = false;
 };
 
-/// Sums and maxima over the steps.
+/// Sums and maxima over steps.
 struct DropTotals {
     std::uint64_t fell_through = 0;
     std::uint64_t parked = 0;
@@ -330,8 +330,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         if (!shape) return pass_on(shape.error());
         with_seed.layout.file_shape = *std::move(shape);
     }
-    // Without workers every step has the ground that the bodies need: no body parks and no figure depends on time.
-    // A horizon of two steps is enough then.
+    // Without workers every step has the ground that the bodies need: no body is parked and no figure depends on
+    // timing. A horizon of two steps is then sufficient.
     Result<Pager> pager = Pager::create(
         terrain->source, {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
                           .worker_count = 0,

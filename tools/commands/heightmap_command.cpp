@@ -39,7 +39,7 @@ std::optional<RasterFormat> raster_format(const std::string& path);
 
 /// Writes a heightmap; replaces an existing file.
 ///
-/// Fails: io, naming the path and the cause. A file that was there is unchanged then
+/// Fails: io, naming the path and the cause. An existing file is then unchanged
 Result<void> write_heightmap(const adapters::Heightmap& map, RasterFormat format,
                              const std::string& path);
 
@@ -54,7 +54,7 @@ struct FreeBytes {
     void operator()(void* bytes) const { VSIFree(bytes); }
 };
 
-// A file in memory, removed with what GDAL writes beside it.
+// A file in memory, removed together with GDAL's sidecar files.
 struct MemoryFile {
     explicit MemoryFile(std::string name) : path(std::move(name)) {}
     ~MemoryFile() {
@@ -133,7 +133,7 @@ Result<void> write_heightmap(const adapters::Heightmap& map, RasterFormat format
 namespace {
 
 constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMostPlace = 0x1p39;  // as of HeightmapSettings
+constexpr double kMostPlace = 0x1p39;  // limit of HeightmapSettings
 
 struct HeightmapOptions {
     TerrainOptions terrain;

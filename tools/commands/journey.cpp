@@ -134,8 +134,8 @@ Ground Journey::ground_of(const FrameMaker& maker) const {
     return maker.pager().ground(terrain_.surface);
 }
 
-// Puts the traveller and the crates on the ground, waits until springs and crates are at rest, and adds the bodies of
-// the scene.
+// Places the traveller and the crates on the ground, simulates until springs and crates are at rest, and adds the
+// bodies of the scene.
 CommandResult<void> Journey::put_down(const Ground& ground) {
     CommandResult<std::vector<PlacedBody>> crates = lay_out_crates(crates_, ground, obstacles_);
     if (!crates) return pass_on(crates.error());
@@ -183,7 +183,7 @@ void Journey::count_touched() {
         if (event.b == body_) supports_.push_back(event.a);
     }
     for (const BodyId touched : supports_) {
-        // scattered objects come later
+        // scattered objects have larger indices
         if (!touched.is_valid() || touched.index >= touched_.size()) continue;
         if (touched_[touched.index] != 1) continue;
         touched_[touched.index] = 2;
@@ -222,7 +222,7 @@ void Journey::draw() {
     for (const BodyId id : scene_ids_) {
         const std::uint32_t index = id.index;
         BodyState state = world_.states()[index];
-        // Bodies that wake and sleep as they are touched would flicker.
+        // avoids flicker of bodies that wake and sleep
         if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
         add_objects(world_.settings()[index].shape, state, objects_);
     }

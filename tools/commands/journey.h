@@ -28,13 +28,13 @@ struct DrivePlan {
 /// The plan for a camera path or track projected to the plane. Fails with exit_usage for too many frames; with
 /// exit_failed for paths that jump, are shorter than 2 m, or cannot be read.
 ///
-/// @param usual_speed m/s, where neither the options nor a track's times give one
+/// @param usual_speed m/s, if neither the options nor a track's times give one
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
                                          double usual_speed);
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {
-    double distance_m = 0.0;   // without free fall outside the world
+    double distance_m = 0.0;   // excluding free fall outside the world
     double max_depth_m = 0.0;  // of any body
     std::uint64_t fell_through =
         0;  // body steps that ended deeper in the ground than the tolerance
@@ -46,10 +46,10 @@ struct JourneyTotals {
     std::size_t crates_touched = 0;  // distinct ones
 };
 
-/// A traveller, crates and the bodies of a scene in one world, and a camera behind the traveller.
+/// A traveller, crates and the bodies of a scene in one world, with a camera behind the traveller.
 class Journey {
 public:
-    /// All arguments but the camera's settings must outlive the journey.
+    /// All arguments except the camera's settings must outlive the journey.
     ///
     /// @param crate_count crates on and beside the path
     static CommandResult<Journey> create(const FlightOptions& options, const Terrain& terrain,
@@ -59,7 +59,7 @@ public:
     /// Columns of frames.csv.
     static std::vector<std::string> columns(const Traveller& traveller);
 
-    /// Loads the first ground, puts everything on it, lets it come to rest for 1.5 s, and plays the frames.
+    /// Loads the first ground, places everything on it, simulates 1.5 s to let it come to rest, and plays the frames.
     CommandResult<void> play(FrameMaker& maker, FlightOutput& output);
 
     const JourneyTotals& totals() const { return totals_; }
@@ -84,19 +84,19 @@ private:
     CrateLayout crates_;
     World world_;
     ObjectBodies scene_objects_;
-    World obstacles_;  // the bodies of the scene and its static objects alone
+    World obstacles_;  // only the bodies of the scene and its static objects
     std::optional<ChaseCamera> camera_;
     BodyId body_{};
     std::vector<BodyId> crate_ids_, scene_ids_;
     std::vector<std::uint8_t>
-        touched_;  // by index of a body: 0 no crate, 1 a crate, 2 one that was touched
+        touched_;  // by body index: 0 not a crate, 1 a crate, 2 a touched crate
     JourneyTotals totals_;
     StepReport last_;
     std::vector<BodyId> supports_;
     std::vector<DrawnObject> objects_;
 };
 
-/// The keys that drives and walks have in common.
+/// The summary's keys common to drives and walks.
 nlohmann::ordered_json summarize(const JourneyTotals& totals);
 
 }  // namespace terrane::tools

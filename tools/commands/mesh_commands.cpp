@@ -40,7 +40,7 @@ struct MeshOptions {
     bool json = false;
 };
 
-/// Loading starts with this error threshold and halves it, so that a small triangle budget loads no chunks that it
+/// Loading starts with this error threshold and halves it, so that no chunks are loaded that a small triangle budget
 /// cannot draw.
 constexpr double kFirstThreshold_px = 4096.0;
 constexpr int kMaxRounds = 64;
@@ -61,7 +61,7 @@ Result<View> make_view(const MeshOptions& options, const Terrain& terrain) {
                    options.size.height_px);
 }
 
-/// Samples the terrain where the view looks by default, to get the error that HeightSource::height() cannot report.
+/// Samples the terrain at the default target of the view, to get the error that HeightSource::height() cannot report.
 Result<void> read_middle(const Terrain& terrain) {
     const HeightSource& source = *terrain.source;
     const Lattice& lattice = source.lattice();
@@ -75,7 +75,7 @@ Result<void> read_middle(const Terrain& terrain) {
     return source.sample(grid, heights);
 }
 
-/// Alternates loading and triangulation until the mesh needs no absent chunk.
+/// Alternates loading and triangulation until the mesh needs no further chunk.
 CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator,
                                              const View& view, double memory_mb) {
     const Progress progress("loading");
@@ -93,7 +93,7 @@ CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangu
                 fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
                             memory_mb, stats.late_chunks));
         }
-        // everything above wanted_px is resident: stable where the mesh cannot use more
+        // everything above wanted_px is resident: stable if the mesh cannot use more
         const bool is_stable =
             mesh.threshold_px >= wanted_px && mesh.resident->epoch() == last_epoch;
         if (is_stable && mesh.status != MeshStatus::not_resident) return mesh;
@@ -133,7 +133,7 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     const CommandResult<TerrainMesh> mesh =
         load_until_stable(*pager, *triangulator, *view, options.memory_mb);
     if (!mesh) return pass_on(mesh.error());
-    // the other formats have had positions only from the first
+    // the other formats are written without normals, for compatibility
     const IndexedMesh welded =
         weld(*mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
     if (!options.out.empty()) {
@@ -204,19 +204,20 @@ struct SimplifiedFile {
     const char* stop = "";
 };
 
-/// Moves a mesh that is far from the origin to it, by whole metres. Returns what rounding adds to distances, metres.
+/// Moves a mesh that is far from the origin to it, by whole metres. Returns the resulting rounding error of distances,
+/// metres.
 double move_to_origin(TriangleMesh& mesh) {
     double largest = 0.0;
     for (const Eigen::Vector3d& p : mesh.positions)
         largest = std::max(largest, p.cwiseAbs().maxCoeff());
-    // Refused where it is not finite.
+    // meshes that are not finite are refused later
     if (!(largest > kLargestMeshCoordinate) || !std::isfinite(largest)) return 0.0;
     const Eigen::Vector3d origin = mesh.positions.front().array().floor();
     for (Eigen::Vector3d& p : mesh.positions) p -= origin;
     return 2.0 * largest * std::numeric_limits<double>::epsilon();
 }
 
-/// Sets the first level that meets one of the limits, and says which.
+/// Sets the first level that meets one of the limits, and returns the name of that limit.
 const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error_m) {
     mesh.set_triangle_count(triangles);
     const bool meets_count = mesh.triangles().size() <= triangles;

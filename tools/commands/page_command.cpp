@@ -92,8 +92,8 @@ void print_heading() {
     std::fwrite(line.data(), 1, line.size(), stdout);
 }
 
-// Plays all runs and keeps the best of each row; prints rows when they are complete. Fails with cancelled where the
-// program was interrupted: then the rows before Plan::rows_done are complete.
+// Plays all runs and keeps the best of each row; prints rows when they are complete. Fails with cancelled if the
+// program was interrupted; the rows before Plan::rows_done are then complete.
 Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan) {
     Progress progress("paging");
     ChunkCache chunks(terrain.source, static_cast<std::size_t>(options.cache_mb * 0x1p20));

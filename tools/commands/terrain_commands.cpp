@@ -43,14 +43,14 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     nlohmann::ordered_json info;
     info["terrain"] = terrain.name;
     info["extent_m"] = {extent.west, extent.south, extent.east, extent.north};
-    // of a raster the range of its samples; of a fractal a guaranteed interval
+    // range of a raster's samples, or guaranteed interval of a fractal
     info["min_m"] = terrain.dem ? terrain.dem->min_m : guaranteed.low;
     info["max_m"] = terrain.dem ? terrain.dem->max_m : guaranteed.high;
     info["guaranteed_m"] = {guaranteed.low, guaranteed.high};
     info["levels"] = lattice.finest_level + 1;
     info["root_size_m"] = lattice.root_size();
     info["roots"] = {lattice.root_count_x, lattice.root_count_y};
-    // along the square of them that is resident; 0: all are
+    // side of the resident square of root squares; 0: all are resident
     info["root_window"] = lattice.root_window;
     info["finest_spacing_m"] = lattice.spacing;
     // origin of cell indices; cells with an even index sum are split from south-west to north-east
@@ -80,7 +80,7 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     return info;
 }
 
-/// For people: a line for each volume.
+/// One line per volume, for people.
 nlohmann::ordered_json list_volumes(nlohmann::ordered_json info) {
     if (!info.contains("volumes")) return info;
     const nlohmann::ordered_json volumes = std::move(info["volumes"]);
@@ -147,7 +147,7 @@ CommandResult<void> run_bake(const BakeOptions& options) {
         progress.show(share);
         return !is_interrupted();
     };
-    // a store has heights alone: a scene adds its volumes to a baked terrain as to any other
+    // a store contains only heights: a scene adds its volumes to a baked terrain as to any other
     const Result<StoreInfo> baked =
         ChunkStore::bake(*heightfield_of(*terrain), options.out, settings);
     if (!baked && baked.error().code == ErrorCode::invalid_argument) {

@@ -23,14 +23,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kTradeName = "trade.json";
-// Seconds that a run aims at, which leave a third of what is promised to slow machines.
+// Target duration of a run, seconds: two thirds of the documented one, as a margin for slow machines.
 constexpr double kQuickSeconds = 40.0, kFullSeconds = 600.0;
 constexpr double kMostSecondsOfDial = 20.0;
 
 struct TradeOptions {
     std::size_t seed = 7;
     std::string dem;
-    std::vector<std::string> dials;    ///< all where empty
+    std::vector<std::string> dials;    ///< empty: all
     std::vector<std::string> compare;  ///< two files; empty: none
     bool is_quick = false;
     std::string out;
@@ -111,7 +111,7 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
     return document;
 }
 
-/// One line for each table: what is on its front.
+/// One line per table: its front.
 nlohmann::ordered_json summarize_fronts(const TradeDocument& document) {
     nlohmann::ordered_json summary;
     summary["tables"] = document.tables.size();

@@ -82,7 +82,7 @@ Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const
 void VehicleTraveller::control(World& world, bool goes) {
     const VehicleControls controls =
         goes ? driver_.drive(settings_, state(world)) : VehicleControls{.brake = 1.0};
-    // Ids and controls of its own are valid: nothing to report.
+    // its id and controls are valid: the call cannot fail
     (void)world.set_controls(body_, controls);
 }
 
@@ -269,7 +269,7 @@ void CharacterTraveller::control(World& world, bool goes) {
     if (goes && !has_arrived()) {
         controls.velocity = speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
     }
-    // Ids and controls of its own are valid: nothing to report.
+    // its id and controls are valid: the call cannot fail
     (void)world.set_controls(body_, controls);
 }
 

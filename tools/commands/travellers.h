@@ -21,34 +21,34 @@ class Traveller {
 public:
     virtual ~Traveller() = default;
 
-    /// Its need before it is in a world.
+    /// The pager need before it enters a world.
     virtual BodyNeed first_need() const = 0;
-    /// Where a camera looks, before and after it is in a world: x forward.
+    /// Target of a camera, before and after it has entered a world: x forward.
     virtual Pose pose(const World& world) const = 0;
 
     /// Adds its body to a world, at rest on the ground.
     ///
     /// @param obstacles another world, whose bodies it must not touch
-    /// Fails: invalid_argument where the ground is not resident, or a body is in its place
+    /// Fails: invalid_argument if the ground is not resident, or a body occupies its position
     virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
 
-    /// Controls for the next step of a world that it is in: along the path, or, without `goes`, at rest.
+    /// Sets the controls for the next step: along the path, or, without `goes`, at rest.
     virtual void control(World& world, bool goes) = 0;
-    /// Reacts to a step of `dt` seconds.
+    /// Reacts to a completed step of `dt` seconds.
     virtual void react(World& world, const Ground& ground, double dt) = 0;
-    /// Changes the ground: before each update of the pager, in the same frame.
+    /// Changes the ground. Called before each update of the pager, in the same frame.
     virtual void change_ground(World&, Pager&) {}
     /// Whether nothing more will happen.
     virtual bool has_ended(const World& world) const = 0;
     /// Whether the end of the path was reached.
     virtual bool has_arrived() const = 0;
 
-    /// Whether it stands on anything.
+    /// Whether ground or a body supports it.
     virtual bool is_supported(const World& world) const = 0;
-    /// Appends the bodies that it stands on; none for the ground.
+    /// Appends the bodies that support it; none for the ground.
     virtual void add_supports(const World& world, std::vector<BodyId>& bodies) const = 0;
 
-    /// Names and values of further columns of frames.csv.
+    /// Names and values of additional columns of frames.csv.
     virtual std::vector<std::string> columns() const = 0;
     virtual std::vector<double> figures(const World& world) const = 0;
     /// Appends the solids that draw it.
@@ -63,7 +63,7 @@ VehicleSettings make_vehicle(VehicleKind kind);
 /// Reaction to a rollover.
 enum class OnRoll { stop, right };
 
-/// A vehicle that a PathDriver drives.
+/// A vehicle driven by a PathDriver.
 class VehicleTraveller : public Traveller {
 public:
     /// @param source must outlive it
@@ -75,7 +75,8 @@ public:
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
     void control(World& world, bool goes) override;
-    /// Puts it upright where it has rolled over, with OnRoll::right; again in a later step where ground is missing.
+    /// With OnRoll::right, sets the vehicle upright after a rollover; retried in a later step if ground is not
+    /// resident.
     void react(World& world, const Ground& ground, double dt) override;
     void change_ground(World& world, Pager& pager) override;
     bool has_ended(const World& world) const override;
@@ -86,11 +87,11 @@ public:
     std::vector<double> figures(const World& world) const override;
     void draw(const World& world, std::vector<DrawnObject>& objects) const override;
 
-    /// Lets its wheels leave ruts; `ruts` must outlive it.
+    /// Makes its wheels leave ruts; `ruts` must outlive it.
     void set_ruts(WheelRuts& ruts) { ruts_ = &ruts; }
 
     bool has_rolled_over() const { return has_rolled_over_; }  ///< at any time
-    std::uint64_t rights() const { return rights_; }           ///< times that it was put upright
+    std::uint64_t rights() const { return rights_; }  ///< number of times that it was set upright
 
 private:
     const VehicleState& state(const World& world) const { return *world.vehicle(body_); }
@@ -111,12 +112,12 @@ private:
 Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
                 const Eigen::Vector2d& along_world, const VehicleSettings& settings);
 
-/// The pose, moved vertically so that chassis and hanging wheels are at least 5 cm above the contact surface. Fails
-/// where the ground there is not resident or the pose is out of range.
+/// The pose, moved vertically so that chassis and hanging wheels are at least 5 cm above the contact surface. Fails if
+/// the ground there is not resident or the pose is out of range.
 Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground);
 
-/// A character that walks along a line, towards the point 2 m ahead. Where it gets no farther it turns to one side for
-/// some time, then to the other one, each time for longer.
+/// A character that walks along a polyline, towards the point 2 m ahead. When blocked it detours to one side for some
+/// time, then to the other, each time for longer.
 class CharacterTraveller : public Traveller {
 public:
     /// @param source must outlive it
@@ -147,10 +148,10 @@ private:
     WorldPos start_ = WorldPos::Zero();
     Eigen::Vector2d heading_;
     BodyId body_{};
-    double along_ = 0.0;          // farthest point of the path that it was nearest to
+    double along_ = 0.0;          // progress: farthest nearest point on the path, metres
     double stuck_time_ = 0.0;     // seconds without progress
-    double stuck_along_ = 0.0;    // of the last place without progress
-    double detour_length_ = 0.0;  // seconds of the last detour there
+    double stuck_along_ = 0.0;    // `along_` at the last position without progress
+    double detour_length_ = 0.0;  // duration of the last detour there, seconds
     double detour_time_ = 0.0;    // seconds left of a detour
     double detour_side_ = -1.0;   // 1: left
 };

@@ -11,9 +11,9 @@ namespace {
 constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
 constexpr double kCalmClearance = 2.0;   // target height above the ground, metres
 constexpr double kWallClearance = 0.5;   // between the eye and a wall behind it, metres
-constexpr double kLeastSight = 0.5;      // share of the way to the wall that the eye keeps
-constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
-constexpr double kHeightTime = 0.25;     // time constant of heights, seconds
+constexpr double kLeastSight = 0.5;   // least share of the distance to the wall that the eye keeps
+constexpr double kTurnTime = 0.6;     // time constant of the heading, seconds
+constexpr double kHeightTime = 0.25;  // time constant of heights, seconds
 
 // Blend factor of a first-order lag (implicit Euler): stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
@@ -46,7 +46,7 @@ WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) c
     return eye;
 }
 
-// Moves the eye to this side of a wall between it and what it looks at.
+// Moves the eye to the near side of a wall between it and its target.
 void ChaseCamera::stay_in_sight(const Ground& ground) {
     const RayAnswer wall = ground.ray(target_world_, eye_world_);
     if (wall.status != GroundStatus::ok) return;
@@ -91,7 +91,7 @@ constexpr double kClearanceShare = 0.05;   // least height above the ground over
 constexpr double kTurn = 0.08;             // angular velocity around the target, rad/s
 constexpr double kLag = 0.7;               // time constant of the camera, seconds
 
-// Mean position of the bodies on the terrain; of all bodies where none is on it.
+// Mean position of the bodies on the terrain; of all bodies if none is on it.
 WorldPos find_middle(std::span<const BodyState> bodies) {
     WorldPos sum = WorldPos::Zero(), sum_of_all = WorldPos::Zero();
     std::size_t count = 0;

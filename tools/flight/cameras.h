@@ -11,8 +11,8 @@
 
 namespace terrane::tools {
 
-/// The view from another eye position towards a target; field of view and size are kept. The orientation is kept
-/// where eye and target coincide.
+/// The view from another eye position towards a target; field of view and size are kept. The orientation is kept if eye
+/// and target coincide.
 inline View look_towards(View view, const WorldPos& eye_world, const WorldPos& target_world) {
     const Result<View> looking =
         look_at(eye_world, target_world, view.vertical_fov, view.width_px, view.height_px);
@@ -24,15 +24,15 @@ inline View look_towards(View view, const WorldPos& eye_world, const WorldPos& t
     return view;
 }
 
-/// Where a ChaseCamera is, metres.
+/// Position of a ChaseCamera relative to its target, metres.
 struct ChaseCameraSettings {
-    double behind = 11.0;       ///< horizontal distance from what it follows
-    double above = 3.2;         ///< of the eye over the centre of what it follows
-    double target_above = 0.8;  ///< of the point it looks at over that centre
+    double behind = 11.0;       ///< horizontal distance behind the target
+    double above = 3.2;         ///< height of the eye above the target's centre
+    double target_above = 0.8;  ///< height of the look-at point above that centre
 };
 
 /// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion, and stays
-/// above the ground; where there are volumes, between the floor and the ceiling, in sight of what it follows.
+/// above the ground; in volumes it stays between floor and ceiling, in sight of its target.
 class ChaseCamera {
 public:
     /// @param source must outlive the camera

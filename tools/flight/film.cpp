@@ -142,7 +142,7 @@ struct Film::State {
         return "ffmpeg has done nothing for " + std::to_string(patience_s) + " s";
     }
 
-    // As wait(), but absent where ffmpeg neither exits nor writes for patience_s.
+    // As wait(), but absent if ffmpeg neither exits nor writes for patience_s.
     std::optional<int> wait_while_it_works() {
         using Clock = std::chrono::steady_clock;
         Clock::time_point last_change = Clock::now();
@@ -166,7 +166,7 @@ struct Film::State {
         }
     }
 
-    // The exit status as waitpid gives it; -1 where there is none.
+    // The exit status of waitpid; -1 if there is none.
     int wait() {
         int status = -1;
         while (waitpid(process, &status, 0) < 0) {
@@ -290,7 +290,7 @@ std::size_t Film::frame_count() const { return state_->frame_count; }
 
 }  // namespace terrane::tools
 
-// epoxy before GLFW, which would bring GL headers of its own
+// epoxy before GLFW, which would include its own GL headers
 //
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -15,13 +15,13 @@ namespace terrane::tools {
 /// unfinished one is removed. ffmpeg has its own process group, so that a Ctrl-C of the terminal does not reach it.
 class Film {
 public:
-    /// Starts ffmpeg, which writes to a temporary file beside the place.
+    /// Starts ffmpeg, which writes to a temporary file in the same folder.
     ///
     /// @param place      a path named by the user, whose file is replaced; or a name in an output folder
     /// @param patience_s timeout of add() and finish() while ffmpeg makes no progress, seconds, > 0
     ///
-    /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to
-    ///        1000 frames a second; io where ffmpeg is not installed or cannot be started
+    /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to 1000 frames a
+    ///        second; io if ffmpeg is not installed or cannot be started
     static Result<Film> create(const OutputPlace& place, int width_px, int height_px,
                                double frames_per_second, int patience_s = kPatience_s);
 
@@ -32,11 +32,11 @@ public:
 
     /// Appends a frame; blocks while ffmpeg is slower.
     ///
-    /// Fails: invalid_argument for a frame of another size; io, with the message of ffmpeg, where it failed or timed
-    ///        out: then the film is lost.
+    /// Fails: invalid_argument for a frame of another size; io, with ffmpeg's message, if it failed or timed out: the
+    ///        film is then lost.
     Result<void> add(const Image& frame);
 
-    /// Completes the film and gives it its name. Fails with io, naming the path and the cause. Call once.
+    /// Completes the film and renames it to its final name. Fails with io, naming the path and the cause. Call once.
     Result<void> finish();
 
     std::size_t frame_count() const;
@@ -49,13 +49,13 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// A window that shows finished pictures. It has its own OpenGL context and leaves none current: make yours current
-/// again after create() and show().
+/// A window that shows finished pictures. It has its own OpenGL context and leaves none current: make another context
+/// current again after create() and show().
 ///
 /// Threads: the one that created it; one window at a time.
 class Window {
 public:
-    /// Fails with device_unavailable and the reason, where there is no display.
+    /// Fails with device_unavailable and the reason if there is no display.
     static Result<Window> create(const std::string& title, int width, int height);
     Window(Window&&) noexcept;
     Window& operator=(Window&&) noexcept;

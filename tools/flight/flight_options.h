@@ -18,7 +18,7 @@
 
 namespace terrane::tools {
 
-/// Where longitudes and latitudes lie in the world of a raster, or why there are none.
+/// Mapping of longitudes and latitudes to the world of a raster, or the reason why there is none.
 GeoReference make_geo_reference(const std::optional<DemInfo>& dem);
 
 /// CameraPath::create() along a track; its errors name the flag --start-s.
@@ -37,7 +37,7 @@ struct FlightOptions {
     ImageSize size;
     double fov_deg = 60.0;
     std::size_t samples = 0;  ///< per pixel; 0: not given
-    double shadows = 0.0;     ///< how far the sun casts shadows, metres; 0: none
+    double shadows = 0.0;     ///< shadow distance, metres; 0: none
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
@@ -64,7 +64,7 @@ struct FlightOptions {
 /// @param what kind of run, for help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
 
-/// Adds all flags but --path, --speed, --altitude and --seconds, whose meanings differ between commands.
+/// Adds all flags except --path, --speed, --altitude and --seconds, whose meanings differ between commands.
 void add_flight_options(CLI::App& app, FlightOptions& options);
 
 /// Adds --policy and --radius.
@@ -76,7 +76,7 @@ CommandResult<void> check_path(const std::string& name);
 /// Settings of a built-in path over a terrain: with its region and start.
 CameraPathSettings planned_in(const Terrain& terrain, CameraPathSettings settings);
 
-/// Opens a built-in path or a track file. Fails as CameraPath and read_track() do.
+/// Opens a built-in path or a track file. Fails as CameraPath and read_track().
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings);
 
@@ -89,7 +89,7 @@ CommandResult<void> check_drivable(const std::string& path);
 /// The built-in paths that vehicles can follow: "straight, orbit".
 std::string drivable_paths();
 
-/// Fails where --budget or --memory-mb is too small for the terrain's root squares: see terrain_options.h.
+/// Fails if --budget or --memory-mb is too small for the terrain's root squares: see terrain_options.h.
 CommandResult<void> check_limits(const FlightOptions& options, const Terrain& terrain);
 
 /// Checks combinations of options. Fails with exit_usage.

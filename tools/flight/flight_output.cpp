@@ -32,7 +32,7 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
         if (!made) return tl::unexpected(made.error());
         pictures.emplace(std::move(*made));
     }
-    // only now, when nothing else can fail, remove the files of earlier runs
+    // removes the files of earlier runs last, when nothing else can fail
     std::optional<OutputPlace> csv;
     if (folder != nullptr) {
         if (const Result<void> cleared = folder->clear(); !cleared) {

@@ -23,16 +23,16 @@ public:
     /// Creates the folder and removes the files of earlier runs: see OutputFolder. From then on the first Ctrl-C ends
     /// the flight after the current frame.
     ///
-    /// Fails with io, naming the path; device_unavailable where pictures are requested and no device opens.
+    /// Fails with io, naming the path; device_unavailable if pictures are requested and no device can be opened.
     static Result<FlightOutput> create(const FlightOptions& options, const Terrain& terrain,
                                        std::vector<std::string> extra_columns = {});
 
-    /// Lets the frames of a maker show the objects of a terrain's scene; nothing where it has none.
+    /// Adds the objects of a terrain's scene, if any, to the frames of a maker.
     ///
     /// Fails: as ObjectField::create()
     Result<void> add_objects(const Terrain& terrain, FrameMaker& maker);
 
-    /// Logs a frame, and draws it where pictures are requested. Fails with io.
+    /// Logs a frame, and draws it if pictures are requested. Fails with io.
     Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnObject> objects = {});
 
     /// Whether the user closed the window or interrupted the program.
@@ -40,15 +40,15 @@ public:
 
     std::span<const FrameRecord> frames() const { return log_.frames(); }
 
-    /// Completes all files, which only now get their names, and writes the report. Adds renderer, samples and out to
-    /// the summary, and `interrupted` where the program was.
+    /// Completes all files, renames them to their final names, and writes the report. Adds renderer, samples and out to
+    /// the summary, and `interrupted` if the program was interrupted.
     ///
-    /// Fails with io; cancelled, leaving no file, where the program was interrupted before the first frame.
+    /// Fails with io; with cancelled, leaving no file, if the program was interrupted before the first frame.
     ///
     /// @param title of the report
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
-    /// After finish(): fails where the flight was interrupted.
+    /// Call after finish(): fails if the flight was interrupted.
     ///
     /// @param frame_count planned number of frames
     CommandResult<void> verdict(std::size_t frame_count) const;

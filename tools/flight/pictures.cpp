@@ -23,7 +23,7 @@ constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
 constexpr double kBar = 0.08;     // radius of a hull's edges over its bounding radius
 constexpr Colour kStatic{0.60f, 0.59f, 0.57f};
 
-/// Appends the solids of a shape, in one colour or, without it, in that of the shape; multiplied by `share`.
+/// Appends the solids of a shape, in a given colour or the shape's default; multiplied by `share`.
 class BodyObjects {
 public:
     BodyObjects(const std::optional<Colour>& colour, float share, std::vector<DrawnObject>& objects)
@@ -177,7 +177,7 @@ void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& st
     }
     if (!settings.is_tracked) return;
     const double offset = settings.wheel_radius - kBeltHalf;
-    for (std::size_t i = 0; i + 2 < state.wheels.size(); ++i) {  // left and right take turns
+    for (std::size_t i = 0; i + 2 < state.wheels.size(); ++i) {  // left and right alternate
         add_belt(chassis, state.wheels[i], state.wheels[i + 2], offset, objects);
         add_belt(chassis, state.wheels[i], state.wheels[i + 2], -offset, objects);
     }
@@ -222,7 +222,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
     settings.shadow_distance = options.shadows;
     settings.water_level = terrain.water_m;
     settings.imagery = terrain.imagery;
-    settings.imagery_waits = !options.waits_for_clock();  // films take the time that they need
+    settings.imagery_waits = !options.waits_for_clock();  // films need not keep real time
     Result<TerrainRenderer> renderer =
         TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
     if (!renderer) return tl::unexpected(renderer.error());

@@ -27,12 +27,13 @@ void add_objects(const Shape& shape, const Pose& pose, const Colour& colour,
 void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& state,
                          std::vector<DrawnObject>& objects);
 
-/// Draws frames off screen; writes them as PNG files and as a film, and shows them in a window, as the options say.
+/// Draws frames off screen; writes them as PNG files and as a film, and shows them in a window, according to the
+/// options.
 class FlightPictures {
 public:
-    /// Fails with device_unavailable where no device opens, io where the film cannot be created.
+    /// Fails with device_unavailable if no device can be opened, io if the film cannot be created.
     ///
-    /// @param folder of pictures and film; null where there are none
+    /// @param folder of pictures and film; null if there are none
     static Result<FlightPictures> create(const FlightOptions& options, const Terrain& terrain,
                                          const std::shared_ptr<OutputFolder>& folder);
 
@@ -42,7 +43,7 @@ public:
     Result<double> add(std::size_t frame, const MadeFrame& made, const View& view,
                        std::span<const DrawnObject> objects = {});
 
-    /// For meshes of objects.
+    /// The renderer, for adding meshes of objects.
     TerrainRenderer& renderer() { return renderer_; }
 
     /// Whether the user closed the window.

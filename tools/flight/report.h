@@ -16,25 +16,25 @@ namespace terrane::tools {
 /// Text of a report.
 struct ReportHeader {
     std::string title;         ///< "Flight over jacksboro.tif"
-    std::string command_line;  ///< that wrote the report
+    std::string command_line;  ///< command line of the run
     std::string film;          ///< a file beside the report, such as flight.mp4; "" for none
     nlohmann::ordered_json summary;
 };
 
-/// Writes one self-contained HTML page, with the plot library, that needs no network.
+/// Writes a self-contained HTML page that includes the plot library and needs no network.
 ///
 /// @param data   input of the script; the summary is added to it
-/// @param script that makes the content, with the functions of report.js: one of the assets
+/// @param script one of the assets, which creates the content with the functions of report.js
 ///
 /// Fails with io, naming the path; leaves no incomplete page.
 Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                           nlohmann::ordered_json data, std::string_view script);
 
-/// A value of each frame; more than about 2000 frames are grouped, with the largest value of each group.
+/// One value per frame; more than about 2000 frames are grouped, with the largest value of each group.
 nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
                                const std::function<double(const FrameRecord&)>& get);
 
-/// The command line of this process, quoted for a shell; "terrane" where the system does not provide it.
+/// The command line of this process, quoted for a shell; "terrane" if the system does not provide it.
 std::string own_command_line();
 
 /// Writes the report of one flight: triangles and budget, error, update time, resident bytes and ceiling, late chunks,

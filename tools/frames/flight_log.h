@@ -29,23 +29,23 @@ struct FrameRecord {
     double update_ms = 0.0;  ///< of Pager::update, Triangulator::update and objects together
     PagerStats paging;
     std::size_t solid_triangles = 0;          ///< those of volumes
-    std::optional<double> measured_error_px;  ///< with --verify, like the next five
+    std::optional<double> measured_error_px;  ///< with --verify, as for the next five
     std::optional<double> max_pop_px;
     std::optional<double> max_pop_elsewhere_px;
     std::optional<std::size_t> points;
     std::optional<std::size_t> holes;
     std::optional<double> max_solid_pop_px;
-    std::optional<double> draw_ms;  ///< until the picture can be read; where one is drawn
-    bool has_objects = false;       ///< of a scene: else the next six are 0
+    std::optional<double> draw_ms;  ///< until the picture can be read, if one is drawn
+    bool has_objects = false;       ///< whether a scene has objects; otherwise the next six are 0
     std::size_t objects_drawn = 0;
     std::size_t objects_culled = 0;    ///< out of view
-    std::size_t objects_left_out = 0;  ///< in view, and not drawn under the threshold
+    std::size_t objects_left_out = 0;  ///< in view, but not drawn at the threshold
     std::size_t objects_occluded = 0;  ///< behind the ground
     std::size_t object_triangles = 0;  ///< part of triangles
     double objects_ms = 0.0;           ///< part of update_ms
     std::vector<double> extra;         ///< values of FlightLog's extra columns
 
-    /// Whether a needed chunk is absent and the error is above the target or nothing is drawn.
+    /// Whether a needed chunk is not resident, and the error is above the target or nothing is drawn.
     bool is_late() const {
         return status == MeshStatus::not_resident && (error_px > max_error_px || triangles == 0);
     }
@@ -59,17 +59,17 @@ inline constexpr const char* kReportName = "report.html";
 /// Integral of the excess error over time, each frame lasting 1 / fps: pixel seconds.
 double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
 
-/// Collects the frames of a flight and appends them to frames.csv, which gets its name on commit().
+/// Collects the frames of a flight and appends them to frames.csv, which is renamed to its final name by commit().
 class FlightLog {
 public:
     /// @param csv           place of frames.csv; absent: no file
     /// @param extra_columns names of the values of FrameRecord::extra
     ///
-    /// Fails with io where the file cannot be created.
+    /// Fails with io if the file cannot be created.
     static Result<FlightLog> create(const std::optional<OutputPlace>& csv,
                                     std::vector<std::string> extra_columns = {});
 
-    /// Fails with io where writing fails, as on a full disk.
+    /// Fails with io if writing fails, for instance on a full disk.
     Result<void> add(FrameRecord record);
     /// Completes the file. Fails with io.
     Result<void> commit();

@@ -15,14 +15,14 @@ namespace {
 // Frames without a map after one that did not pay.
 constexpr std::size_t kPause = 32;
 
-// Least number of objects that are hidden, and their share of those that would be drawn, for a map to pay; the smaller
-// share is for one that is in use. A map takes as long as the levels of 30,000 objects (scene_benchmark
+// Least number of hidden objects, and their least share of those that would be drawn, for a map to pay; the smaller
+// share applies if the previous map paid. A map takes as long as the levels of 30,000 objects (scene_benchmark
 // --benchmark_filter=horizon), and a software rasteriser draws 300 in that time.
 constexpr std::size_t kLeastHidden = 300;
 constexpr double kLeastShare = 0.25, kLeastShareInUse = 0.2;
 
-// Limits of a frame's errors over those of the frame before. What is hidden depends little on them: errors near the
-// ground are small against objects.
+// Ratio of a frame's error limits to the previous frame's errors. Occlusion depends little on it: errors near the
+// ground are small relative to objects.
 constexpr double kErrorMargin = 1.5;
 
 }  // namespace
@@ -44,7 +44,7 @@ const HorizonMap* FrameHorizon::begin(const std::shared_ptr<const ResidentSet>& 
     return &map_;
 }
 
-// The rest of the frame, and the next ones, have no map.
+// Drops the map for the rest of this frame and the following ones.
 void FrameHorizon::leave_out() {
     has_map_ = has_paid_ = false;
     pause_ = kPause;
@@ -92,7 +92,7 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     return maker;
 }
 
-// The demands of objects, and the part of the triangulator's budget that the governor keeps free.
+// The demands of objects, plus the part of the triangulator's budget withheld by the governor.
 std::span<const TriangleDemand> FrameMaker::with_kept_free(
     std::span<const TriangleDemand> of_objects) {
     if (!governor_) return of_objects;
@@ -111,7 +111,7 @@ std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
                                                             : objects_->begin_again(view));
 }
 
-// The mesh of a frame, and its objects: those that the ground hides are left out where that pays and is certain.
+// Triangulates a frame with its objects. Objects hidden by the ground are omitted if the map pays and is valid.
 TerrainMesh FrameMaker::triangulate(const View& view) {
     const std::shared_ptr<const ResidentSet> resident = pager_.resident();
     const HorizonMap* const horizon =

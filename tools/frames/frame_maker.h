@@ -19,32 +19,31 @@
 
 namespace terrane::tools {
 
-/// Lets the ground hide objects in the frames in which that pays.
+/// Decides in which frames occlusion of objects by the ground is worth its cost.
 ///
-/// A map pays where it hides at least 300 objects, and a quarter of those that would be drawn, or a fifth in the frames
-/// after one in which it paid. A frame whose map does not pay hides nothing, so that trials do not show. After it, and
-/// after a frame whose errors were larger than the map's, 32 frames have no map. Which have one depends on what the
-/// frames before showed, not on their times: equal flights have equal frames.
+/// A map pays if it hides at least 300 objects, and a quarter of those that would be drawn, or a fifth if the previous
+/// frame's map paid. A frame whose map does not pay hides nothing, so that trials are invisible. After such a frame,
+/// and after one whose errors exceeded the map's limits, 32 frames have no map. The decision depends on the content of
+/// earlier frames, not on their times: equal flights have equal frames.
 class FrameHorizon {
 public:
-    /// The map of a frame; null where it is not expected to pay.
+    /// The map of a frame; null if it is not expected to pay.
     const HorizonMap* begin(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
-    /// Whether the map pays, by the counts of the objects that were culled with it. True where there is none. If not,
-    /// cull again without it.
+    /// Whether the map pays, by the counts of culling with it. True without a map. If false, cull again without it.
     bool pays(const ObjectCounts& culled);
 
-    /// Whether what the map hides is behind the ground of its frame. True where there is none. If not, cull and
+    /// Whether the objects that the map hides are behind the frame's ground. True without a map. If false, cull and
     /// triangulate again without it.
     bool holds_for(const TerrainMesh& mesh);
 
     /// Ends the frame.
     ///
-    /// @param mesh   that is drawn
-    /// @param counts of the objects that are drawn
+    /// @param mesh drawn mesh
+    /// @param counts of the drawn objects
     void end(const TerrainMesh& mesh, const ObjectCounts& counts);
 
-    /// Lets the limits of the next map's errors follow those of a mesh.
+    /// Sets the error limits of the next map from a mesh.
     void follow(const TerrainMesh& mesh);
 
     /// Time that the map of the last frame took, 0 without one.
@@ -57,9 +56,9 @@ private:
     GroundError largest_;    // of the next map
     bool has_map_ = false;   // this frame
     bool has_paid_ = false;  // the last map, to the end of its frame
-    /// Objects drawn or hidden in the last frame; before the first, as many as a map needs.
+    /// Objects drawn or hidden in the last frame; initially enough for a map.
     std::size_t object_count_ = std::numeric_limits<std::size_t>::max();
-    std::size_t pause_ = 0;  // frames without a map to come
+    std::size_t pause_ = 0;  // remaining frames without a map
     double ms_ = 0.0;
 };
 
@@ -79,36 +78,36 @@ struct FrameMakerSettings {
 /// Runs pager and triangulator once per frame, as a simulator does, and records the cost of each frame.
 class FrameMaker {
 public:
-    /// @param loader null: the loader threads of the pager's settings
+    /// @param loader null: loader threads by the pager's settings
     ///
     /// Fails as Pager::create() and Triangulator::create().
     static Result<FrameMaker> create(std::shared_ptr<const HeightSource> source,
                                      const FrameMakerSettings& settings,
                                      std::unique_ptr<ChunkLoader> loader = nullptr);
 
-    /// Adds the objects of a scene, which share the budget of the ground from then on.
+    /// Adds the objects of a scene, which then share the ground's budget.
     void set_objects(std::unique_ptr<ObjectField> objects) { objects_ = std::move(objects); }
 
-    /// Lets the budget follow the times of frames, up to the triangulator's.
+    /// Controls the budget by frame times, up to the triangulator's budget.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }
     /// Reports the time of a frame, drawing included, to the governor.
     void add_frame_time(const FrameRecord& frame);
 
-    /// Blocks until everything that the first frame can use is resident, or the memory ceiling is reached. Starts with
-    /// a coarse error threshold and halves it, so that a small triangle budget loads no chunks that it cannot draw.
-    /// Returns early where is_interrupted().
+    /// Blocks until all chunks that the first frame can use are resident, or the memory ceiling is reached. Starts with
+    /// a coarse error threshold and halves it, so that no chunks are loaded that a small triangle budget cannot draw.
+    /// Returns early if is_interrupted().
     ///
     /// @param time of the pager's clock, seconds
     void load_until_stable(const View& view, std::span<const BodyNeed> bodies, double time);
 
     /// Makes the frame of one time.
     ///
-    /// @param camera its threshold_px is replaced by that of the previous frame
+    /// @param camera threshold_px is replaced by that of the previous frame
     /// @param time   of the pager's clock, seconds; must not decrease
     MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
 
     const Pager& pager() const { return pager_; }
-    /// For what changes the ground between frames, such as a VolumeEditor.
+    /// Access for changes of the ground between frames, such as by a VolumeEditor.
     Pager& pager() { return pager_; }
 
 private:

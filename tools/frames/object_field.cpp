@@ -19,14 +19,14 @@
 namespace terrane::tools {
 namespace {
 
-// Errors of the levels over the size of the object: each at least kLeastLevelRatio of the one before.
+// Errors of the levels relative to the size of the object: each at least kLeastLevelRatio times the previous one.
 constexpr std::array kLevelErrors = {0.001, 0.003, 0.01};
-// An impostor takes over where the object is about 50 pixels large, as one whose picture is off by 1 pixel then.
+// The impostor replaces the mesh at a size of about 50 pixels, at which its picture is displaced by 1 pixel.
 constexpr double kImpostorError = 0.02;
-// Meshes of so many triangles have continuous levels where they are near: smaller ones save too little
+// Meshes of at least this many triangles get continuous levels when near: smaller ones save too little
 // (`dense_object_benchmark`).
 constexpr std::size_t kLeastContinuous = 5000;
-// A level must have at most this share of the triangles of the one before.
+// A level must have at most this share of the previous level's triangles.
 constexpr double kLeastSaving = 0.75;
 
 }  // namespace
@@ -137,11 +137,11 @@ void SquareMaker::finish() {
 
 namespace {
 
-// Squares that are requested, and put into the scene, a frame.
+// Squares requested, and squares added to the scene, per frame.
 constexpr std::size_t kSquaresAFrame = 2;
-// No more squares are requested while so many are.
+// Limit of pending requests.
 constexpr std::size_t kMostPending = 64;
-// A square goes where it is farther than this share of the range, so that none comes and goes in turn.
+// A square is removed beyond this multiple of the range: hysteresis, so that squares do not alternate.
 constexpr double kKeepRange = 1.1;
 constexpr double kMostInSight = 4194304.0;  // 2^22 objects of a scatter
 
@@ -156,13 +156,13 @@ std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
             static_cast<float>(wxyz[0])};
 }
 
-/// Fails as `result`, with what it is about before the message.
+/// Fails as `result`, with a subject prepended to the message.
 template <class T>
 tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
     return fail(result.error().code, what + ": " + result.error().message);
 }
 
-/// Puts the meshes and impostors on the device.
+/// Uploads the meshes and impostors to the device.
 Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& levels,
                     TerrainRenderer& renderer) {
     for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -219,7 +219,7 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     for (const SceneScatter& wanted : objects.scatters) {
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) return about(objects.files[wanted.mesh], scatter);
-        // from where its absence is within the target, fades included
+        // distance at which its absence is within the target, including fades
         const double most_size =
             levels[wanted.mesh].model.absence_error_m * wanted.settings.max_scale;
         const double range =
@@ -242,8 +242,8 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     return field;
 }
 
-// Removes squares that are out of range, and finds those that are to be requested. They are good for a quarter of a
-// square's side around the eye.
+// Removes squares out of range, and finds those to be requested. The result is valid for eye movements up to a quarter
+// of a square's side.
 void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
     const Scatter& scatter = scattered.scatter;
     const double slack = 0.25 * scatter.square_side();
@@ -278,7 +278,7 @@ void ObjectField::follow(const WorldPos& eye, std::size_t most_requests) {
         for (std::size_t n = 0; n < most_requests && !scattered.absent.empty(); ++n) {
             const ScatterSquare square = scattered.absent.back();
             scattered.absent.pop_back();
-            // one that went and came back while it was computed is still requested
+            // skips a square that left and re-entered the range while being computed
             if (!scattered.squares.try_emplace(square).second) continue;
             maker_->request(i, scattered.scatter, square);
             ++pending_;
@@ -293,7 +293,7 @@ void ObjectField::add_made(std::size_t most) {
     for (const MadeSquare& made : made_) {
         ScatteredModel& scattered = *scattered_[made.scatter];
         const auto place = scattered.squares.find(made.square);
-        // it may have gone, or have come by an earlier request
+        // it may have been removed, or added by an earlier request
         if (place == scattered.squares.end() || place->second) continue;
         std::vector<PlacedObject> objects;
         for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {
@@ -328,7 +328,7 @@ std::span<const TriangleDemand> ObjectField::cull(const View& view, const Horizo
 std::span<const TriangleDemand> ObjectField::begin_frame(const View& view,
                                                          const HorizonMap* horizon) {
     const Clock::time_point start = Clock::now();
-    // requests wait for the thread where it is behind
+    // no new requests while the thread is behind
     if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
     add_made(kSquaresAFrame * scattered_.size());
     counts_.ms = ms_since(start);

@@ -26,19 +26,19 @@ namespace terrane::tools {
 
 /// A mesh with levels of detail for a Scene.
 struct ObjectLevels {
-    ObjectModel model;  ///< its mesh and impostor are 0 until they are made
+    ObjectModel model;  ///< its mesh and impostor ids are 0 until created
     TriangleMesh mesh;  ///< the vertices of all levels
     std::vector<std::vector<TriangleMesh::Triangle>> triangles;  ///< [levels that are meshes]
     /// [levels that are meshes] MeshLevel::morph_targets
     std::vector<std::vector<std::uint32_t>> morph_targets;
 
-    /// For TerrainRenderer::add_mesh(); views of this.
+    /// Argument of TerrainRenderer::add_mesh(): views of this object.
     std::vector<MeshLevel> mesh_levels() const;
 };
 
-/// Contracts a mesh (ProgressiveMesh) to levels of a thousandth to a hundredth of its size that morph into each
-/// other, with an impostor after them and its whole size as the error of its absence. Levels that save little are
-/// left out. A mesh of many triangles has continuous levels too (ObjectModel::continuous).
+/// Simplifies a mesh (ProgressiveMesh) to levels with errors of a thousandth to a hundredth of its size, which morph
+/// into each other, followed by an impostor; the error of absence is its size. Levels that save little are omitted. A
+/// mesh of many triangles also has continuous levels (ObjectModel::continuous).
 ///
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
@@ -47,12 +47,12 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
 struct MadeSquare {
     std::size_t scatter = 0;  ///< as given to SquareMaker::request()
     ScatterSquare square;
-    /// None where the source's heights could not be read.
+    /// None if the source's heights could not be read.
     std::optional<std::vector<ScatterPoint>> points;
 };
 
-/// Computes squares of scatters on a thread of its own, in the order of the requests, so that frames do not wait for
-/// the source.
+/// Computes squares of scatters on its own thread, in the order of the requests, so that frames do not wait for the
+/// source.
 class SquareMaker {
 public:
     /// @param has_thread false: request() computes the square itself, so that every run gives the same frames
@@ -61,8 +61,8 @@ public:
     SquareMaker& operator=(const SquareMaker&) = delete;
     ~SquareMaker();
 
-    /// @param scatter the caller's number of it
-    /// @param from    must live until the square has been taken, or the maker is destroyed
+    /// @param scatter caller's index of the scatter
+    /// @param from    must outlive the taking of the square, or the maker
     void request(std::size_t scatter, const Scatter& from, const ScatterSquare& square);
     /// Appends at most `most` computed squares, in the order of their requests.
     void take(std::size_t most, std::vector<MadeSquare>& made_out);
@@ -98,42 +98,43 @@ struct ObjectCounts {
 };
 
 struct ObjectFieldSettings {
-    double max_error_px = 1.0;               ///< no object is drawn whose absence is less, > 0
-    View picture;                            ///< of the frames: its size and field of view
-    bool has_thread = true;                  ///< false: see SquareMaker
+    double max_error_px = 1.0;  ///< objects with a smaller error of absence are not drawn, > 0
+    View picture;               ///< of the frames: its size and field of view
+    bool has_thread = true;     ///< false: see SquareMaker
     std::optional<SunShadows> shadows = {};  ///< of the renderer's frames
 };
 
-/// The objects of a scene while a camera moves: squares of scatters come and go, and frames get their draws.
+/// The objects of a scene around a moving camera: adds and removes squares of scatters, and provides the draws of
+/// frames.
 class ObjectField {
 public:
-    /// @param source   ground that scattered objects stand on, volumes included: where they replace it is no object
-    /// @param renderer of the frames; null where none is drawn
+    /// @param source   ground of scattered objects, including volumes: no objects stand where volumes replace it
+    /// @param renderer of the frames; null if none is drawn
     ///
-    /// Fails: invalid_argument as make_levels() and Scatter::create(), with the file of the mesh; for a scatter of more
-    ///        than 2^22 objects in sight; as TerrainRenderer::add_mesh()
+    /// Fails: invalid_argument as make_levels() and Scatter::create(), naming the file of the mesh; for a scatter of
+    ///        more than 2^22 objects in range; as TerrainRenderer::add_mesh()
     static Result<ObjectField> create(std::shared_ptr<const HeightSource> source,
                                       const SceneObjects& objects,
                                       const ObjectFieldSettings& settings,
                                       TerrainRenderer* renderer);
 
-    /// Waits until all squares that a view can show are there.
+    /// Blocks until all squares in range of a view are in the scene.
     void load_all(const View& view);
 
-    /// Whether what the ground hides may be left out: not while it can cast shadows.
+    /// Whether hidden objects may be culled: not while they can cast shadows.
     bool can_be_hidden() const { return !(shadows_ && has_shadows(*shadows_)); }
 
-    /// Begins a frame: squares, culling. A square whose heights cannot be read stays empty, and is counted.
+    /// Begins a frame: updates squares and culls. A square whose heights cannot be read stays empty, and is counted.
     ///
     /// @param horizon see Scene::begin_frame()
     std::span<const TriangleDemand> begin_frame(const View& view,
                                                 const HorizonMap* horizon = nullptr);
-    /// Begins the same frame again, with the objects that the ground hides.
+    /// Restarts the frame without occlusion by the ground.
     std::span<const TriangleDemand> begin_again(const View& view);
-    /// Ends it: see Scene::end_frame().
+    /// Ends the frame: see Scene::end_frame().
     SceneDraws end_frame(double threshold_px);
 
-    /// Of the last frame; before end_frame() only of what the ground hides.
+    /// Of the last frame; before end_frame() only the counts of occlusion are valid.
     const ObjectCounts& counts() const { return counts_; }
 
 private:
@@ -141,11 +142,11 @@ private:
     struct ScatteredModel {
         Scatter scatter;
         ModelId model;
-        double range = 0.0;  // from which no object of it is drawn, metres
+        double range = 0.0;  // no object is drawn beyond it, metres
         /// Requested or in the scene; no group: requested, or without objects.
         std::map<ScatterSquare, std::optional<GroupId>> squares = {};
-        std::vector<ScatterSquare> absent = {};      // to be requested, the nearest last
-        std::optional<WorldPos> followed_from = {};  // where the eye was when `absent` was found
+        std::vector<ScatterSquare> absent = {};      // to be requested, nearest last
+        std::optional<WorldPos> followed_from = {};  // eye position at which `absent` was computed
     };
 
     ObjectField(Scene scene, const ObjectFieldSettings& settings);
@@ -158,8 +159,8 @@ private:
     double max_error_px_;
     std::optional<SunShadows> shadows_;
     std::vector<std::unique_ptr<ScatteredModel>>
-        scattered_;                       // addresses stay: the maker reads their scatters
-    std::unique_ptr<SquareMaker> maker_;  // after scattered_: it is destroyed first
+        scattered_;                       // stable addresses: the maker reads their scatters
+    std::unique_ptr<SquareMaker> maker_;  // declared after scattered_: destroyed first
     std::size_t pending_ = 0;             // squares requested and not taken
     std::vector<MadeSquare> made_;        // scratch
     ObjectCounts counts_;

@@ -32,12 +32,13 @@ PagingPolicy pager_policy(PagingChoice choice);
 
 /// A least-recently-used cache of the chunks of one terrain, shared by many flights over it.
 ///
-/// Threads: any number at once. Two threads that request the same absent chunk may both make it; the results are equal.
+/// Threads: any number at once. Two threads that request the same absent chunk may both build it; the results are
+///          equal.
 class ChunkCache {
 public:
     ChunkCache(std::shared_ptr<const HeightSource> source, std::size_t most_bytes);
 
-    /// As make_chunk(). Failures are not cached.
+    /// Returns the chunk as make_chunk() does. Failures are not cached.
     Result<std::shared_ptr<const Chunk>> get(const ChunkKey& key);
 
 private:
@@ -53,7 +54,7 @@ private:
     std::size_t most_bytes_;
     std::mutex mutex_;
     std::unordered_map<ChunkKey, Entry, ChunkKeyHash> entries_;
-    std::list<ChunkKey> turns_;  // by last use, the latest at the end
+    std::list<ChunkKey> turns_;  // by last use, most recent at the end
     std::size_t bytes_ = 0;
 };
 
@@ -67,7 +68,7 @@ public:
     /// Begins a transfer; returns its id.
     double begin(double now, double bytes);
     bool is_done(double now, double transfer);
-    /// When the next transfer ends, if no other begins before. Requires an active transfer.
+    /// Time at which the next transfer ends unless another one begins first. Requires an active transfer.
     double next_end() const;
 
 private:

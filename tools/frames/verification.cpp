@@ -236,7 +236,7 @@ Eigen::Vector3d SolidHeap::nearest(const Eigen::Vector3d& p_world, double most) 
     Eigen::Vector3d best = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     double least = most;
     const Cell middle = cell_of(p_world);
-    // shells of cells; one at distance i holds nothing nearer than i - 1 cells
+    // shells of cells; shell i contains no point nearer than i - 1 cells
     for (std::int64_t i = 0; cell_ * static_cast<double>(i - 1) <= least; ++i) {
         for (std::int64_t z = -i; z <= i; ++z) {
             for (std::int64_t y = -i; y <= i; ++y) {
@@ -281,15 +281,15 @@ WorldRect drawn_ground(const WorldRect& extent,
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
 
-// Points of volumes of a frame; cells of their index, in finest spacings; metres beyond which a displayed triangle is
-// not searched for.
+// Points on volumes per frame; cell size of their index, in finest spacings; search radius for displayed triangles,
+// metres.
 constexpr std::size_t kSolidPoints = 4000;
 constexpr double kSolidCell = 4.0;
 constexpr double kMostSearched = 20.0;
 
 double fraction(double value) { return value - std::floor(value); }
 
-// Range of horizontal directions inside the view: all of them where it contains the vertical.
+// Range of horizontal directions inside the view: all if it contains the vertical.
 struct Wedge {
     double first = 0.0, span = 2.0 * std::numbers::pi;  // radians from east
 };
@@ -365,7 +365,7 @@ public:
         }
     }
 
-    // Measures only the movement, at a vertex of one frame against the surface of the other.
+    // Measures only movement, at a vertex of one frame against the surface of the other.
     void add_vertex(const WorldPos& vertex, const TriangleHeap& other) {
         std::optional<double> height = other.vertex_height(vertex.x(), vertex.y());
         if (!height) height = other.height(vertex.x(), vertex.y());
@@ -414,7 +414,8 @@ Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
     return result;
 }
 
-// Whether volumes replace a triangle of the heightfield's cell at a place. A point on a border of cells belongs to all.
+// Whether volumes replace a triangle of the heightfield's cell at a position. A point on a border belongs to all
+// adjacent cells.
 bool Verifier::is_replaced(double x, double y) const {
     if (resident_ == nullptr || resident_->solids().empty()) return false;
     const Lattice& lattice = resident_->lattice();
@@ -531,8 +532,7 @@ void Verifier::sample_picture(const Camera& camera, Points& points) const {
     }
 }
 
-// Repeats rounds over the triangles where few of them are in view; skips triangles where there are more of them than
-// points.
+// Repeats rounds over the triangles if few are in view; skips triangles if there are more than points.
 void Verifier::sample_triangles(const TriangleHeap& heap, Points& points) const {
     const std::vector<TriangleHeap::Triangle>& triangles = heap.triangles();
     const std::size_t stride = std::max<std::size_t>(1, triangles.size() / (2 * least_points_));

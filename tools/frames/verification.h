@@ -29,14 +29,14 @@ public:
     explicit TriangleHeap(std::vector<Triangle> triangles);
 
     const std::vector<Triangle>& triangles() const { return triangles_; }
-    /// The corners of the triangles, each position in the plane once.
+    /// The corners of the triangles, each horizontal position once.
     const std::vector<WorldPos>& vertices() const { return vertices_; }
 
-    /// The displayed height at (x, y); the highest where triangles overlap, absent in a hole.
+    /// The displayed height at (x, y): the highest of overlapping triangles, absent in a hole.
     /// Cost: O(number of size classes of triangles), as each has its own grid.
     std::optional<double> height(double x, double y) const;
 
-    /// The displayed height of the vertex at (x, y); absent where there is none.
+    /// The displayed height of the vertex at (x, y), if any.
     std::optional<double> vertex_height(double x, double y) const;
 
 private:
@@ -50,7 +50,7 @@ private:
     std::vector<WorldPos> vertices_;
     std::vector<std::uint32_t>
         table_;  // indices into vertices_ hashed by position, open addressing
-    // Hierarchical grid: a triangle is listed in each cell that it touches of the grid of its size class; the cells of
+    // Hierarchical grid: a triangle is listed in each cell that it touches in the grid of its size class; the cells of
     // all grids share one hash table of lists.
     std::vector<double> cells_;         // cell side of each size class in use
     std::vector<std::uint32_t> first_;  // [list count + 1] start of each list in lists_
@@ -63,7 +63,7 @@ public:
     /// @param cell side of the index's cells, metres, > 0
     SolidHeap(const TerrainMesh& mesh, double cell);
 
-    /// The point of the triangles that is nearest to a point; infinite where none is within `most` metres.
+    /// The nearest point of the triangles; infinite if none is within `most` metres.
     Eigen::Vector3d nearest(const Eigen::Vector3d& p_world, double most) const;
 
 private:
@@ -80,11 +80,11 @@ private:
     std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> cells_;  // never iterated
 };
 
-/// The point of a triangle that is nearest to a point.
+/// The point of a triangle nearest to a point.
 Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Limit of the movement of the ground between two frames, in pixels of the later one. Holds where the later frame
+/// Limit of the movement of the ground between two frames, in pixels of the later one. Holds if the later frame
 /// certifies kPopErrorLimit_px or less and the eye moved less than a tenth of the distance to the point.
 inline constexpr double kPopLimit_px = 0.5;
 inline constexpr double kPopErrorLimit_px = 1.5;
@@ -94,12 +94,12 @@ struct Measurement {
     double error_px = 0.0;  ///< largest screen error of all points
     double max_pop_px =
         0.0;  ///< largest movement since the previous frame, where kPopLimit_px holds
-    double max_pop_elsewhere_px = 0.0;  ///< the same where it does not
+    double max_pop_elsewhere_px = 0.0;  ///< the same where the limit does not hold
     std::size_t points = 0;             ///< number of points measured
     std::size_t holes = 0;              ///< points without a displayed height
     std::size_t solid_points = 0;       ///< points of volumes measured
     double solid_error_px = 0.0;        ///< their part of error_px
-    /// Largest movement of volumes, which change their level of detail at once: not in the two figures above.
+    /// Largest movement of volumes, which switch levels of detail at once: excluded from the two figures above.
     double max_solid_pop_px = 0.0;
 };
 
@@ -110,16 +110,16 @@ struct Measurement {
 /// Screen error of a point: vertical distance of displayed and true surface, times pixels per radian, over the distance
 /// from the eye to the true point or the near distance, whichever is larger. Points outside the ground are skipped.
 ///
-/// Where volumes replace the heightfield, the points are instead in the middle of triangles of the finest surface of
-/// volumes, and the error is their distance to what is displayed: to triangles of volumes, or vertically to the
-/// heightfield where that closes over them.
+/// Where volumes replace the heightfield, the points are instead the centroids of triangles of the volumes' finest
+/// surface, and the error is their distance to the displayed surface: to triangles of volumes, or vertically to the
+/// heightfield where it covers them.
 ///
 /// Movement: vertical distance between the two displayed surfaces at a fixed point of the true surface that both frames
 /// see, in pixels of the later frame. Measured at the points and at every vertex of both frames: between vertices it is
 /// never larger, as the triangles of one mesh subdivide those of the other.
 class Verifier {
 public:
-    /// @param least_points number of points of a frame, where the view has enough ground
+    /// @param least_points number of points of a frame, if the view has enough ground
     explicit Verifier(const HeightSource& source, std::size_t least_points = 100'000);
 
     /// Measures a frame. Call in order of time.
@@ -147,7 +147,7 @@ private:
     class Points;
 
     void measure_solids(Measurement& result) const;
-    /// The displayed point that is nearest to a point of a volume; infinite in a hole.
+    /// The displayed point nearest to a point of a volume; infinite in a hole.
     static Eigen::Vector3d displayed(const Frame& frame, const Eigen::Vector3d& p_world);
     bool is_replaced(double x, double y) const;
 
@@ -157,7 +157,7 @@ private:
 
     const HeightSource& source_;
     std::size_t least_points_;
-    std::optional<Frame> before_, older_;          // of the last measure(), and of the one before
+    std::optional<Frame> before_, older_;          // of the last two calls of measure()
     std::shared_ptr<const ResidentSet> resident_;  // of the frame
     WorldRect drawn_;                              // ground that the frame draws
 };

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kProbeRadius = 0.5;  // metres
 
-/// What depends on the spacing alone: the same in every repetition.
+/// Quantities that depend only on the spacing: the same in every repetition.
 struct SpacingTruth {
     double depth_error_m = 0.0;  ///< largest distance of contact surface and true surface, vertical
     double error_m = 0.0;        ///< largest certified bound of it
@@ -275,7 +275,7 @@ Dial broadphase_dial() {
     return dial;
 }
 
-/// Places whose heights are asked all at once.
+/// Positions of a batch query of heights.
 struct BatchPlaces {
     std::vector<double> x, y, heights;
 };

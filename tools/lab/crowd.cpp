@@ -22,13 +22,13 @@ namespace {
 
 using Cell = std::array<std::uint32_t, 3>;
 
-// Cubic cells along the axes, counted from the origin; coordinates beyond the room belong to its border cells.
+// Axis-aligned cubic cells, counted from the origin; coordinates beyond the room belong to its border cells.
 struct CellLattice {
     double per_cell = 1.0;   ///< cells a metre
     std::uint32_t last = 0;  ///< along each axis
 
     std::uint32_t along(double p) const {
-        // Not a floor: a coordinate below 0 is in cell 0 anyway.
+        // no floor needed: a coordinate below 0 is in cell 0 anyway
         const double cells = p * per_cell;
         return static_cast<std::uint32_t>(std::clamp(cells, 0.0, static_cast<double>(last)));
     }
@@ -51,7 +51,7 @@ public:
         pairs_.clear();
         candidates_ = 0;
     }
-    // Takes a pair of boxes that share a cell if that is the cell of the intersection's low corner.
+    // Records a pair of boxes that share a cell if it is the cell of the intersection's low corner.
     void compare(std::span<const Aabb> bounds, const CellLattice& lattice, const Cell& cell,
                  std::uint32_t i, std::uint32_t j) {
         ++candidates_;
@@ -173,7 +173,7 @@ private:
         lattice_.last = static_cast<std::uint32_t>(cells_);
     }
 
-    // False where the boxes lie in more cells than that and cells can be wider.
+    // False if the boxes occupy more than `most` cells and cells can be wider.
     bool place_boxes(std::uint64_t most) {
         std::uint64_t count = 0;
         for (std::size_t i = 0; i < bounds_.size(); ++i) {
@@ -190,11 +190,11 @@ private:
     }
 
     std::uint32_t bucket_of(const Cell& cell) const {
-        // Primes of the paper.
+        // primes from the paper
         return (cell[0] * 73856093u ^ cell[1] * 19349663u ^ cell[2] * 83492791u) & bucket_mask_;
     }
 
-    // Sorts the entries by bucket, by counting.
+    // Counting sort of the entries by bucket.
     void count_and_fill() {
         std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
         for (std::size_t i = 0; i < bounds_.size(); ++i) {
@@ -237,9 +237,9 @@ std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_coun
 
 namespace {
 
-// Corners on one meridian, from pole to pole, without the poles.
+// Corners on one meridian, from pole to pole, excluding the poles.
 std::vector<Eigen::Vector3d> meridian(const BallMesh& mesh, int number, double scale) {
-    // Motion::at() gives the same bits on every machine; sin() and cos() do not.
+    // Motion::at() is bit-identical on every machine; sin() and cos() are not
     Motion tilt, turn;
     tilt.rotation_vector = Eigen::Vector3d(0.0, std::numbers::pi, 0.0);
     turn.rotation_vector = Eigen::Vector3d(0.0, 0.0, 2.0 * std::numbers::pi);
@@ -286,7 +286,7 @@ namespace {
 
 constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
-constexpr int kSizes = 100;  // of a spread: few enough for bodies to share their meshes
+constexpr int kSizes = 100;  // distinct sizes of a spread: few, so that bodies share meshes
 
 double now_ms() {
     return std::chrono::duration<double, std::milli>(
@@ -299,14 +299,14 @@ Eigen::Vector3d direction(BodyRandom& random) {
     return {v[0], v[1], v[2]};
 }
 
-// Equal ratios from each size to the next; the layout's radius is their geometric mean.
+// Sizes in geometric progression; the layout's radius is their geometric mean.
 double radius_of(const CrowdLayout& layout, int size) {
     if (layout.size_spread == 1.0) return layout.radius;
     const double share = static_cast<double>(size) / (kSizes - 1);
     return layout.radius * std::pow(layout.size_spread, share - 0.5);
 }
 
-// Draws numbers of sizes, small ones more often where the layout has a size power.
+// Draws size indices; small ones are more frequent if the layout has a size power.
 class SizeDraw {
 public:
     explicit SizeDraw(const CrowdLayout& layout) : is_spread_(layout.size_spread != 1.0) {
@@ -316,7 +316,7 @@ public:
             sums_[static_cast<std::size_t>(size)] = sum;
         }
     }
-    // Without a spread all have size 0.
+    // size 0 without a spread
     int draw(BodyRandom& random) const {
         if (!is_spread_) return 0;
         const auto found =
@@ -326,7 +326,7 @@ public:
 
 private:
     bool is_spread_;
-    std::array<double, kSizes> sums_{};  ///< of the shares of sizes, up to and with each
+    std::array<double, kSizes> sums_{};  ///< cumulative shares of the sizes
 };
 
 // Uniform with the layout's mean and deviation.
@@ -458,7 +458,7 @@ void Crowd::place_bounds() {
 }
 
 void Crowd::place_cubes() {
-    // Wider than the sphere by more than the rounding of a box.
+    // margin over the sphere, above the rounding of a box
     constexpr double kRoundingMargin = 1e-11;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const Body& body = bodies_[i];

@@ -19,29 +19,29 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
     return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
 }
 
-/// Cells of a dense grid along each axis of its room, as published.
+/// Cells of the published dense grid along each axis of its room.
 inline constexpr std::size_t kDenseCells = 40;
 
-/// The published dense grid over the cube from the origin to `width` along each axis: a list of bodies for each of
-/// 40^3 cells, all of them cleared in every update. Bodies beyond the cube lie in its border cells.
+/// The published dense grid over the cube from the origin to `width` along each axis: a list of bodies for each of 40^3
+/// cells, all cleared in every update. Bodies beyond the cube are in its border cells.
 std::unique_ptr<Broadphase> make_dense_grid(double width);
 
-/// The grid that the published study wanted: only the cells that boxes lie in, by a hash of their coordinates. Time and
-/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a
-/// body of usual size lies in little more than one; wider where boxes would fill more than 64 cells each on average.
+/// The hashed grid proposed by the published study: only occupied cells, by a hash of their coordinates. Time and
+/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a body
+/// of typical size occupies little more than one; wider if boxes would occupy more than 64 cells on average.
 ///
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
-/// Deviations: buckets are sorted by counting instead of linked lists; a pair is taken in one cell only, that of the
-///             low corner of the intersection of both boxes, instead of being compared with the pairs found before.
+/// Deviations: buckets are sorted by counting instead of linked lists; a pair is reported only by the cell of the low
+///             corner of the boxes' intersection, instead of being compared with pairs already found.
 std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_count);
 
 /// A sphere-like closed mesh: two poles, and rings of corners between them at equal angles.
 struct BallMesh {
     int rings = 3;        ///< 2 or more; a ring has 2 * rings corners
     double radius = 1.0;  ///< of the sphere through the corners, metres
-    double aspect = 1.0;  ///< >= 1: the mesh is narrower by this across its poles' axis
+    double aspect = 1.0;  ///< >= 1: factor by which the mesh is narrower across its poles' axis
     bool is_dented =
-        false;  ///< every second segment between two meridians has 0.7 of the radius: not convex
+        false;  ///< every second segment between two meridians has 0.7 of the radius, so that the mesh is not convex
 };
 
 /// Number of corners of a mesh.
@@ -49,17 +49,17 @@ constexpr std::size_t corner_count(const BallMesh& mesh) {
     return 2 * static_cast<std::size_t>(mesh.rings) * static_cast<std::size_t>(mesh.rings) + 2;
 }
 
-/// The mesh as a shape around its centre: a hull, or a compound of one hull for each segment where it is dented.
+/// The mesh as a shape around its centre: a hull, or, if dented, a compound of one hull per segment.
 Shape make_ball(const BallMesh& mesh);
 
-/// How a crowd finds the pairs of bodies that may touch: the library's broadphases, and those of the published study.
+/// Broadphases of a crowd: those of the library and those of the published study.
 enum class CrowdScheme {
-    sap,   ///< BroadphaseKind::sap
-    grid,  ///< BroadphaseKind::grid
-    two_scene,  ///< sweep-and-prune of cubes that hold a body at any rotation; boxes of the pairs found only
-    brute,   ///< BroadphaseKind::brute
-    hashed,  ///< a hashed grid: cells as wide as the mean distance of the bodies
-    dense,   ///< the published dense grid: 40^3 cells, all cleared in each update
+    sap,        ///< BroadphaseKind::sap
+    grid,       ///< BroadphaseKind::grid
+    two_scene,  ///< sweep-and-prune of cubes that contain a body at any rotation; exact boxes only for the pairs found
+    brute,      ///< BroadphaseKind::brute
+    hashed,     ///< a hashed grid: cells as wide as the mean distance of the bodies
+    dense,      ///< the published dense grid: 40^3 cells, all cleared in each update
 };
 
 /// `sap`, `grid`, `two-scene`, `brute`, `hashed` or `dense`.
@@ -70,17 +70,18 @@ struct CrowdLayout {
     std::size_t count = 50;
     double detail =
         3.0;  ///< mean number of rings of corners between the poles; each body has 2 or more
-    double detail_deviation = 1.0;  ///< standard deviation of it: uniform over the bodies
-    double radius = 1.0;            ///< of the sphere through the corners, metres
-    /// Largest over smallest of 100 radii in equal ratios around `radius`.
+    double detail_deviation =
+        1.0;              ///< its standard deviation; uniform distribution over the bodies
+    double radius = 1.0;  ///< of the sphere through the corners, metres
+    /// Ratio of the largest to the smallest of 100 radii in geometric progression around `radius`.
     double size_spread = 1.0;
-    /// Bodies of at least a radius are as many as radius^-size_power: 0 for equal numbers of each of the radii, 2.5 for
-    /// fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
+    /// The number of bodies of at least a radius is proportional to radius^-size_power: 0 for equal numbers of each
+    /// radius, 2.5 for fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
     double size_power = 0.0;
     double aspect = 1.0;     ///< length over width of a body
-    bool is_dented = false;  ///< bodies are not convex
+    bool is_dented = false;  ///< whether bodies are not convex
     double room = 0.0;       ///< width of the room, metres; 0: by `share`
-    double share = 0.02;     ///< of the room's volume that the spheres take, 0 to 1
+    double share = 0.02;     ///< share of the room's volume filled by the spheres, 0 to 1
     double speed = 1.0;      ///< metres a second
     double spin = 1.0;       ///< radians a second
     CrowdScheme scheme = CrowdScheme::sap;
@@ -135,10 +136,10 @@ private:
     bool is_two_scene_;
     std::vector<Body> bodies_;
     std::size_t corner_count_ = 0;
-    std::vector<Aabb> bounds_;  ///< boxes of the bodies; cubes of their spheres for two scenes
+    std::vector<Aabb> bounds_;  ///< boxes of the bodies; for two scenes cubes around their spheres
     std::vector<BoundingSphere> balls_;
-    std::vector<Aabb> exact_;                    ///< of two scenes
-    std::vector<std::uint64_t> exact_in_query_;  ///< the query that exact_ was computed in
+    std::vector<Aabb> exact_;                    ///< exact boxes, for two scenes
+    std::vector<std::uint64_t> exact_in_query_;  ///< number of the query that computed exact_
     std::uint64_t query_count_ = 0;
     std::unique_ptr<Broadphase> broadphase_;
 };
@@ -185,7 +186,7 @@ private:
 
 /// Alternates queries of a crowd and moves by dt seconds.
 ///
-/// @param goes_on called before each query but the first; false ends the run
+/// @param goes_on called before each query except the first; false ends the run
 CrowdTotals run_crowd(Crowd& crowd, double dt,
                       const std::function<bool(const CrowdTotals&)>& goes_on);
 

@@ -27,7 +27,8 @@ double thread_seconds() {
 
 namespace {
 
-constexpr std::size_t kTableSize = std::size_t{1} << 15;  // of 8 bytes: within the second cache
+constexpr std::size_t kTableSize = std::size_t{1}
+                                   << 15;  // entries of 8 bytes: fits the second-level cache
 constexpr int kSteps = 60'000;
 
 using ReferenceTable = std::array<std::uint64_t, kTableSize>;
@@ -57,7 +58,7 @@ double time_reference_loop() {
         sum = sum * 0.999 + static_cast<double>(hash >> 12U) * 0x1p-52;
     }
     const double taken = thread_seconds() - start;
-    // Uses the results, so that the loop is not removed; neither is ever negative.
+    // uses the results, which are never negative, so that the loop is not optimised away
     return sum < 0.0 ? 0.0 : taken;
 }
 
@@ -219,7 +220,7 @@ TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& tri
     return row;
 }
 
-// Says so where a dial has no effect on what it is meant to change: a front of such a table means nothing.
+// Adds a finding if a dial has no effect on its loss: the front of such a table is meaningless.
 void note_constant_loss(TradeTable& table) {
     const std::size_t loss = column_index(table, table.loss);
     if (loss == table.columns.size() || table.rows.size() < 2) return;

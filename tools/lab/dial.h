@@ -15,18 +15,16 @@
 
 namespace terrane::tools {
 
-/// Processor time of the calling thread, seconds: other programs on the machine do not lengthen it. For what runs on
-/// this thread alone.
+/// Processor time of the calling thread, seconds, independent of other load. For work on this thread only.
 double thread_seconds();
 
 /// Runs a fixed computation on this thread and returns its processor time, seconds; about a millisecond on a processor
 /// of 2020. Half of it is a chain of integer hashes over a table of 256 KiB, half a chain of double-precision products
-/// and sums: no library function and no vector width is part of it. So times over that of the loop in the same run can
-/// be compared between machines, and between versions of the library.
+/// and sums, without library functions or dependence on vector width. Times divided by the loop's time in the same run
+/// can therefore be compared between machines, and between versions of the library.
 double time_reference_loop();
 
-/// Processor time of one call, nanoseconds: of the calls 0 to count - 1, in as many rounds as take two milliseconds
-/// together.
+/// Mean processor time of the calls 0 to count - 1, nanoseconds, over as many rounds as take two milliseconds in total.
 ///
 /// @param call takes an index and returns a number that depends on its result, so that the call is not removed
 template <class Call>
@@ -47,7 +45,7 @@ double time_call_ns(std::size_t count, const Call& call) {
     return 1e9 * taken / static_cast<double>(calls);
 }
 
-/// Unit of a measured column. Times also get a ratio to the reference loop.
+/// Unit of a measured column. Times are also reported relative to the reference loop.
 enum class TradeUnit {
     none,
     px,
@@ -64,70 +62,71 @@ const char* symbol_of(TradeUnit unit);
 /// Seconds of one unit of time; 0 for other units.
 double seconds_of(TradeUnit unit);
 
-/// A named number that one trial measures.
+/// A named quantity measured by a trial.
 struct TradeColumn {
     std::string key;  ///< "update_ms"
     std::string title;
     TradeUnit unit = TradeUnit::none;
 };
 
-/// One number of one row, from the repetitions of its trial.
+/// One figure of a row, from the repetitions of its trial.
 struct TradeFigure {
     double median = 0.0;
     double low = 0.0, high = 0.0;  ///< smallest and largest repetition
-    double ratio = 0.0;            ///< median of time over reference loop; 0 where it is no time
-    std::size_t repetitions = 0;   ///< 0: not measured
+    double ratio =
+        0.0;  ///< median of the time relative to the reference loop; 0 if it is not a time
+    std::size_t repetitions = 0;  ///< 0: not measured
 };
 
 /// Summarizes repetitions.
 ///
-/// @param ratios [values] of a time to the reference loop of the same turn; empty where it is no time
+/// @param ratios [values] times relative to the reference loop of the same round; empty if the figure is not a time
 TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios);
 
 /// One value of a dial with its figures.
 struct TradeRow {
-    std::string label;                 ///< "100000", "sap"
-    double value = 0.0;                ///< on the dial's axis; the row's index for named values
-    std::string command;               ///< that measures this row
-    std::vector<std::string> presets;  ///< those that have this value
+    std::string label;    ///< "100000", "sap"
+    double value = 0.0;   ///< position on the dial's axis; the row's index for named values
+    std::string command;  ///< command that measures this row
+    std::vector<std::string> presets;  ///< presets with this value
     std::vector<TradeFigure> figures;  ///< [TradeTable::columns]
-    bool on_front = false;             ///< no other row has both less cost and less loss
+    bool on_front = false;             ///< whether the row is Pareto optimal, see mark_front()
 };
 
-/// What one dial costs and gives over one terrain, with everything else fixed.
+/// Cost and loss of one dial over one terrain, with all other settings fixed.
 struct TradeTable {
     std::string key;      ///< of the dial: "budget"
     std::string title;    ///< "Triangle budget"
-    std::string axis;     ///< with its unit: "triangles"; "" where the values are names
+    std::string axis;     ///< with its unit: "triangles"; "" if the values are names
     std::string text;     ///< what was held fixed
-    std::string terrain;  ///< "" where the dial needs no terrain
+    std::string terrain;  ///< "" if the dial needs no terrain
     std::vector<TradeColumn> columns;
-    std::string cost, loss;  ///< keys of the columns of the front; both are better where smaller
+    std::string cost, loss;  ///< keys of the columns of the front; smaller is better for both
     std::vector<TradeRow> rows;
     std::vector<std::string> findings;  ///< sentences with measured numbers
 };
 
-/// Marks the rows that no other row beats: a row is beaten where another one has neither more cost nor more loss, and
-/// less of one. Rows without either figure are not on the front.
+/// Marks the Pareto front: the rows that no other row dominates. A row is dominated by another one with no more cost
+/// and no more loss, and less of one. Rows without either figure are not on the front.
 void mark_front(TradeTable& table);
 
-/// The index of a column; the number of columns where there is none of that key.
+/// The index of a column; the number of columns for an unknown key.
 std::size_t column_index(const TradeTable& table, const std::string& key);
 
 /// In the form of trade.json.
 nlohmann::ordered_json to_json(const TradeTable& table);
 
-/// Where and how thoroughly a dial is measured.
+/// Terrain and extent of a dial's measurement.
 struct TradePlace {
     const Terrain* terrain = nullptr;  ///< null for dials that need none
-    std::string flags;                 ///< that choose the terrain: "--seed 7"
-    bool is_quick = false;             ///< shorter flights, fewer bodies and questions
+    std::string flags;                 ///< select the terrain: "--seed 7"
+    bool is_quick = false;             ///< shorter flights, fewer bodies and queries
 };
 
 /// Values of the columns of one repetition; NaN: not measured.
 using TradeSample = std::vector<double>;
 
-/// A value of a dial, ready to be measured. What it needs is loaded already.
+/// A value of a dial, ready to be measured, with all data loaded.
 struct TradeTrial {
     std::string label;
     double value = 0.0;
@@ -135,31 +134,31 @@ struct TradeTrial {
     std::function<CommandResult<TradeSample>()> measure;
 };
 
-/// A setting that trades one cost for another: its values, and what is measured at each of them.
+/// A setting that trades one cost for another: its values, and the quantities measured at each.
 struct Dial {
     std::string key, title, axis, text;  ///< as in TradeTable
     bool needs_terrain = true;
-    std::string preset_flag;  ///< the flag of presets that has the dial's values; "": none
+    std::string preset_flag;  ///< the presets' flag for the dial's values; "": none
     std::vector<TradeColumn> columns;
     std::string cost, loss;
-    /// Why no value can have an effect at a place; absent where one can. May be empty.
+    /// Reason why no value can have an effect at a place; absent if one can. May be empty.
     std::function<std::optional<std::string>(const TradePlace&)> idle_reason;
     std::function<CommandResult<std::vector<TradeTrial>>(const TradePlace&)> prepare;
     /// Sentences about a measured table; may be empty.
     std::function<std::vector<std::string>(const TradeTable&)> find;
 };
 
-/// How long a dial is measured.
+/// Limits of a dial's measurement time.
 struct TradePatience {
-    /// Further repetitions begin within these seconds of the first one's end; <= 0: the first one alone.
+    /// Further repetitions start within this time after the end of the first one, seconds; <= 0: only the first one.
     double seconds = 3.0;
     std::size_t most_repetitions = 9;  ///< of each value
 };
 
-/// Measures a dial. Its values take turns, and so does the reference loop, so that a temporary slowdown of the machine
-/// affects all of them alike. The first repetition warms caches up, and is left out where there are others.
+/// Measures a dial. Its values and the reference loop are interleaved, so that a temporary slowdown of the machine
+/// affects all of them alike. The first repetition warms up caches, and is dropped if there are others.
 ///
-/// Fails: as the dial's trials; exit_failed where is_interrupted()
+/// Fails: as the dial's trials; exit_failed if is_interrupted()
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
                                        const TradePatience& patience);
 

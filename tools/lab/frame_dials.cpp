@@ -20,7 +20,7 @@
 namespace terrane::tools {
 namespace {
 
-/// The flights over each terrain, which all dials of pixels share.
+/// The flights over each terrain, shared by all pixel dials.
 using FlightGrounds = std::map<const Terrain*, std::shared_ptr<FlightGround>>;
 
 CommandResult<std::shared_ptr<FlightGround>> find_flight_ground(FlightGrounds& grounds,
@@ -84,7 +84,7 @@ Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, std::vector<doubl
     return dial;
 }
 
-/// What the flags of a preset set in a flight, and in a drop.
+/// Settings by a preset's flags, of a flight and of a drop.
 TriangulatorSettings triangulator_of(const Preset& preset) {
     const auto value = [&preset](const char* flag) { return preset_value(preset, flag).value(); };
     return {.triangle_budget = static_cast<std::size_t>(value("--budget")),
@@ -191,7 +191,7 @@ std::vector<Dial> pixel_dials() {
 
 namespace {
 
-/// The chunks of each terrain, which all dials of paging share.
+/// The chunks of each terrain, shared by all paging dials.
 using ChunkCaches = std::map<const Terrain*, std::shared_ptr<ChunkCache>>;
 
 /// A flight over one terrain.
@@ -207,7 +207,7 @@ PageOptions usual_flight(bool is_quick) {
     options.speeds = {1000.0};
     options.seconds = is_quick ? 2.0 : 6.0;
     options.fps = 10.0;
-    // The target is met wherever the chunks are there: the budget has no part in late frames.
+    // The target is met whenever the chunks are resident: late frames do not depend on the budget.
     options.budget = is_quick ? 100'000 : 300'000;
     options.max_error_px = is_quick ? 8.0 : 4.0;
     options.latencies_ms = {20.0};
@@ -216,7 +216,7 @@ PageOptions usual_flight(bool is_quick) {
     return options;
 }
 
-// The command line of a flight: what differs from the defaults of `page`.
+// The command line of a flight: options that differ from the defaults of `page`.
 std::string page_command(const PageOptions& options, const std::string& terrain_flags) {
     return fmt::format(
         "terrane page {} --path {} --speed {} --seconds {} --fps {} --budget {} "

@@ -161,10 +161,10 @@ CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& 
 namespace {
 
 constexpr double kFlightSeconds = 10.0;
-// Nearer to the ground the error is that of the finest spacing, whatever the settings.
+// Closer to the ground the finest spacing determines the error, whatever the settings.
 constexpr double kLeastAltitude = 150.0, kAltitudeInSpacings = 40.0;
 constexpr double kFrame_s = 1.0 / 30.0;
-// Of the finest settings that a dial has: what is loaded.
+// Finest settings of any dial, which determine the chunks to load.
 constexpr std::size_t kMostBudget = 1'000'000, kMostQuickBudget = 300'000;
 constexpr double kLeastError_px = 0.5;
 

@@ -19,28 +19,28 @@
 
 namespace terrane::tools {
 
-/// The square of a terrain that bodies and questions of the dials are in, metres.
+/// The square of a terrain that contains the bodies and queries of the dials, metres.
 WorldRect trade_area(const Terrain& terrain);
 
-/// The contact surface of trade_area() and some metres around it, all of it resident.
+/// The contact surface of trade_area() and some metres around it, entirely resident.
 ///
 /// @param contact_spacing as PagerSettings::contact_spacing
 ///
-/// Fails: as Pager; exit_failed where heights could not be read
+/// Fails: as Pager; exit_failed if heights could not be read
 CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact_spacing);
 
-/// A sphere near the ground, and what is true of it.
+/// A sphere near the ground, with its true contact state.
 struct ProbePose {
     Pose pose;             ///< world_from_shape
-    bool touches = false;  ///< a sampled point of the true surface is inside of the sphere
+    bool touches = false;  ///< whether a sampled point of the true surface is inside the sphere
 };
 
-/// Random poses of a sphere near the true surface, about half of which touch it, and whether they do, from samples of
-/// HeightSource::height(). The same in every run. Fewer than wanted where a terrain has little ground.
+/// Random poses of a sphere near the true surface, about half of which touch it, as determined from samples of
+/// HeightSource::height(). The same in every run. Fewer than `count` if a terrain has little ground.
 std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere, std::size_t count);
 
-/// The share of pairs of `order` that `keys` does not order alike; a pair that `keys` leaves equal counts. Pairs that
-/// are equal in `order` are left out.
+/// The share of pairs that `keys` and `order` rank differently; a tie in `keys` counts as different. Pairs tied in
+/// `order` are excluded.
 double disorder_share(const std::vector<double>& keys, const std::vector<double>& order);
 
 /// A drop of spheres onto loaded ground.
@@ -53,49 +53,49 @@ struct DropTrial {
     WorldSettings world{.collide_bodies = false};
 };
 
-/// What a drop costs, and what it gets wrong.
+/// Cost and errors of a drop.
 struct DropFigures {
-    double ms = 0.0;            ///< of the calling thread in all steps, a simulated second
-    double wall_ms = 0.0;       ///< the same by the clock on the wall
+    double ms = 0.0;  ///< processor time of the calling thread in all steps, per simulated second
+    double wall_ms = 0.0;       ///< the same in wall-clock time
     double max_depth_m = 0.0;   ///< deepest penetration of the contact surface
     double fell_through = 0.0;  ///< body steps deeper than their tolerance
-    /// Energy that bodies gained in steps, over what they lost in all. Where they do not collide with each other,
-    /// nothing gives them energy, and it is an error.
+    /// Energy gained by bodies in steps, relative to the energy lost in total. Bodies that do not collide with each
+    /// other have no source of energy, so that any gain is an error.
     double drift = 0.0;
 };
 
-/// Drops spheres above the middle of a ground: the same bodies in every run.
+/// Drops spheres over the centre of a ground: the same bodies in every run.
 ///
-/// Fails: as World; exit_failed where no body finds ground
+/// Fails: as World; exit_failed if no body finds ground
 CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& ground);
 
-/// What a flight costs and how far it is from the true surface.
+/// Cost and error of a flight.
 struct FlightFigures {
     double error_px = 0.0;   ///< largest certified bound of all frames
     double triangles = 0.0;  ///< mean of the frames
     double update_ms = 0.0;  ///< Triangulator::update(), median of the frames
     double draw_ms =
-        0.0;  ///< of the first frame until the picture can be read; NaN without a device
+        0.0;  ///< time of the first frame until the picture can be read; NaN without a device
 };
 
-/// What Verifier measures of the same frames: the same in every run.
+/// Verifier's measurements of the same frames; the same in every run.
 struct FlightTruth {
     double error_px = 0.0;    ///< largest error by brute force
     double max_pop_px = 0.0;  ///< largest movement from a frame to the next
 };
 
-/// Moments of a flight over a terrain, each with two consecutive frames and with all chunks resident that the finest
-/// settings of the dials can draw. So paging has no part in what is measured here.
+/// Moments of a flight over a terrain, each with two consecutive frames. All chunks that the finest settings of the
+/// dials can draw are resident, so that paging does not affect the measurements.
 class FlightGround {
 public:
-    /// Loads the chunks: seconds.
+    /// Loads the chunks, which takes seconds.
     ///
     /// Fails: as CameraPath, FrameMaker
     static CommandResult<std::shared_ptr<FlightGround>> create(const TradePlace& place);
 
-    /// Makes all frames. Fails with usage of settings that Triangulator::create() refuses.
+    /// Makes all frames. Fails for settings that Triangulator::create() refuses.
     Result<FlightFigures> fly(const TriangulatorSettings& settings);
-    /// Makes the frames of the first moments, and measures them.
+    /// Makes and measures the frames of the first moments.
     Result<FlightTruth> verify(const TriangulatorSettings& settings) const;
 
 private:
@@ -116,7 +116,7 @@ private:
     std::shared_ptr<const HeightSource> source_;
     std::vector<Moment> moments_;
     std::size_t verified_moments_ = 1;
-    std::unique_ptr<Device> device_;  // null: none opens
+    std::unique_ptr<Device> device_;  // null: none can be opened
 };
 
 }  // namespace terrane::tools

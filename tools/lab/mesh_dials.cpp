@@ -33,20 +33,20 @@ namespace terrane::tools {
 /// Random points on the unit sphere: the same in every run.
 std::vector<Eigen::Vector3d> sphere_points(std::size_t count);
 
-/// A closed boulder of about 1 m: a subdivided octahedron whose corners are moved along their directions.
+/// A closed boulder of about 1 m: a subdivided octahedron with radially displaced corners.
 ///
 /// @param subdivisions 0 to 7: the mesh has 8 * 4^subdivisions triangles
 /// @param roughness    largest displacement over the radius, 0 to 0.9
 TriangleMesh make_boulder(int subdivisions, double roughness);
 
-/// A rod of 20 x 2 x 2 m about its x axis, closed at its ends by points.
+/// A rod of 20 x 2 x 2 m about its x axis, with pointed ends.
 TriangleMesh make_rod_mesh(int triangles);
 
-/// The vertex of a convex hull that is farthest along a direction, by two methods. Both are written here, apart from
-/// the library's, whose support_distance() chooses one by the number of vertices.
+/// The extreme vertex of a convex hull along a direction, by two methods. Both are independent of the library, whose
+/// support_distance() chooses one by the number of vertices.
 ///
 /// Source: G. van den Bergen. Collision Detection in Interactive 3D Environments, 2003, 4.3.4 (hill climbing from
-/// vertex to vertex along edges). Here it begins at the best of six vertices, the extremes along the axes.
+/// vertex to vertex along edges). Here it starts at the best of six vertices, the extremes along the axes.
 class ExtremeSearch {
 public:
     explicit ExtremeSearch(const ConvexHull& hull);
@@ -72,27 +72,27 @@ enum class CullTest {
     triangles,    ///< and ViewVolume::meets_triangles()
 };
 
-/// The tests in their order, and their names.
+/// The tests in order, and their names.
 inline constexpr std::array kCullTests{CullTest::none, CullTest::spheres, CullTest::boxes,
                                        CullTest::exact_boxes, CullTest::triangles};
 const char* name_of(CullTest test);
 
-/// What a frame costs.
+/// Cost of a frame.
 struct FieldFrame {
     std::size_t kept = 0;
     double cull_ms = 0.0;
     double draw_ms = 0.0;  ///< until the picture can be read; NaN without a device
 };
 
-/// Copies of a mesh at random poses around an eye, and a device that draws them where one opens.
+/// Copies of a mesh at random poses around an eye, and a device that draws them, if one can be opened.
 class RodField {
 public:
     /// @param box      of the mesh
     /// @param far_away largest distance of a copy from the eye, metres
-    /// @param is_quick no software rasteriser draws
+    /// @param is_quick whether to skip drawing on software rasterisers
     RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away, bool is_quick);
 
-    /// Tests all copies and draws what is kept.
+    /// Tests all copies and draws those not culled.
     Result<FieldFrame> make_frame(CullTest test) const;
 
 private:
@@ -109,7 +109,7 @@ private:
     std::vector<Pose> poses_;
     std::vector<OrientedBox> boxes_;
     std::vector<BoundingSphere> balls_;
-    std::unique_ptr<Device> device_;  // null: none opens
+    std::unique_ptr<Device> device_;  // null: none can be opened
 };
 
 namespace {
@@ -157,7 +157,7 @@ TriangleMesh make_boulder(int subdivisions, double roughness) {
                       {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
     for (int i = 0; i < subdivisions; ++i) mesh = subdivided(mesh);
     for (Eigen::Vector3d& p : mesh.positions) {
-        // waves in three directions: smooth, so that coarser meshes are near it
+        // waves in three directions: smooth, so that coarser meshes stay close
         const double wave =
             std::sin(5.0 * p.x() + 1.0) * std::sin(4.0 * p.y() + 2.0) * std::sin(6.0 * p.z() + 0.5);
         p *= 1.0 + roughness * wave;
@@ -368,13 +368,13 @@ CommandResult<TradeTrial> extreme_trial(std::size_t vertices) {
         }};
 }
 
-// Where the curves of scan and climb cross for good, by linear interpolation.
+// The last crossing of the curves of scan and climb, by linear interpolation.
 std::vector<std::string> find_break_even(const TradeTable& table) {
     std::optional<double> crossing;
     for (std::size_t i = 1; i < table.rows.size(); ++i) {
         const auto gain = [&table](std::size_t row) {
             const std::vector<TradeFigure>& figures = table.rows[row].figures;
-            return figures[0].median - figures[1].median;  // of the climb over the scan
+            return figures[0].median - figures[1].median;  // gain of climb over scan
         };
         const double before = gain(i - 1), after = gain(i);
         if (before >= 0.0 || after < 0.0) continue;

@@ -25,8 +25,8 @@ using Point3 = std::array<T, 3>;
 
 /// Squared distance of a point from a triangle, in the precision of its numbers.
 ///
-/// Source: C. Ericson. Real-Time Collision Detection, 2005, 5.1.5: the regions of the corners, the edges and the face,
-/// told apart by barycentric coordinates. Written for one precision at a time, so that two can be compared.
+/// Source: C. Ericson. Real-Time Collision Detection, 2005, 5.1.5: (Voronoi regions of corners, edges and face by
+/// barycentric coordinates). A template, so that precisions can be compared.
 template <class T>
 T squared_distance_to_triangle(const Point3<T>& p, const std::array<Point3<T>, 3>& corners) {
     const auto minus = [](const Point3<T>& a, const Point3<T>& b) {
@@ -92,7 +92,7 @@ template <class T>
 TradeTrial precision_trial(std::string name, std::size_t index, std::size_t count, double origin) {
     const auto questions =
         std::make_shared<const std::vector<TriangleQuestion<T>>>(make_questions<T>(count, origin));
-    // the same questions around 0, with long double as the truth
+    // the same queries around 0, with long double as the reference
     const std::vector<TriangleQuestion<long double>> exact =
         make_questions<long double>(count, 0.0);
     double error_m = 0.0;
@@ -214,7 +214,7 @@ std::vector<Dial> number_dials() { return {root_dial(), precision_dial()}; }
 
 namespace {
 
-/// A measure of how near two things are: a number for each of the same questions, smaller where they are nearer.
+/// A measure of proximity: a number for each of the same queries, smaller for closer objects.
 struct NamedMeasure {
     std::string name;
     std::function<double(std::size_t)> of;
@@ -227,7 +227,7 @@ const std::vector<TradeColumn>& measure_columns() {
     return columns;
 }
 
-/// Trials of measures of the same questions; the last measure is the distance, which the others are compared with.
+/// Trials of measures on the same queries; the last measure is the distance, the reference for the others.
 std::vector<TradeTrial> measure_trials(const std::vector<NamedMeasure>& measures,
                                        std::size_t questions) {
     std::vector<double> distances;

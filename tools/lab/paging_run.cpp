@@ -74,7 +74,7 @@ bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_w
         for (std::int32_t x = index(west, lattice.origin_x); x <= index(east, lattice.origin_x);
              ++x) {
             const ChunkKey key{x, y, static_cast<std::uint8_t>(level)};
-            // on the edge of the extent the chunk may lie beyond the world
+            // at the edge of the extent the chunk may be outside the world
             if (lattice.contains(key) && resident.find(key) == ResidentSet::kNone) return false;
         }
     }
@@ -108,7 +108,7 @@ void Foresight::set_trajectories(double time, CameraNeed& camera, std::span<Body
     }
 }
 
-// The trajectory of an announced jump: straight at the current velocity up to the jump, straight from its target after.
+// The trajectory of an announced jump: linear at the current velocity up to the jump, then linear from its target.
 void Foresight::announce_jump(double time, double jump, CameraNeed& camera,
                               std::span<BodyNeed> bodies) {
     const CameraPose now = path_->at(time);
@@ -129,8 +129,8 @@ void Foresight::announce_jump(double time, double jump, CameraNeed& camera,
 
 namespace {
 
-// The pager's time at the start of a flight: later than the storage's clock can be after loading for the first frame,
-// and still exact to a nanosecond.
+// The pager's time at the start of a flight: later than any clock value after loading the first frame, and still exact
+// to a nanosecond.
 constexpr double kClock = 0x1p20;
 // Length of trajectories beyond the pager's horizon, seconds.
 constexpr double kBeyondHorizon = 1.0;

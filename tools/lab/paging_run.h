@@ -20,7 +20,7 @@
 namespace terrane::tools {
 
 /// Spheres of radius 1 m on the true ground under a camera: the first below the eye, the others around it, within 150 m
-/// to each side. Their horizontal offsets from the eye are constant, so that they jump with it. A pure function of the
+/// to each side. Their horizontal offsets from the eye are constant, so that they jump with it. Depends only on the
 /// terrain and the camera.
 class GroundBodies {
 public:
@@ -31,7 +31,7 @@ public:
 
     std::size_t count() const { return count_; }
     WorldPos place(std::size_t body, const CameraPose& camera) const;
-    /// The needs of all bodies: horizontal velocity of the camera, vertical velocity from the ground below.
+    /// The needs of all bodies, with the camera's horizontal velocity and the vertical velocity of the ground below.
     std::vector<BodyNeed> needs(const CameraPose& camera) const;
     /// BodyNeed::trajectory of a body over a whole path.
     ///
@@ -44,7 +44,7 @@ private:
     std::size_t count_;
 };
 
-/// Whether all chunks of a level under a sphere are resident; the part beyond the world does not count.
+/// Whether all chunks of a level under a sphere are resident; parts beyond the world are ignored.
 bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_world,
                 double radius);
 
@@ -62,7 +62,7 @@ public:
     /// @param bodies must outlive it
     Foresight(const CameraPath& path, const GroundBodies& bodies, const Settings& settings);
 
-    /// Sets the trajectories that are known, and leaves the others empty. Valid until the next call.
+    /// Sets the known trajectories, and leaves the others empty. Valid until the next call.
     ///
     /// @param time seconds from the start of the path
     void set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
@@ -90,14 +90,14 @@ struct PagingRunSettings {
         nullptr;  ///< counts the frames of all flights; may be null
 };
 
-/// Totals of a flight over simulated storage, without what was loaded before it.
+/// Totals of a flight over simulated storage, excluding loads before it.
 struct PagingTotals {
     std::size_t frames = 0;
     std::size_t late_frames = 0;     ///< FrameRecord::is_late()
     double excess_error_px_s = 0.0;  ///< of the late frames
     double error_px_max = 0.0;
     std::uint64_t bytes_loaded = 0;  ///< read from storage
-    std::uint64_t bytes_wasted = 0;  ///< of these, never used until the end of the flight
+    std::uint64_t bytes_wasted = 0;  ///< of these, bytes not used by the end of the flight
     std::size_t peak_bytes = 0;      ///< resident and in flight together, since creation
     std::size_t contact_late = 0;    ///< sum over frames of bodies without resident ground
     std::size_t body_frames = 0;
@@ -121,13 +121,13 @@ struct PagingRun {
     std::vector<std::size_t> contact_late;  ///< [frames] bodies without resident ground
 };
 
-/// Plays a path against storage on a virtual clock: frame i is at time i / fps. What the first frame needs is loaded
+/// Plays a path against storage on a virtual clock: frame i is at time i / fps. The needs of the first frame are loaded
 /// before the clock starts.
 ///
 /// @param source the source of `chunks`
 ///
-/// Fails: as Pager, Triangulator and VirtualLoader for their settings; io where the root squares never load; cancelled
-///        where is_interrupted()
+/// Fails: as Pager, Triangulator and VirtualLoader for their settings; io if the root squares never load; cancelled if
+///        is_interrupted()
 Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
                              const CameraPath& path, const PagingRunSettings& settings);
 

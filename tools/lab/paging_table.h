@@ -22,7 +22,7 @@ namespace terrane::tools {
 /// One combination of path and storage.
 struct PagingCell {
     std::string path;
-    std::optional<double> speed;     ///< m/s; absent: as CameraPathSettings
+    std::optional<double> speed;     ///< m/s; absent: default of CameraPathSettings
     std::optional<double> altitude;  ///< metres; absent: likewise
     double latency_ms = 0.0;
     double bandwidth_mb = 0.0;  ///< MB of 10^6 bytes a second
@@ -43,7 +43,7 @@ struct PagingRow {
 /// Whether a run is better than another: fewer late frames, then less excess error.
 bool is_better(const PagingTotals& totals, const PagingTotals& other);
 
-/// A row as scripts read it.
+/// A row in JSON, for scripts.
 nlohmann::ordered_json to_json(const PagingRow& row);
 
 /// The runs of all policies in one cell, and whether PagingChoice::deadline meets its targets.
@@ -53,26 +53,26 @@ struct PagingVerdict {
     const PagingRow* distance = nullptr;
     const PagingRow* oracle = nullptr;
 
-    /// Late frames of deadline over those of distance; target kMostLate, where the oracle has none (0 / 0 is 0). Absent
-    /// where a run is missing or the oracle has late frames.
+    /// Late frames of deadline relative to those of distance (0 / 0 is 0); target kMostLate, if the oracle has none.
+    /// Absent if a run is missing or the oracle has late frames.
     std::optional<double> late_ratio;
-    /// Excess error of deadline over that of the oracle; target kMostExcess, where the oracle has late frames. Absent
-    /// otherwise.
+    /// Excess error of deadline relative to that of the oracle; target kMostExcess, if the oracle has late frames.
+    /// Absent otherwise.
     std::optional<double> excess_ratio;
     std::vector<std::string> missed;  ///< missed targets, by their key in to_json()
 
     static constexpr double kMostLate = 0.05;
     static constexpr double kMostExcess = 1.2;
-    static constexpr double kMostWasted = 0.25;  ///< not where jumps are unannounced
+    static constexpr double kMostWasted = 0.25;  ///< not applied to unannounced jumps
 };
 
 /// One verdict for each cell, in order of its first row. The rows must outlive it.
 std::vector<PagingVerdict> judge(std::span<const PagingRow> rows);
 
-/// With more cells than this the report has the table only, without plots of the error over time.
+/// With more cells than this the report contains only the table, without plots of the error over time.
 inline constexpr std::size_t kMostPlottedCells = 6;
 
-/// Writes the report of flights over simulated storage: one row for each cell with the policies side by side, missed
+/// Writes the report of flights over simulated storage: one row per cell with the policies side by side and missed
 /// targets marked; for few cells with frames also their errors over time.
 ///
 /// Fails with io, naming the path.
@@ -101,7 +101,7 @@ struct PageOptions {
     std::size_t body_count = 8;
     double horizon = PagerSettings{}.horizon;
     double contact_share = PagerSettings{}.contact_share;
-    VirtualStorage storage;  ///< without what the lists above and the next members set
+    VirtualStorage storage;  ///< excluding settings by the lists above and the next members
     std::size_t slots = 8;
     std::size_t storage_seed = 1;
     std::size_t threads = 1;

@@ -87,7 +87,7 @@ namespace {
 
 constexpr std::size_t kFewBodies = 1000;  ///< up to which points are measured in rounds
 
-// Moves few bodies on between measurements, so that a short run sees many independent placements.
+// Advances small crowds between measurements, so that a short run sees many independent placements.
 void stir(Crowd& crowd) {
     for (int half_second = 0; half_second < 40; ++half_second) crowd.move(0.5);
 }
@@ -112,8 +112,8 @@ double median_of(std::span<const CrowdTotals> rounds, double (CrowdTotals::*time
     return *middle;
 }
 
-// Counts of all rounds, with the medians of their mean times. Positive queries may be rare: their time is that of all
-// rounds.
+// Counts of all rounds, with the medians of their mean times. Positive queries may be rare: their time is taken over
+// all rounds.
 CrowdTotals joined(std::span<const CrowdTotals> rounds) {
     CrowdTotals all;
     for (const CrowdTotals& round : rounds) all.add(round);
@@ -136,7 +136,7 @@ CrowdLayout layout_of(const StudyPlan& plan, std::size_t point, std::size_t seri
     return layout;
 }
 
-// Everything that the time of a step depends on, but the number of bodies.
+// Everything that determines the time of a step, except the number of bodies.
 std::string kind_of(const CrowdLayout& layout) {
     return fmt::format("{} {} {} {} {} {} {} {} {}", to_string(layout.scheme), layout.is_dented,
                        layout.room, layout.share, layout.radius, layout.detail, layout.size_spread,

@@ -17,17 +17,17 @@ std::optional<double> log_log_slope(std::span<const double> x, std::span<const d
 
 /// y = fixed + factor * x^power.
 struct PowerLaw {
-    double fixed = 0.0;  ///< >= 0: what does not depend on x
+    double fixed = 0.0;  ///< >= 0: the part that does not depend on x
     double factor = 0.0;
     double power = 0.0;
     double fixed_share = 0.0;  ///< of the last y
 
-    /// The power means little then: what it describes is a small part of every y.
+    /// Whether the power is insignificant, because it describes a small part of every y.
     bool is_mostly_fixed() const { return fixed_share > 0.8; }
 };
 
 /// The power law with the least sum of squared relative errors; powers up to 3 in steps of 0.005 are tried. Absent for
-/// fewer than four points, or where a y is not above 0.
+/// fewer than four points, or if a y is not above 0.
 std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const double> y);
 
 /// One point of a table, measured with each of its series.
@@ -35,7 +35,7 @@ struct StudyPoint {
     double x = 0.0;
     std::optional<double> published_query_ms;   ///< by sweep-and-prune
     std::optional<double> published_update_ms;  ///< by sweep-and-prune
-    std::vector<CrowdTotals> measured;          ///< by series; without queries where left out
+    std::vector<CrowdTotals> measured;          ///< by series; no queries for series left out
 };
 
 /// A point that was not measured with a series, because of its estimated time.
@@ -56,31 +56,33 @@ struct StudyTable {
     std::vector<LeftOut> left_out;
     double most_seconds = 0.0;  ///< StudySettings::most_seconds_a_point
 
-    /// The point at x; null where there is none.
+    /// The point at x, or null.
     const StudyPoint* point_at(double x) const;
-    /// What was measured at x with a series; null where nothing was.
+    /// The measurement at x with a series, or null.
     const CrowdTotals* totals_at(double x, std::string_view series_name) const;
 };
 
 /// Extent of a study.
 struct StudySettings {
-    /// Least time of queries. Up to 1000 bodies it is split into five rounds over all points; the median round is
-    /// reported.
+    /// Least time of queries, seconds. Up to 1000 bodies it is divided into five rounds over all points; the median
+    /// round is reported.
     double seconds_a_point = 0.3;
-    /// A point of more than 1000 bodies is left out for a series whose fewest queries are estimated to take longer.
+    /// A point of more than 1000 bodies is left out for a series if kFewestQueries are estimated to take longer,
+    /// seconds.
     double most_seconds_a_point = 30.0;
     std::size_t most_bodies = 1'000'000;
     std::uint64_t seed = 1;
 };
 
-/// Queries that each point and series is measured for at least.
+/// Least number of queries measured for each point and series.
 inline constexpr std::size_t kFewestQueries = 5;
 
-/// Repeats the published study of many bodies (SWIFT++) with our broadphases and its own: against count, detail,
-/// radius, for bodies of equal size, and where its conclusion ("bodies of similar size and aspect") ends.
+/// Repeats the published study of many bodies (SWIFT++) with the library's broadphases and its own: against count,
+/// detail and radius, for bodies of equal size, and to the limits of its conclusion ("bodies of similar size and
+/// aspect").
 ///
 /// @param show called with the completed share, 0 to 1
-/// @return incomplete tables where is_interrupted()
+/// @return incomplete tables if is_interrupted()
 std::vector<StudyTable> run_study(const StudySettings& settings,
                                   const std::function<void(double)>& show);
 
@@ -89,17 +91,18 @@ std::vector<StudyTable> run_study(const StudySettings& settings,
 std::optional<double> query_slope(const StudyTable& table, std::size_t series,
                                   bool is_published_only);
 
-/// A mean time of a series, such as &CrowdTotals::mean_step_ms, as a power law with the fixed cost apart.
+/// A mean time of a series, such as &CrowdTotals::mean_step_ms, as a power law plus a fixed cost.
 std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
                                  double (CrowdTotals::*time)() const);
 
-/// The same of the published query times.
+/// The same for the published query times.
 std::optional<PowerLaw> published_law(const StudyTable& table);
 
 /// Three digits, without an exponent for usual sizes: "1230", "0.0456".
 std::string short_text(double value);
 
-/// The smallest ratio of published to our time, with the fastest series of each point; absent without published times.
+/// The smallest ratio of the published to the measured time, with the fastest series of each point; absent without
+/// published times.
 std::optional<double> least_speedup(const StudyTable& table);
 
 }  // namespace terrane::tools

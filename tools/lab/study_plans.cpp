@@ -16,7 +16,7 @@
 namespace terrane::tools {
 namespace {
 
-// A published time of a query, ms, and the parameter that it was measured for.
+// A published query time, ms, and its parameter.
 struct Published {
     double x;
     double ms;
@@ -170,7 +170,7 @@ std::vector<double> ratios(std::size_t count) {
     return {1.0, 3.0, 10.0, 30.0, 100.0};
 }
 
-// Bodies of a room that grows with them, with another ratio at each point.
+// Adds a point for each ratio of a property of the bodies (`changed`); the room grows with the bodies.
 StudyPlan over_ratios(StudyPlan plan, CrowdLayout layout, std::size_t count,
                       double CrowdLayout::*changed) {
     add_schemes(plan, kAll);
@@ -234,7 +234,7 @@ std::vector<StudyPlan> make_study_plans(const StudySettings& settings) {
 
 namespace {
 
-// A scheme is slow where it takes this many times as long as the fastest one.
+// A scheme is slow if it takes this many times as long as the fastest one.
 constexpr double kSlow = 2.0;
 
 std::size_t fastest_at(const StudyPoint& point) {
@@ -249,7 +249,7 @@ std::size_t fastest_at(const StudyPoint& point) {
     return fastest;
 }
 
-// Time of a step over that of the fastest scheme; absent where the series was left out.
+// Time of a step relative to the fastest scheme; absent if the series was left out.
 std::optional<double> slowness(const StudyPoint& point, std::size_t series) {
     const std::size_t fastest = fastest_at(point);
     if (fastest == point.measured.size() || point.measured[series].queries == 0) {
@@ -327,7 +327,7 @@ void judge_similarity(const StudyTable& table, std::vector<std::string>& finding
         kSlow, need.empty() ? "none" : need, need_not.empty() ? "none" : need_not));
 }
 
-// Boxes along the axes fit long bodies badly: pairs of boxes without contact are the cost of every scheme.
+// Axis-aligned boxes fit long bodies badly: pairs of boxes without contact dominate the cost of every scheme.
 void add_pairs(const StudyTable& table, std::vector<std::string>& findings) {
     const auto of = [](const StudyPoint& point) -> const CrowdTotals* {
         for (const CrowdTotals& totals : point.measured) {

@@ -24,11 +24,12 @@ inline constexpr std::size_t kDenseLists = kDenseCells * kDenseCells * kDenseCel
 inline constexpr double kSweepQueryMs = 3.164, kSweepUpdateMs = 0.099;
 inline constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
 
-/// A line of a table: what it changes of each point's layout.
+/// A series of a table: its changes to each point's layout.
 struct StudySeries {
     CrowdScheme scheme = CrowdScheme::sap;
     bool is_dented = false;
-    double own_room_share = 0.0;  ///< above 0: share of a room of their own that the spheres take
+    double own_room_share =
+        0.0;  ///< above 0: the series has its own room, filled by the spheres to this share
 };
 
 /// A table before it is measured.
@@ -48,12 +49,12 @@ std::vector<StudyTable> run_plans(std::vector<StudyPlan> plans, const StudySetti
 /// Estimates the time of a step (an update and a query) of many bodies from measured steps of fewer.
 class StepTimes {
 public:
-    /// Records the seconds of a step of that many bodies of a kind: a scheme, and everything of a layout but its count.
+    /// Records the time of a step, seconds, for a number of bodies of a kind: a scheme and a layout except its count.
     void add(const std::string& kind, std::size_t bodies, double seconds);
 
-    /// From the largest count below `bodies`, by the power of the bodies between it and the one before: of the kind, or
-    /// where it has only one count of `similar`, at least 1 and at most 2. 2 where neither has two counts. Absent where
-    /// the kind has none.
+    /// Extrapolates from the largest count below `bodies` with the power between it and the previous count, 1 to 2: of
+    /// the kind, or of `similar` if the kind has only one count, or 2 if neither has two counts. Absent if the kind has
+    /// none.
     std::optional<double> seconds_at(const std::string& kind, const std::string& similar,
                                      std::size_t bodies) const;
 
@@ -63,8 +64,8 @@ private:
     std::map<std::string, std::map<std::size_t, double>> seconds_;
 };
 
-/// How schemes slow down along the table's parameter, which of them is the fastest, which ones need similar bodies, and
-/// what was left out. Computed from the table.
+/// Adds findings: how schemes slow down along the table's parameter, which is the fastest, which ones need similar
+/// bodies, and which points were left out.
 void judge_limits(const StudyTable& table, std::vector<std::string>& findings);
 
 }  // namespace terrane::tools

@@ -15,7 +15,7 @@
 namespace terrane::tools {
 namespace {
 
-// The series of the scheme that the published times are of.
+// The series of the scheme of the published times.
 std::string_view published_series(const StudyTable& table) {
     return table.key == "detail" ? "convex" : "sap";
 }
@@ -34,7 +34,7 @@ const StudyPoint* first_published(const StudyTable& table) {
     return nullptr;
 }
 
-// Of a table whose x is the number of bodies.
+// Reason for a table whose x is the number of bodies.
 std::string reason_of_bodies(const StudyPoint& point, const CrowdTotals& ours) {
     const double published_us = 1e3 * *point.published_query_ms / point.x;
     if (point.x < 2.0) {
@@ -49,7 +49,7 @@ std::string reason_of_bodies(const StudyPoint& point, const CrowdTotals& ours) {
         published_us, short_text(ours.mean_pairs()), 0.5 * point.x * (point.x - 1.0));
 }
 
-// Of a table whose x is a property of 20 bodies: compares the growth since the first published point.
+// Reason for a table whose x is a property of 20 bodies: compares the growth since the first published point.
 std::string reason_of_change(const StudyTable& table, const StudyPoint& point,
                              const CrowdTotals& ours) {
     const StudyPoint& first = *first_published(table);
@@ -166,14 +166,14 @@ constexpr double kTwoOrders = 100.0;  // of a query to an update, as claimed
 
 using Findings = std::vector<std::string>;
 
-// All series of a point together: for what does not depend on the scheme.
+// Sum of all series of a point, for quantities that do not depend on the scheme.
 CrowdTotals all_of(const StudyPoint& point) {
     CrowdTotals all;
     for (const CrowdTotals& totals : point.measured) all.add(totals);
     return all;
 }
 
-// Power of a count or share over the points where it is above 0; absent for fewer than two.
+// Power of a count or share over the points at which it is above 0; absent for fewer than two.
 std::optional<double> power_of(const StudyTable& table, double (CrowdTotals::*count)() const) {
     std::vector<double> x, y;
     for (const StudyPoint& point : table.points) {
@@ -326,13 +326,13 @@ void judge_detail(const StudyTable& table, Findings& findings) {
     }
 }
 
-// Whether the time rises with the radius and then stays, because all boxes overlap.
+// Whether the time rises with the radius to a plateau, because all boxes overlap.
 void judge_radius(const StudyTable& table, Findings& findings) {
     constexpr double kAlmostAll = 0.95;  // of the pairs
     constexpr double kSame = 1.5;        // ratio of times on a plateau
     const double all = 0.5 * kPublishedCount * (kPublishedCount - 1.0);
     const double first = table.points.front().x, last = table.points.back().x;
-    double end = first, full = 0.0;  // radii: the last without, and the next with almost all pairs
+    double end = first, full = 0.0;  // radii: the last without and the first with almost all pairs
     for (const StudyPoint& point : table.points) {
         const CrowdTotals* const sap = table.totals_at(point.x, "sap");
         if (sap == nullptr) return;

@@ -97,7 +97,7 @@ std::string fault_of_document(const Json& document) {
     return "";
 }
 
-// The figure of a document for a dial, terrain, label and column; null where there is none.
+// The figure of a document for a dial, terrain, label and column, or null.
 const Json* find_figure(const Json& document, const Json& table, const std::string& label,
                         const std::string& column) {
     for (const Json& other : document["tables"]) {

@@ -12,17 +12,17 @@
 
 namespace terrane::tools {
 
-/// A dial that has no table, because no value of it can have an effect over a terrain.
+/// A dial without a table, because none of its values can have an effect over a terrain.
 struct IdleDial {
     std::string key, terrain, reason;
 };
 
-/// All tables of one run, and where they were measured.
+/// All tables of one run, and the machine that measured them.
 struct TradeDocument {
     std::string command_line;
     bool is_quick = false;
     TradeFigure reference_ms;  ///< of the reference loop, over the run
-    double seconds = 0.0;      ///< that the run took
+    double seconds = 0.0;      ///< duration of the run
     std::vector<TradeTable> tables;
     std::vector<IdleDial> idle_dials;
 };
@@ -35,12 +35,13 @@ nlohmann::ordered_json to_json(const TradeDocument& document);
 
 /// Reads a trade.json.
 ///
-/// Fails: exit_failed, naming the file and what is wrong: it cannot be read, is no JSON, or not what to_json() makes
+/// Fails: exit_failed, naming the file and what is wrong: it cannot be read, is not JSON, or does not have the form of
+///        to_json()
 CommandResult<nlohmann::ordered_json> read_trade_document(const std::string& path);
 
 /// Figures of two documents side by side: those of the same dial, terrain, label and column, in the order of the
-/// first document. `times_b_over_a` is the median of times of b over those of a. `ratios_b_over_a` is the same of their
-/// ratios to the reference loop: about 1 where the machines differ in speed alone. Both are null without times.
+/// first document. `times_b_over_a` is the median ratio of times of b to those of a. `ratios_b_over_a` is the same for
+/// times relative to the reference loop: about 1 if the machines differ only in speed. Both are null without times.
 ///
 /// @param a, b as read_trade_document() returns them
 nlohmann::ordered_json compare_documents(const nlohmann::ordered_json& a,
@@ -55,16 +56,16 @@ nlohmann::ordered_json compare_documents(const nlohmann::ordered_json& a,
 Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& header,
                                 const std::vector<nlohmann::ordered_json>& documents);
 
-/// What `terrane trade --compare` was asked.
+/// Options of `terrane trade --compare`.
 struct ComparisonOptions {
     std::vector<std::string> files;  ///< two trade.json
     std::string out;                 ///< a folder for the report; "" for none
     bool json = false;
 };
 
-/// Prints the figures of two trade.json side by side: with json one object, else a line for each time and a summary.
+/// Prints the figures of two trade.json side by side: as one JSON object, or as a line per time and a summary.
 ///
-/// Fails: exit_failed, naming the file, as read_trade_document(); where the files have no figure in common; as
+/// Fails: exit_failed, naming the file, as read_trade_document(); if the files have no figure in common; as
 ///        write_trade_report()
 CommandResult<void> run_comparison(const ComparisonOptions& options);
 

@@ -14,7 +14,7 @@
 namespace terrane::tools {
 
 std::size_t spelling_distance(std::string_view a, std::string_view b) {
-    // costs[i][j]: of the first i letters of a and the first j of b
+    // costs[i][j]: distance of the first i letters of a and the first j of b
     std::vector<std::vector<std::size_t>> costs(a.size() + 1,
                                                 std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i) {
@@ -117,7 +117,7 @@ std::string explain_missing_command(const CLI::App& app,
     return fmt::format("unknown flag '{}'; see terrane --help", flag);
 }
 
-// Message for arguments that a subcommand does not take: names the first flag, else the first word.
+// Message for arguments that a subcommand does not accept: names the first flag, otherwise the first word.
 std::string explain_extras(const CLI::App& command, const std::vector<std::string>& arguments) {
     const std::vector<std::string> extras = command.remaining();
     const auto is_extra = [&extras](const std::string& argument) {

@@ -23,16 +23,16 @@ namespace terrane::tools {
 enum ExitCode : int {
     exit_done = 0,
     exit_failed = 1,  ///< a run-time failure: a file, a disk, a device
-    exit_usage = 2,   ///< invalid command line, whatever the files hold
+    exit_usage = 2,   ///< invalid command line, whatever the content of files
 };
 
-/// Why a command failed: one line, without a full stop, that names the thing and the value.
+/// Cause of a command's failure: one line without a full stop that names the object and the value.
 struct CommandError {
     ExitCode exit_code = exit_failed;
     std::string message;
 
     CommandError(ExitCode code, std::string text) : exit_code(code), message(std::move(text)) {}
-    /// An error of a library is a failure, not a usage error. Implicit, for returning the error of a Result.
+    /// A library error is a failure, not a usage error. Implicit, so that the error of a Result can be returned.
     CommandError(const Error& error) : message(error.message) {}
 };
 
@@ -51,7 +51,7 @@ inline tl::unexpected<CommandError> failure(std::string message) {
     return tl::unexpected<CommandError>(CommandError(exit_failed, std::move(message)));
 }
 
-/// `return pass_on(result.error());` for the Error of a library's Result.
+/// `return pass_on(result.error());` for the Error of a library Result.
 inline tl::unexpected<CommandError> pass_on(const Error& error) {
     return tl::unexpected<CommandError>(CommandError(error));
 }
@@ -79,25 +79,25 @@ void add_simplify_command(CLI::App& app, CommandContext& context);
 void add_heightmap_command(CLI::App& app, CommandContext& context);
 void add_trade_command(CLI::App& app, CommandContext& context);
 
-/// Edit distance: fewest insertions, removals, replacements and swaps of adjacent letters that turn one word into the
-/// other.
+/// Edit distance: the smallest number of insertions, removals, replacements and swaps of adjacent letters that turn one
+/// word into the other.
 std::size_t spelling_distance(std::string_view a, std::string_view b);
 
-/// The nearest of some words, at an edit distance of at most a third of the letters, rounded up; else one that `word`
-/// is a prefix of, with four letters or more. Ties go to the first; "" where there is none.
+/// The nearest of `words` within an edit distance of a third of the letters, rounded up; otherwise one that has `word`
+/// as a prefix of four letters or more. Ties go to the first; "" if there is none.
 std::string nearest_word(std::string_view word, std::span<const std::string> words);
 
-/// "; did you mean X?", or "" where no word is near.
+/// "; did you mean X?", or "" if no word is near.
 std::string did_you_mean(std::string_view word, std::span<const std::string> words);
 
-/// Flags that only have an effect under a condition.
+/// Flags that have an effect only under a condition.
 struct ConditionalFlags {
     std::vector<std::string> flags;
     bool has_effect = false;  ///< whether the condition is met
     std::string condition;    ///< text after the flag: "goes with --policy distance"
 };
 
-/// Fails with exit_usage where a given flag has no effect: "--radius goes with --policy distance".
+/// Fails with exit_usage if a given flag has no effect: "--radius goes with --policy distance".
 CommandResult<void> refuse_idle_flags(const CLI::App& command,
                                       const std::vector<ConditionalFlags>& rules);
 

@@ -12,7 +12,7 @@
 
 namespace terrane::tools {
 
-/// w, x, y, z: the form of rotations in input and output.
+/// Quaternion w, x, y, z: the format of rotations in input and output.
 using Quaternion = std::array<double, 4>;
 
 /// The rotation of a quaternion of any length above 0.
@@ -55,7 +55,7 @@ private:
     std::uint64_t seed_, body_, next_ = 0;
 };
 
-/// A line of points in the plane by its arc length, metres.
+/// A polyline in the plane, parametrised by arc length, metres.
 class Polyline {
 public:
     /// Requires two points or more, no two successive ones equal.
@@ -72,7 +72,7 @@ private:
     std::size_t segment(double along) const;  // index of its end
 
     std::vector<Eigen::Vector2d> points_;
-    std::vector<double> lengths_;  // of the line up to each point
+    std::vector<double> lengths_;  // arc length up to each point
 };
 
 }  // namespace terrane::tools

@@ -220,7 +220,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Refuses keys that read_shape() would ignore. What has no known kind is left to it.
+/// Refuses keys that read_shape() would ignore. Unknown kinds are left to read_shape().
 Parsed<void> check_part_keys(const Json& part, const std::string& path) {
     if (const Parsed<void> good = check_keys(part, path, {"shape", "position", "rotation"});
         !good) {

@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-// Values in a line of `terrane query`. Errors are messages that name the value.
+// Parsing of JSON values. Errors are messages that name the value.
 namespace terrane::tools {
 
 template <class T>
@@ -27,17 +27,17 @@ std::string shown(const nlohmann::ordered_json& value);
 
 Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key);
 
-/// Within 2e9 m of the origin.
+/// Reads a coordinate within 2e9 m of the origin.
 Parsed<double> read_coordinate(const nlohmann::ordered_json& object, const char* key);
 Parsed<WorldPos> read_point(const nlohmann::ordered_json& object, const char* key);
 
-/// [w, x, y, z] of length 1 within 1e-6; `otherwise` where the key is absent.
+/// [w, x, y, z] of length 1 within 1e-6; `otherwise` if the key is absent.
 Parsed<Eigen::Matrix3d> read_rotation(const nlohmann::ordered_json& object, const char* key,
                                       const Eigen::Matrix3d& otherwise);
 
 enum class PositionAbsent { is_wrong, is_origin };
 
-/// `position` and `rotation`; the identity rotation where the latter is absent.
+/// Reads `position` and `rotation`; the identity rotation if the latter is absent.
 Parsed<Pose> read_pose(const nlohmann::ordered_json& object, PositionAbsent absent);
 
 /// An array of `count` numbers; absent for anything else.
@@ -70,18 +70,18 @@ Parsed<std::array<double, count>> read_array(const nlohmann::ordered_json& objec
 /// part without a position is at the origin.
 Parsed<Shape> read_shape(const nlohmann::ordered_json& object, const char* key);
 
-/// Fails unless a value is an object all of whose keys are `known`: "unknown key 'bodies[2].colour'".
+/// Fails unless a value is an object with only `known` keys: "unknown key 'bodies[2].colour'".
 ///
 /// @param path of the value: "bodies[2]"
 Parsed<void> check_keys(const nlohmann::ordered_json& value, const std::string& path,
                         std::initializer_list<std::string_view> known);
 
-/// Refuses keys of a shape that read_shape() would ignore. What has no known kind is left to it.
+/// Refuses keys of a shape that read_shape() would ignore. Unknown kinds are left to read_shape().
 ///
 /// @param path of the shape: "bodies[2].shape"
 Parsed<void> check_shape_keys(const nlohmann::ordered_json& shape, const std::string& path);
 
-/// The number at a key, `otherwise` where there is none; fails where it is outside [low, high].
+/// The number at a key, `otherwise` if there is none; fails if it is outside [low, high].
 Parsed<double> read_in_range(const nlohmann::ordered_json& object, const char* key,
                              double otherwise, double low, double high);
 

@@ -35,11 +35,11 @@ std::optional<ImageSize> parse_size(std::string_view text);
 /// "A,B,C", at least one item, none empty; absent for anything else.
 std::optional<std::vector<std::string>> parse_list(std::string_view text);
 
-/// The value of an optional option; absent for NaN, which means not given.
+/// The value of an optional flag; absent for NaN, which means not given.
 std::optional<double> given(double value);
 
-/// Options with checked values: parsing throws a CLI::ParseError that names the flag, the range and the value, and
-/// main() exits with code 2. All refuse NaN and infinity.
+/// Flags with checked values: parsing throws a CLI::ParseError that names the flag, the range and the value, and main()
+/// exits with code 2. All refuse NaN and infinity.
 CLI::Option* add_positive(CLI::App& app, const std::string& flag, double& value,
                           const std::string& help);
 CLI::Option* add_not_negative(CLI::App& app, const std::string& flag, double& value,
@@ -56,13 +56,13 @@ CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vect
 /// A whole number from `low` to `high`.
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
                        const std::string& help, std::size_t high = std::size_t{1} << 53);
-/// One of several names; the error for another one suggests the nearest.
+/// One of several names; the error for any other suggests the nearest.
 ///
 /// @param choose called with the index of the name
 CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
                         std::size_t usual, std::function<void(std::size_t)> choose,
                         const std::string& help);
-/// The index of a name. Throws as the options do.
+/// The index of a name. Throws like the flags.
 std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
                         const std::string& text);
 CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
@@ -92,7 +92,7 @@ struct Preset {
     std::array<PresetFlag, 5> flags;
 };
 
-/// fast, balanced and accurate: points of the fronts that `terrane trade` measures, see docs/measurements.md.
+/// fast, balanced and accurate: points on the Pareto fronts measured by `terrane trade`, see docs/measurements.md.
 const std::array<Preset, 3>& presets();
 
 /// The value of a preset's flag as a number; absent for a flag that presets do not set.
@@ -101,8 +101,8 @@ std::optional<double> preset_value(const Preset& preset, std::string_view flag);
 /// Names of the presets that give a value to a flag.
 std::vector<std::string> presets_with(std::string_view flag, double value);
 
-/// Adds --preset. It sets those flags of a preset that the command has and that are not on the command line, whatever
-/// the order of the words; is_given() stays false for them. To be called after all other flags of the command.
+/// Adds --preset. It sets the preset's flags that the command has and the command line does not, in any order of
+/// arguments; is_given() stays false for them. Call after adding all other flags of the command.
 void add_preset_option(CLI::App& command);
 
 }  // namespace terrane::tools

@@ -39,7 +39,7 @@ Result<TemporaryFile> TemporaryFile::beside(const std::string& path) {
     };
     for (int i = 0; i < kMostNames; ++i) {
         const std::string name = path + ".partial" + (i == 0 ? "" : std::to_string(i));
-        // O_EXCL: an existing file is not ours
+        // O_EXCL: never opens an existing file
         const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor < 0 && errno == EEXIST) continue;
         if (descriptor < 0) return refuse(errno);
@@ -141,7 +141,7 @@ Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path
         return fail(ErrorCode::io, "cannot read the folder '" + path + "': " + error.message());
     }
     if (clashes.empty()) return folder;
-    // the least name, independent of the order of the directory listing
+    // the first name alphabetically, independent of the order of the directory listing
     const std::string first = *std::min_element(clashes.begin(), clashes.end());
     return fail(
         ErrorCode::io,
@@ -312,7 +312,7 @@ Result<void> OutputFile::commit() {
     if (failed_errno_ == 0) failed_errno_ = closed;
     if (failed_errno_ == 0 && temporary_) {
         if (place_.folder != nullptr) {
-            // the list first: after a kill in between, the next run finds a name without a file, which is harmless
+            // the list first: if killed in between, the next run finds a name without a file, which is harmless
             const Result<void> listed = place_.folder->record(temporary_->path(), place_.name);
             if (!listed) return listed;
         }

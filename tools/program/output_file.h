@@ -16,11 +16,11 @@
 
 namespace terrane::tools {
 
-/// A new file beside another one, for incomplete content. It never takes the name of an existing file: PATH.partial,
-/// PATH.partial1 and so on. The destructor removes it unless it was renamed.
+/// A new file for incomplete content in the folder of another one. It never takes the name of an existing file:
+/// PATH.partial, PATH.partial1 and so on. The destructor removes it unless it was renamed.
 class TemporaryFile {
 public:
-    /// Fails with io, naming `path`, where no file can be created beside it.
+    /// Fails with io, naming `path`, if no file can be created in its folder.
     static Result<TemporaryFile> beside(const std::string& path);
 
     TemporaryFile(TemporaryFile&& other) noexcept;
@@ -31,13 +31,13 @@ public:
     /// The file, open for writing from its beginning.
     std::FILE* stream() const { return stream_; }
     /// Closes the stream.
-    /// @return 0, or the errno of a failed flush, as of a full disk
+    /// @return 0, or the errno of a failed flush, for instance on a full disk
     int close();
 
     /// Closes the stream and renames the file. Call once.
     ///
-    /// @param replaces whether an existing file is replaced; otherwise the call returns EEXIST for it
-    /// @return 0, or an errno: then the destructor removes the file
+    /// @param replaces whether to replace an existing file; otherwise returns EEXIST for it @return 0, or an errno; the
+    /// destructor then removes the file
     int rename_to(const std::string& path, bool replaces);
 
 private:
@@ -60,9 +60,9 @@ tl::unexpected<Error> cannot_write(const std::string& path, int cause);
 
 /// A folder for the output files of a run. The list kFileListName in it holds the name, size and content hash of every
 /// file written by a run. A listed file with unchanged content belongs to an earlier run and is replaced; every other
-/// file, also a listed one that the user changed, belongs to the user and is neither removed nor overwritten.
+/// file, including a listed one that the user changed, belongs to the user and is neither removed nor overwritten.
 ///
-/// For the lifetime of the object no other run can use the folder (a lock on the list, where the file system has
+/// For the lifetime of the object no other run can use the folder (a lock on the list, if the file system supports
 /// locks).
 class OutputFolder {
 public:
@@ -71,14 +71,14 @@ public:
     /// @param names      files that the run may write
     /// @param has_frames whether it may write frame_000000.png and so on
     ///
-    /// Fails with io where the folder cannot be created, the list is not a list or cannot be written, a file of the
-    /// user has a name that the run may write (the message names it), or another run uses the folder.
+    /// Fails with io if the folder cannot be created, the list is invalid or cannot be written, a file of the user has
+    /// a name that the run may write (the message names it), or another run uses the folder.
     static Result<std::shared_ptr<OutputFolder>> open(const std::string& path,
                                                       std::vector<std::string> names,
                                                       bool has_frames);
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
-    /// Removes the list where no file was recorded.
+    /// Removes the list if no file was recorded.
     ~OutputFolder();
 
     const std::string& path() const { return path_; }
@@ -122,28 +122,28 @@ struct OutputPlace {
         : path(in->path_of(file)), folder(std::move(in)), name(std::move(file)) {}
 };
 
-/// A file that appears under its name only when it is complete: written to a temporary file beside it, then renamed. A
-/// pipe or a device (/dev/stdout) is written directly. Without commit() the temporary file is removed.
+/// A file that appears under its name only when it is complete: written to a temporary file in the same folder, then
+/// renamed. A pipe or a device (/dev/stdout) is written directly. Without commit() the temporary file is removed.
 class OutputFile {
 public:
     /// @param place a path named by the user, whose file is replaced; or a name in an output folder, to whose list
     ///              commit() adds it
     ///
-    /// Fails with io where the file cannot be created.
+    /// Fails with io if the file cannot be created.
     static Result<OutputFile> create(const OutputPlace& place);
 
     OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&&) = delete;
     ~OutputFile();
 
-    /// Appends. An error, as of a full disk, is stored and reported by check() and commit().
+    /// Appends. An error, for instance a full disk, is stored and reported by check() and commit().
     void write(std::string_view bytes);
     /// Whether a write has failed; lets long commands stop early.
     bool has_failed() const { return failed_errno_ != 0; }
-    /// Fails with io, naming the path and the cause, where a write has failed.
+    /// Fails with io, naming the path and the cause, if a write has failed.
     Result<void> check() const;
 
-    /// Completes the file and gives it its name. Fails with io, naming the path and the cause. Call once.
+    /// Completes the file and renames it to its final name. Fails with io, naming the path and the cause. Call once.
     Result<void> commit();
 
 private:

@@ -11,8 +11,8 @@
 namespace terrane::tools {
 
 /// Installs handlers: the first SIGINT (Ctrl-C), SIGTERM or SIGHUP only sets is_interrupted(), so that a command can
-/// complete its files. The second one removes the files of all RemovedIfKilled and ends the program at once with exit
-/// code 1. An ignored SIGHUP (nohup) stays ignored. Without this call the signals end the program as usual.
+/// complete its files. The second one removes the files of all RemovedIfKilled objects and ends the program at once
+/// with exit code 1. An ignored SIGHUP (nohup) stays ignored. Without this call the signals end the program as usual.
 ///
 /// Threads: any; calls after the first have no effect.
 void watch_for_interrupts();
@@ -20,8 +20,8 @@ void watch_for_interrupts();
 /// Whether a signal arrived since watch_for_interrupts(). Threads: any. Cost: one atomic load.
 bool is_interrupted();
 
-/// Registers a file that a second signal removes, for the lifetime of the object. At most 16 files at once; others
-/// are left behind where the program is killed.
+/// Registers a file that a second signal removes, for the lifetime of the object. At most 16 files at once; further
+/// ones remain if the program is killed.
 class RemovedIfKilled {
 public:
     explicit RemovedIfKilled(std::string path);
@@ -34,8 +34,8 @@ private:
     int place_ = -1;
 };
 
-/// A progress line on standard error with the completed share and the remaining time; nothing where standard error is
-/// no terminal, or the command takes less than a third of a second. A thread updates the line, also while the command
+/// A progress line on standard error with the completed share and the remaining time; nothing if standard error is not
+/// a terminal, or the command takes less than a third of a second. A thread updates the line, even while the command
 /// blocks. The destructor clears the line. One object at a time.
 class Progress {
 public:
@@ -54,7 +54,7 @@ private:
 
     std::string what_;
     std::chrono::steady_clock::time_point created_;
-    std::atomic<double> share_{-1.0};  // below 0: unknown
+    std::atomic<double> share_{-1.0};  // negative: unknown
     std::atomic<double> first_share_{0.0};
     std::atomic<std::chrono::steady_clock::time_point> first_shown_{};
     std::mutex mutex_;

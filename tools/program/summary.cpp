@@ -103,7 +103,7 @@ std::string rounded_text(double value, int digits, Rounding rounding) {
     const bool is_wrong = rounding != Rounding::nearest &&
                           (is_outward ? shown < std::abs(value) : shown > std::abs(value));
     if (is_wrong) {
-        // one unit of the last digit up, as an integer times a power of ten
+        // adds one unit in the last digit, as an integer times a power of ten
         const std::size_t exponent_at = nearest.find('e');
         std::string mantissa = nearest.substr(0, exponent_at);
         std::erase(mantissa, '.');

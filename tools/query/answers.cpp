@@ -161,16 +161,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Metres: widens the part of a ray that is near a body, beyond the rounding of coordinates up to 2e9.
+// Widens the part of a ray near a body by more than the rounding of coordinates up to 2e9, metres.
 constexpr double kPartSlack = 2e-6;
-// Of the coordinates: how far the triangle that a ray met may be from the point of the answer.
+// Largest distance between the answer's point and the triangle met by the ray, relative to the coordinates.
 constexpr double kPointSlack = 1e-11;
 
-/// The ray of a pick, and its nearest answer so far.
+/// The ray of a pick, with the nearest hit so far.
 struct Pick {
     WorldPos from_world = WorldPos::Zero();
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
-    double fraction = 1.0;  // of the nearest answer, or of the far distance
+    double fraction = 1.0;  // of the nearest hit, or of the far distance
     Json nearest = Json::object();
 
     WorldPos at(double t) const { return from_world + t * displacement; }
@@ -180,14 +180,14 @@ struct Pick {
     }
 };
 
-/// Whether a point of the ground is on a triangle that volumes made.
+/// Whether a point of the ground is on a triangle of a volume.
 bool is_on_volume(const Pick& pick, double fraction, const WorldPos& point_world,
                   const Ground& ground) {
     if (!ground.has_solids()) return false;
     const double slack = kPointSlack * (1.0 + pick.from_world.cwiseAbs().maxCoeff() +
                                         point_world.cwiseAbs().maxCoeff());
     const double range = slack / pick.displacement.norm();
-    // the chunks around the point, if it is on a border
+    // all chunks around a point on a border
     for (const double x : {point_world.x() - slack, point_world.x() + slack}) {
         for (const double y : {point_world.y() - slack, point_world.y() + slack}) {
             const SolidSurface* solid = ground.solid(ground.column_at(x), ground.row_at(y));
@@ -202,7 +202,7 @@ bool is_on_volume(const Pick& pick, double fraction, const WorldPos& point_world
     return false;
 }
 
-/// False where the ground is needed and not resident.
+/// False if required ground is not resident.
 bool pick_ground(QueryGround& ground, Pick& pick) {
     const double spacing = ground.ground().spacing();
     const WorldPos end_world = pick.at(pick.fraction);
@@ -396,8 +396,8 @@ void answer_find(const ShapeQuestion& question, double reach, QueryGround& groun
     answer["error_m"] = found.error_m;
 }
 
-/// Signed distance, searched within a growing distance: over ground it starts with the vertical gap, which the lift
-/// gives; beside the ground with the horizontal distance of the extent.
+/// Signed distance, searched within a growing distance: over ground it starts with the vertical gap given by the lift;
+/// beyond the extent with the horizontal distance to it.
 void answer_distance(const ShapeQuestion& question, double lift, double reach, QueryGround& ground,
                      Json& answer) {
     const WorldPos& centre_world = question.world_from_shape.translation;
@@ -484,7 +484,7 @@ void answer_cast(const CastQuestion& question, QueryGround& ground, Json& answer
     const ContactAnswer patch = ask_around(ground, touching.translation, reach, [&] {
         return find_all(question.shape, touching, ground.ground(), settings.tolerance, contacts);
     });
-    // the cast may report a touch that is just beyond the tolerance at the final pose: use its contact
+    // the touch reported by the cast may be just beyond the tolerance at the final pose: use its contact
     if (contacts.empty()) contacts.push_back(found.contact);
     write_contacts(patch, contacts, answer);
     answer["error_m"] = found.error_m;

@@ -16,21 +16,21 @@
 #include <optional>
 #include <vector>
 
-// Values in an answer of `terrane query`.
+// Formatting of values in answers of `terrane query`.
 namespace terrane::tools {
 
 nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
 
-/// `{"vertex":i}`, `{"edge":[i,j]}` or `{"face":i}`, numbered as ShapeFeature says.
+/// `{"vertex":i}`, `{"edge":[i,j]}` or `{"face":i}`, numbered as in ShapeFeature.
 nlohmann::ordered_json as_object(const ShapeFeature& feature);
 
-/// As `status` has it.
+/// The text of `status` in answers.
 const char* name_of(GroundStatus status);
 
-/// Writes the status of an unusable answer; false where the answer is usable.
+/// Writes the status of an unusable answer; false if the answer is usable.
 bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);
 
-// Answers to questions with a shape as `other`: they do not use the ground.
+// Answers to questions with a shape as `other`, which do not use the ground.
 
 void answer_pair(const ShapeQuestion& question, const OtherShape& other,
                  nlohmann::ordered_json& answer);
@@ -39,33 +39,33 @@ void answer_pair_cast(const CastQuestion& question, const OtherShape& other,
 void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
                       nlohmann::ordered_json& answer);
 
-/// The motion from a pose to another one, rotating by the smaller angle.
+/// The motion between two poses, rotating by the smaller angle.
 Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
 
-/// What a pick may meet besides the ground.
+/// Targets of a pick besides the ground.
 struct PickScene {
-    std::vector<PlacedBody> bodies = {};                   ///< of a scene, as they start
+    std::vector<PlacedBody> bodies = {};                   ///< of a scene, in their initial state
     std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
-    std::shared_ptr<const HeightSource> heightfield = {};  ///< that scattered objects stand on
-    std::optional<ObjectPicker> picker = {};  ///< of the objects; the first pick makes it
+    std::shared_ptr<const HeightSource> heightfield = {};  ///< ground of scattered objects
+    std::optional<ObjectPicker> picker = {};               ///< created by the first pick
 };
 
-/// The nearest of ground, bodies and objects on the ray through a point of a picture. Where several are equally near:
-/// ground before bodies before objects, and the least index among bodies, as ObjectPicker::ray() among objects.
+/// The nearest of ground, bodies and objects on the ray through a point of a picture. Ties go to the ground, then
+/// bodies by index, then objects in the order of ObjectPicker::ray().
 void answer_pick(const PickQuestion& question, QueryGround& ground, PickScene& scene,
                  nlohmann::ordered_json& answer);
 
 /// Answers one line with the id, `status` and the result.
 ///
 /// The answer depends only on the terrain and the contact spacing, not on earlier questions; it is `not_resident` only
-/// where the question needs more than the memory ceiling, or the source cannot be read.
+/// if the question exceeds the memory ceiling, or the source cannot be read.
 ///
-/// @param scene bodies and objects that picks may meet
+/// @param scene bodies and objects for picks
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, PickScene& scene);
-/// The same, with nothing but the ground to pick.
+/// The same, with only the ground to pick.
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground);
 
-/// `{"status":"invalid","message":..}`, as answer_query() gives for a bad line.
+/// `{"status":"invalid","message":..}`, as answer_query() returns for an invalid line.
 nlohmann::ordered_json invalid_answer(const std::string& message);
 
 }  // namespace terrane::tools

@@ -14,17 +14,17 @@
 namespace terrane::tools {
 namespace {
 
-// A part is halved so often: the ends are good to 1/256 of the segment within the extent.
+// Number of halvings: ends are accurate to 1/256 of the segment within the extent.
 constexpr int kHalvings = 8;
 
-/// Halves a segment where the surface may be near.
+/// Bisection of a segment for the parts near the surface.
 class NearSearch {
 public:
     NearSearch(const WorldPos& from_world, const WorldPos& displacement, const HeightSource& source,
                double margin)
         : from_(from_world), displacement_(displacement), source_(source), margin_(margin) {}
 
-    /// Where the first part with such a point begins.
+    /// Start of the first part that may be near the surface.
     std::optional<double> first(double begin, double end, int halvings = kHalvings) const {
         if (!may_be_near(begin, end)) return std::nullopt;
         if (halvings == 0) return begin;
@@ -33,7 +33,7 @@ public:
         return found ? found : first(middle, end, halvings - 1);
     }
 
-    /// Where the last part with such a point ends.
+    /// End of the last part that may be near the surface.
     std::optional<double> last(double begin, double end, int halvings = kHalvings) const {
         if (!may_be_near(begin, end)) return std::nullopt;
         if (halvings == 0) return end;
@@ -86,9 +86,9 @@ std::optional<SegmentPart> near_ground(const WorldPos& from_world, const WorldPo
 
 namespace {
 
-// Squares are forgotten beyond so many objects: 2^20 take about 50 MB.
+// Cached squares are dropped beyond this number of objects: 2^20 take about 50 MB.
 constexpr std::size_t kMostKeptPoints = std::size_t{1} << 20;
-// Relative: above the rounding of positions and of radii.
+// Relative margin, above the rounding of positions and radii.
 constexpr double kReachSlack = 1e-9;
 
 double radius_of(const TriangleMesh& mesh) {
@@ -104,13 +104,13 @@ auto order_of(const PickedObject& picked) {
 
 }  // namespace
 
-/// One segment, and the first object on it so far.
+/// One segment, with the first object hit so far.
 class ObjectPicker::Search {
 public:
     Search(const WorldPos& from_world, const WorldPos& to_world, double limit)
         : from_(from_world), displacement_(to_world - from_world), limit_(limit) {}
 
-    /// Takes the object if the segment meets it before all others.
+    /// Records the object if the segment meets it before all others.
     void visit(const MeshRays& rays, const Pose& world_from_object, PickedObject object) {
         const Eigen::Matrix3d object_from_world =
             world_from_object.rotation.transpose() / object.scale;
@@ -184,11 +184,11 @@ Result<std::optional<PickedObject>> ObjectPicker::ray(const WorldPos& from_world
     return search.first();
 }
 
-// The squares near the segment, in pieces of a square's side, up to the first hit: what a piece meets has its origin
-// within `reach` of it.
+// Visits the squares near the segment, in pieces of a square's side, up to the first hit: an object met by a piece has
+// its origin within `reach` of it.
 Result<void> ObjectPicker::search_scatter(Scattered& scattered, Search& search) {
     const WorldPos from = search.at(0.0), to = search.at(search.limit());
-    // objects stand on triangles: as high as their corners, a cell away at most
+    // objects stand on triangles, whose corners are at most a cell away
     const double margin = scattered.reach + source_->lattice().spacing;
     const std::optional<SegmentPart> part = near_ground(from, to, *source_, margin);
     if (!part) return {};

@@ -17,22 +17,22 @@
 
 namespace terrane::tools {
 
-/// A part of a segment, as fractions of its way.
+/// A part of a segment, as fractions of its length.
 struct SegmentPart {
     double begin = 0.0;
     double end = 1.0;
 };
 
-/// The part of a segment outside of which no point is within a margin of the surface over the extent, by the source's
-/// intervals: what a ray need not load. None where there is no such point at all.
+/// The part of a segment that may be within a margin of the surface over the extent, by the source's intervals; a ray
+/// need not load ground outside it. None if no point may be.
 ///
 /// @param margin metres, >= 0, along each axis
 ///
-/// Cost: at most 1022 intervals; a few where the segment leaves the heights of the terrain soon
+/// Cost: at most 1022 intervals; few if the segment soon leaves the terrain's height range
 std::optional<SegmentPart> near_ground(const WorldPos& from_world, const WorldPos& to_world,
                                        const HeightSource& source, double margin);
 
-/// Where a segment first meets an object of a scene.
+/// First intersection of a segment with an object of a scene.
 struct PickedObject {
     std::size_t entry = 0;                              ///< index in the scene's list of objects
     std::size_t mesh = 0;                               ///< index of SceneObjects::meshes
@@ -49,15 +49,15 @@ struct PickedObject {
 /// The objects of a scene for rays, placed and scattered, by the triangles of their meshes.
 class ObjectPicker {
 public:
-    /// @param source  heights that scattered objects stand on
+    /// @param source  ground of scattered objects
     /// @param objects of the scene
     ///
-    /// Fails: as MeshRays::create() and Scatter::create(), with the file of the mesh
+    /// Fails: as MeshRays::create() and Scatter::create(), naming the file of the mesh
     static Result<ObjectPicker> create(std::shared_ptr<const HeightSource> source,
                                        const SceneObjects& objects);
 
-    /// The first object that a segment meets. Of several at once the one with the least entry, square (by y, then x)
-    /// and index: the answer does not depend on earlier calls.
+    /// The first object that a segment meets. Ties go to the least entry, square (by y, then x) and index: the answer
+    /// does not depend on earlier calls.
     ///
     /// @param from_world, to_world finite
     /// @param limit only objects up to this fraction of the segment

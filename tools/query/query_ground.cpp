@@ -35,7 +35,7 @@ bool QueryGround::load(const WorldRect& region) {
         std::max(region.west - margin, extent.west), std::max(region.south - margin, extent.south),
         std::min(region.east + margin, extent.east), std::min(region.north + margin, extent.north)};
     if (!(wanted.west <= wanted.east && wanted.south <= wanted.north)) return true;
-    // refuses at once what can never fit
+    // refuse requests that can never fit at once
     const double side = margin * kChunkCells;
     const double chunk_count = std::floor((wanted.east - wanted.west) / side) *
                                std::floor((wanted.north - wanted.south) / side);
@@ -103,8 +103,8 @@ double distance_beside(const WorldPos& p_world, const WorldRect& rect) {
     return std::sqrt(x * x + y * y);
 }
 
-// The part of a segment over the extent is cut into 2^n equal pieces. They are the leaves of a binary tree; a node is
-// left out with all below it where the interval of heights over its rectangle does not reach the segment.
+// The part of a segment over the extent is divided into 2^n equal pieces, the leaves of a binary tree. A subtree is
+// skipped if the height interval over its rectangle does not reach the segment.
 
 namespace {
 
@@ -148,7 +148,7 @@ bool NearPieces::may_be_near(std::uint64_t first, int log2_count) {
              std::max(a.z(), b.z()) < heights.low - margin_);
 }
 
-// The first piece of a node from next_ on that may be near.
+// The first piece of a node, at or after next_, that may be near.
 std::optional<std::uint64_t> NearPieces::first_near(std::uint64_t first, int log2_count) {
     if (first + (std::uint64_t{1} << log2_count) <= next_ || has_given_up()) return std::nullopt;
     if (!may_be_near(first, log2_count)) return std::nullopt;

@@ -23,21 +23,21 @@ struct QueryGroundSettings {
 
 /// Ground loaded on demand; evicted only when the memory ceiling requires it.
 ///
-/// Query first and load() only where the answer is not_resident: resident ground costs no update.
+/// Query first and load() only if the answer is not_resident: resident ground costs no update.
 class QueryGround {
 public:
     /// Fails as Pager::create().
     static Result<QueryGround> create(std::shared_ptr<const HeightSource> source,
                                       const QueryGroundSettings& settings);
 
-    /// Where the ground is loaded from.
+    /// Source of the ground.
     const HeightSource& source() const { return *source_; }
 
     /// Replaced by load().
     const Ground& ground() const { return *ground_; }
 
-    /// Loads the ground of a rectangle and one cell around it, and keeps it until release(). False where it does not
-    /// fit in memory together with what is kept, or the source cannot be read.
+    /// Loads the ground of a rectangle and one cell around it, and keeps it until release(). False if it does not fit
+    /// in memory together with ground already kept, or the source cannot be read.
     bool load(const WorldRect& region);
 
     /// Allows eviction of everything loaded.
@@ -56,18 +56,18 @@ private:
     double time_s_ = 0.0;         ///< number of loads: only the order matters
 };
 
-/// The most pieces that a path is cut into.
+/// Largest number of pieces of a path.
 inline constexpr std::size_t kMostPathPieces = std::size_t{1} << 20;
 
 /// Rectangles that cover the part of a segment above the extent, with `reach` to each side, in order along it. Each
-/// rectangle covers a piece of at most `side` metres; of more than kMostPathPieces the first so many.
+/// rectangle covers a piece of at most `side` metres; only the first kMostPathPieces are returned.
 std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_world, double reach,
                                 double side, const WorldRect& extent);
 
 /// Horizontal distance of a point from a rectangle; 0 inside.
 double distance_beside(const WorldPos& p_world, const WorldRect& rect);
 
-// Questions whose ground is loaded where the answer needs it.
+// Queries that load ground on demand.
 
 /// Whether an answer needs ground that is not resident.
 template <class Answer>
@@ -75,7 +75,7 @@ bool is_absent(const Answer& answer) {
     return answer.status == decltype(answer.status)::not_resident;
 }
 
-/// Calls `ask`; where ground around a shape is not resident, loads it and calls `ask` again.
+/// Calls `ask`; if ground around a shape is not resident, loads it and calls `ask` again.
 template <class Ask>
 auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach, Ask ask) {
     auto answer = ask();
@@ -107,31 +107,31 @@ auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& 
     return answer;
 }
 
-/// Rays that are longer than this in the plane, metres, are answered by long_ray().
+/// Rays longer than this in the plane, metres, are answered by long_ray().
 inline constexpr double kLongRay = 0x1p18;
 
-/// A part of a segment, as fractions of its way.
+/// A part of a segment, as fractions of its length.
 struct RayPiece {
     double begin = 0.0;
     double end = 1.0;
 };
 
-/// The pieces of a segment in which a point may be near the surface, by the source's intervals, in order from its
-/// beginning. What lies between them need not be loaded.
+/// The pieces of a segment that may be near the surface, by the source's intervals, in order along it. Ground between
+/// them need not be loaded.
 class NearPieces {
 public:
-    /// @param side    most metres of a piece in the plane, > 0
-    /// @param margin  metres, >= 0, along each axis: what counts as near
+    /// @param side    largest length of a piece in the plane, metres, > 0
+    /// @param margin  distance that counts as near along each axis, metres, >= 0
     NearPieces(const WorldPos& from_world, const WorldPos& to_world, const HeightSource& source,
                double side, double margin);
 
-    /// The next piece; none where there is no other one, or where has_given_up().
+    /// The next piece; none at the end, or if has_given_up().
     std::optional<RayPiece> next();
 
-    /// Whether next() ended because it had asked for kMostIntervals.
+    /// Whether next() ended because it had computed kMostIntervals intervals.
     bool has_given_up() const { return intervals_ >= kMostIntervals; }
 
-    /// Intervals that all pieces of one segment may take.
+    /// Limit of intervals computed for one segment.
     static constexpr std::uint64_t kMostIntervals = std::uint64_t{1} << 20;
 
 private:
@@ -142,15 +142,15 @@ private:
     WorldPos from_, displacement_;
     const HeightSource& source_;
     double margin_;
-    double enter_ = 0.0, leave_ = 1.0;  ///< the part over the extent; empty where enter_ > leave_
-    int log2_count_ = 0;                ///< of the pieces that this part is cut into
-    std::uint64_t next_ = 0;            ///< pieces before it have been given
+    double enter_ = 0.0, leave_ = 1.0;  ///< the part over the extent; empty if enter_ > leave_
+    int log2_count_ = 0;                ///< log2 of the number of pieces of this part
+    std::uint64_t next_ = 0;            ///< pieces before it have been returned
     std::uint64_t intervals_ = 0;
 };
 
-/// Ground::ray() that loads the ground only where the ray may meet it, piece by piece. Fraction and point are those of
-/// the piece that is met, so that their rounding is that of its ends: a unit in the last place of the coordinates.
-/// `not_resident` where the ground does not fit in memory, and where NearPieces gives up.
+/// Ground::ray() that loads ground piece by piece, only where the ray may meet it. Fraction and point are computed from
+/// the piece that meets the ground, so that their error is the rounding of its ends, a unit in the last place of the
+/// coordinates. `not_resident` if the ground does not fit in memory, or if NearPieces gives up.
 RayAnswer long_ray(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world);
 
 }  // namespace terrane::tools

@@ -77,7 +77,7 @@ Parsed<Eigen::Vector3d> read_direction(const Json& object, const char* key) {
     const double most = std::max({std::abs(x), std::abs(y), std::abs(z)});
     if (!std::isfinite(x + y + z) || !(most > 0.0))
         return wrong(fmt::format("{} must be a direction, got {}", key, shown(object.at(key))));
-    // scaled first: the square of a small number may be 0
+    // scaled first, because the square of a small number may underflow
     return Eigen::Vector3d((Eigen::Vector3d(x, y, z) / most).normalized());
 }
 
@@ -143,7 +143,7 @@ Parsed<PickQuestion> read_pick(const Json& object) {
     if (!(*far_distance > 0.0 && *far_distance <= kMostFar))
         return wrong(fmt::format("far_m must be above 0, at most 1e9, got {:.6g}", *far_distance));
 
-    // from the origin: a direction loses nothing by the eye's coordinates
+    // from the origin, so that the eye's coordinates cost the direction no precision
     Result<View> view =
         look_at(WorldPos::Zero(), *forward, *fov_deg * std::numbers::pi / 180.0, width, height);
     if (!view) return wrong(view.error().message);

@@ -46,13 +46,13 @@ private:
     bool at_end_ = false;
 };
 
-/// The highest surface; with `below` the highest one at or below that height, where volumes fold the ground.
+/// The highest surface; with `below` the highest one at or below that height, for ground folded by volumes.
 struct HeightQuestion {
     double x = 0.0, y = 0.0;
     std::optional<double> below = {};
 };
 
-/// The shape of `other`, which replaces the ground. At rest its end pose is its start.
+/// The shape of `other`, which replaces the ground. At rest its end pose equals its start pose.
 struct OtherShape {
     Shape shape;
     Pose start;
@@ -84,11 +84,11 @@ struct CastQuestion {
     std::optional<OtherShape> other;
 };
 
-/// What a camera shows at a point of its picture.
+/// Asks which surface a camera shows at a point of its picture.
 struct PickQuestion {
     View view;
     double x_px = 0.0, y_px = 0.0;  ///< from the left and the top edge; pixel i spans i to i + 1
-    double far_distance = 0.0;      ///< metres from the eye; nothing is met beyond
+    double far_distance = 0.0;      ///< metres from the eye; hits beyond are ignored
 };
 
 using Question =
@@ -96,20 +96,20 @@ using Question =
 
 /// One line of input.
 struct QueryLine {
-    nlohmann::ordered_json id;  ///< echoed in the answer; discarded where the line has none
+    nlohmann::ordered_json id;  ///< echoed in the answer; discarded if the line has none
     bool has_id = false;
     /// The question, or an error message.
     tl::expected<Question, std::string> question;
 };
 
-/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 2e9 m of the origin; a rotation is
-/// [w, x, y, z] of length 1 within 1e-6, the identity where it is absent.
+/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 2e9 m of the origin; a rotation is [w,
+/// x, y, z] of length 1 within 1e-6, the identity if absent.
 QueryLine parse_query(std::string_view line);
 
 /// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, named as the
-/// flags of `terrane mesh`. In place of `look` there may be `forward`, a direction of any length. `up` is a direction
-/// that is up in the picture, without it z, and north where the camera looks straight up or down. The pixel must be
-/// within the picture, its edges included. fov_deg is 0.1 to 179, 60 where absent; far_m is above 0, at most 1e9.
+/// flags of `terrane mesh`. `look` may be replaced by `forward`, a direction of any length. `up` is the direction that
+/// is up in the picture, by default z, or north if the camera looks straight up or down. The pixel must be within the
+/// picture, including its edges. fov_deg is 0.1 to 179, 60 if absent; far_m is above 0, at most 1e9.
 Parsed<PickQuestion> read_pick(const nlohmann::ordered_json& object);
 
 }  // namespace terrane::tools

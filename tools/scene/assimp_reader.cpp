@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The only source that includes assimp. PLY and OBJ have readers of their own: assimp keeps positions as float, which
-// is 0.25 m at a northing of 4e6 m, where Terrane's PLY files have double.
+// The only source that includes assimp. PLY and OBJ have separate readers: assimp stores positions as float, with a
+// resolution of 0.25 m at a northing of 4e6 m, whereas Terrane's PLY files contain doubles.
 #include "scene/mesh_files.h"
 
 #include <assimp/BaseImporter.h>
@@ -29,7 +29,7 @@ std::uint8_t to_level(float value) {
     return static_cast<std::uint8_t>(255.0f * (value > 0.0f ? std::min(value, 1.0f) : 0.0f) + 0.5f);
 }
 
-/// @param is_linear colours of glTF are; others have display gamma
+/// @param is_linear true for glTF; other formats have display gamma
 std::array<std::uint8_t, 4> to_colour(const aiColor4D& c, bool is_linear) {
     const auto level = [&](float value) {
         return to_level(is_linear ? std::pow(std::max(value, 0.0f), 1.0f / 2.2f) : value);
@@ -44,7 +44,7 @@ Eigen::Affine3d to_affine(const aiMatrix4x4& m) {
     return affine;
 }
 
-/// Opens nothing: a file of the user's may not name others to be read.
+/// Opens nothing: an input file must not cause other files to be read.
 class NoFiles : public Assimp::IOSystem {
 public:
     bool Exists(const char* /*path*/) const override { return false; }
@@ -53,7 +53,7 @@ public:
     void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-/// Whether the lengths in a GLB file's header fit its bytes: assimp allocates them before it reads.
+/// Whether the lengths in a GLB file's header match its size: assimp allocates them before reading.
 bool has_glb_header(std::string_view bytes) {
     std::uint32_t words[5];  // magic, version, bytes, bytes of the JSON chunk, its kind
     if (bytes.size() < sizeof words) return false;
@@ -95,7 +95,7 @@ private:
         }
         const auto first = static_cast<std::int64_t>(mesh_.positions.size());
         const Eigen::Matrix3d linear = to_file.linear();
-        const bool is_mirrored = linear.determinant() < 0.0;  // turns triangles over
+        const bool is_mirrored = linear.determinant() < 0.0;  // reverses triangles
         const aiColor4D colour = base_colour(part);
         for (unsigned i = 0; i < part.mNumVertices; ++i) {
             const aiVector3D& p = part.mVertices[i];
@@ -135,7 +135,7 @@ private:
 
     const aiScene& scene_;
     TriangleMesh mesh_;
-    bool is_linear_;  // colours of the file
+    bool is_linear_;  // of the file's colours
     bool has_colours_ = false;
 };
 
@@ -148,7 +148,7 @@ Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string
     try {
         Assimp::Importer importer;
         importer.SetIOHandler(new NoFiles);  // owned by the importer
-        // only the importer of the name's ending: others would guess from the content
+        // only the importer for the extension: others would guess from the content
         for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
             Assimp::BaseImporter* const kind = importer.GetImporter(i);
             std::set<std::string> endings;

@@ -24,12 +24,12 @@ namespace {
 constexpr std::size_t kMostCrates = 10'000;
 constexpr double kLeastHalf = 0.2, kGreatestHalf = 0.5;            // half extents, metres
 constexpr double kLeastDensity = 100.0, kGreatestDensity = 400.0;  // kg/m^3
-constexpr double kLane = 1.0;         // distance from the path of crates on it, metres
+constexpr double kLane = 1.0;         // largest distance from the path of crates on it, metres
 constexpr double kLeastBeside = 5.0;  // least half width of the strip of the others, metres
 constexpr double kAreaOfOne = 8.0;    // least area of the strip for one crate, m^2
 constexpr double kApart = 0.2;        // least gap of the crates' bounding discs, metres
-constexpr double kGentle = 0.906;     // cosine of the slope from which other places are preferred
-constexpr int kTries = 64;            // places tried for a crate
+constexpr double kGentle = 0.906;  // cosine of the slope beyond which other positions are preferred
+constexpr int kTries = 64;         // positions tried for a crate
 
 double strip_half_width(const CrateLayout& layout) {
     const double area = kAreaOfOne * static_cast<double>(layout.count);
@@ -52,7 +52,7 @@ Pose pose_on(const HeightAnswer& at, const Eigen::Vector2d& p_world, double yaw,
     return pose;
 }
 
-/// Places one crate after the other.
+/// Places crates one by one.
 class CratePlacer {
 public:
     CratePlacer(const CrateLayout& layout, const Ground& ground, const World& obstacles)
@@ -61,7 +61,7 @@ public:
           obstacles_(obstacles),
           half_width_(strip_half_width(layout)) {}
 
-    /// False where no place is found.
+    /// False if no position is found.
     bool place(std::size_t index) {
         BodyRandom random(layout_.seed, index);
         PlacedBody crate;
@@ -171,7 +171,7 @@ constexpr double kFurtherUp =
     10.0;  // range of start heights, metres, so that bodies do not all land at once
 constexpr std::uint64_t kLayoutTries = 64;  // positions tried before a body is left out
 
-/// Upper bound of the contact surface under a disc; absent where part of the disc has no ground.
+/// Upper bound of the contact surface under a disc; absent if part of the disc has no ground.
 std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
     const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
                           ground.column_at(x + radius), ground.row_at(y + radius)};
@@ -278,11 +278,11 @@ std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
 
 namespace {
 
-// Objects are chosen anew where a body gets into another cube of this side, metres.
+// Objects are selected again when a body enters another cube of this side, metres.
 constexpr double kCube = 8.0;
-// Seconds ahead for which a body finds its objects in the world.
+// Look-ahead of a body's motion for which objects are added, seconds.
 constexpr double kAhead = 0.25;
-// Scattered objects are on a layer of their own, by which a loaded world knows them.
+// Scattered objects have their own layer, which identifies them in a loaded world.
 constexpr std::uint32_t kScatterLayer = std::uint32_t{1} << 31;
 
 std::array<double, 3> coordinates(const WorldPos& p_world) {
@@ -298,7 +298,7 @@ PlacedBody static_body(const Compound& shape, const Pose& pose, std::uint32_t la
     return body;
 }
 
-/// Whether a body of the world that moves would touch an object.
+/// Whether an object would touch a dynamic body of the world.
 bool overlaps_dynamic(const World& world, const Ground& ground, const PlacedBody& object) {
     std::vector<BodyId> touching(64);
     for (;;) {
@@ -354,7 +354,7 @@ Result<ObjectBodies> ObjectBodies::create(std::shared_ptr<const HeightSource> so
     return made;
 }
 
-// Quantized, so that bodies at rest and small steps change nothing.
+// Quantised, so that bodies at rest and small motions change nothing.
 std::vector<ObjectBodies::Surroundings> ObjectBodies::surroundings_of(const World& world) {
     std::vector<Surroundings> around;
     const double corner = 0.5 * std::sqrt(3.0) * kCube;
@@ -381,7 +381,7 @@ std::vector<ObjectBodies::Surroundings> ObjectBodies::surroundings_of(const Worl
     return around;
 }
 
-// The objects near bodies; forgets squares that are not.
+// The objects near bodies; drops squares that are not near any.
 Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surroundings> around) {
     std::set<Key> found;
     for (std::size_t i = 0; i < scatters_.size(); ++i) {
@@ -419,7 +419,7 @@ Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surr
     return found;
 }
 
-// Where the world has such a body already, it is taken.
+// Reuses a body that the world already has for the object.
 Result<std::optional<BodyId>> ObjectBodies::add(const Key& key, World& world,
                                                 const Ground& ground) {
     const StaticScatter& scatter = *scatters_[key.scatter];
@@ -455,7 +455,7 @@ Result<void> ObjectBodies::follow(World& world, const Ground& ground) {
         if (!wanted) return tl::unexpected(wanted.error());
         for (auto each = near_.begin(); each != near_.end();) {
             const bool is_far = !wanted->contains(each->first);
-            // An id that the world gave is valid: nothing to report.
+            // the id comes from the world and is valid: removal cannot fail
             if (is_far && each->second) (void)world.remove(*each->second);
             each = is_far ? near_.erase(each) : std::next(each);
         }

@@ -15,40 +15,39 @@
 
 namespace terrane::tools {
 
-/// Most points, and most triangles, of a mesh file.
+/// Limit of points, and of triangles, of a mesh file.
 inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 
-/// Reads a file whose name ends in .ply, .obj, .glb, .gltf or .stl, in any case: positions as in the file and in its
-/// order, and the colours of vertices where all have one. The meshes of all nodes of .glb and .gltf are one, with z up;
-/// a vertex without a colour has its material's. Textures and files beside are not read. Polygons become fans of
-/// triangles; anything else is ignored. Triangles name the first of vertices with the same three coordinates, because
-/// many programs write a corner once for each of its normals: normals and texture coordinates are not kept.
+/// Reads a file whose name ends in .ply, .obj, .glb, .gltf or .stl, in any case: positions in the file's order, and
+/// vertex colours if all vertices have one. The meshes of all nodes of .glb and .gltf are joined, with z up; a vertex
+/// without a colour gets its material's. Textures and external files are not read. Polygons become fans of triangles;
+/// anything else is ignored. Triangles refer to the first of vertices with equal coordinates, because many programs
+/// write a corner once for each of its normals: normals and texture coordinates are dropped.
 ///
-/// Fails: io where the file cannot be read; bad_data where it is no such file, ends early, has more than
-///        kMostMeshParts points or triangles, names points that it does not have, or has no triangle. The message
-///        names the file.
+/// Fails: io if the file cannot be read; bad_data if its format is invalid, if it is truncated, has more than
+///        kMostMeshParts points or triangles, refers to missing points, or has no triangle. The message names the file.
 Result<TriangleMesh> read_mesh(const std::string& path);
 
-/// The same with normals and texture coordinates where all vertices have them, in PLY (nx, ny, nz; s, t or u, v) and
-/// OBJ (vt, vn): a vertex for each combination of position and attributes that a corner has. Points that no corner has
-/// are left out in OBJ. Of other formats as read_mesh().
+/// The same with normals and texture coordinates if all vertices have them, in PLY (nx, ny, nz; s, t or u, v) and OBJ
+/// (vt, vn): one vertex for each combination of position and attributes of a corner. Unused points are dropped in OBJ.
+/// Other formats are read as by read_mesh().
 Result<TriangleMesh> read_mesh_with_attributes(const std::string& path);
 
 /// The text of a PLY file: ascii, binary_little_endian or binary_big_endian, with colours as red, green and blue of
-/// type uchar or, from 0 to 1, float. Fails as read_mesh(), without the name.
+/// type uchar or, from 0 to 1, float. Fails as read_mesh(); messages lack the name.
 Result<TriangleMesh> parse_ply(std::string_view bytes);
 
-/// The text of a Wavefront OBJ file; only its lines v, with a colour from 0 to 1 after the position where there is one,
-/// and f. Fails as read_mesh(), without the name.
+/// The text of a Wavefront OBJ file; only its lines v, with an optional colour from 0 to 1 after the position, and f.
+/// Fails as read_mesh(); messages lack the name.
 Result<TriangleMesh> parse_obj(std::string_view text);
 /// The same with lines vt and vn: see read_mesh_with_attributes().
 Result<TriangleMesh> parse_obj_with_attributes(std::string_view text);
 
-/// The bytes of a file of another kind, by its ending without the full stop, in small letters. Fails as read_mesh(),
-/// without the name.
+/// The bytes of a file of another format, given its extension without the full stop, in lower case. Fails as
+/// read_mesh(); messages lack the name.
 Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string& ending);
 
-/// Adds a polygon as a fan, without triangles that have a point twice.
+/// Adds a polygon as a fan of triangles, omitting triangles with a repeated point.
 ///
 /// Fails: bad_data for fewer than three corners, a corner that is no point of the mesh, or too many triangles
 ///
@@ -72,17 +71,16 @@ enum class Normals { without, with };
 /// The triangles of all chunks and volumes of a frame as one mesh: expand_mesh().
 IndexedMesh weld(const TerrainMesh& mesh, Normals normals = Normals::without);
 
-/// Binary little-endian PLY: double x, y, z; where the mesh has them float nx, ny, nz, float s, t, and uchar red,
-/// green, blue; list uchar uint vertex_indices.
-/// Fails with io, naming the path; a file that was there is unchanged then.
+/// Binary little-endian PLY: double x, y, z; if the mesh has them, float nx, ny, nz, float s, t, and uchar red, green,
+/// blue; list uchar uint vertex_indices. Fails with io, naming the path; an existing file is then unchanged.
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path);
 
 /// Writes one mesh as binary glTF 2.0, with its normals; y is up and z points south. Positions are float, relative to
 /// the centre of the bounding box, which is the translation of the node: rounding error at most 2^-24 of the box's half
 /// size, some millimetres for 100 km.
 ///
-/// Fails: io, naming the path; invalid_argument where the file would have 4 GiB or more. A file that was there is
-///        unchanged then
+/// Fails: io, naming the path; invalid_argument if the file would have 4 GiB or more. An existing file is then
+///        unchanged
 Result<void> write_glb(const IndexedMesh& mesh, const std::string& path);
 
 /// File formats of meshes.
@@ -95,14 +93,14 @@ enum class MeshFormat {
 /// The extensions of the formats in one text.
 inline constexpr const char* kMeshEndings = ".ply, .obj or .glb";
 
-/// The format of a file extension, in any case; absent for another one. PLY where the path exists and is not a regular
+/// The format of a file extension, in any case; absent for an unknown one. PLY if the path exists and is not a regular
 /// file (a pipe, /dev/stdout).
 std::optional<MeshFormat> mesh_format(const std::string& path);
 
 /// Writes a mesh; replaces an existing file.
 ///
-/// Fails: io, naming the path; invalid_argument where a GLB would have 4 GiB or more. A file that was there is
-///        unchanged then
+/// Fails: io, naming the path; invalid_argument if a GLB would have 4 GiB or more. An existing file is then
+///        unchanged
 Result<void> write_mesh(const IndexedMesh& mesh, MeshFormat format, const std::string& path);
 
 }  // namespace terrane::tools

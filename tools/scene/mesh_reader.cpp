@@ -21,15 +21,15 @@
 
 namespace terrane::tools {
 
-/// Removes the first line of a text, and gives it without its end.
+/// Removes the first line of a text and returns it without its line end.
 std::string_view take_line(std::string_view& text);
 
-/// Removes the first word of a text, and gives it; empty where there is none. Words are parted by spaces, tabs and
-/// ends of lines.
+/// Removes the first word of a text and returns it; empty if there is none. Words are separated by spaces, tabs and
+/// line ends.
 std::string_view take_word(std::string_view& text);
 
-/// The number that a word is, whatever the locale; none for another word. A leading + is allowed; "nan" and "inf" are
-/// numbers.
+/// Parses a word as a number, independent of the locale; none if it is not one. A leading + is allowed; "nan" and "inf"
+/// are numbers.
 std::optional<double> real_number(std::string_view word);
 std::optional<std::int64_t> whole_number(std::string_view word);
 
@@ -68,7 +68,7 @@ std::optional<std::int64_t> whole_number(std::string_view word) {
     return number_of<std::int64_t>(word);
 }
 
-// PLY files, as "The PLY Polygon File Format" (G. Turk, Stanford, 1994) has them, with the names of types in use.
+// PLY files. Source: G. Turk. The PLY Polygon File Format. Stanford, 1994; with the type names in use today.
 
 namespace {
 
@@ -169,12 +169,12 @@ Result<PlyHeader> take_header(std::string_view& bytes) {
     return bad_ply("its header has no end");
 }
 
-/// The numbers after the header, one after the other.
+/// Reads the numbers after the header in order.
 class PlyNumbers {
 public:
     PlyNumbers(std::string_view bytes, PlyForm form) : bytes_(bytes), form_(form) {}
 
-    /// None at the end of the file, or where a word of a text is no number.
+    /// None at the end of the file, or if a word of a text file is not a number.
     std::optional<double> next(PlyType type) {
         if (form_ == PlyForm::ascii) return real_number(take_word(bytes_));
         switch (type) {
@@ -271,7 +271,7 @@ private:
             ++normal_count_;
         } else if ((name == "s" || name == "u" || name == "t" || name == "v") &&
                    texture_count_ < 2) {
-            // of two pairs the first one
+            // the first of two pairs
             texture_[name == "s" || name == "u" ? 0 : 1] = static_cast<float>(value);
             ++texture_count_;
         }
@@ -308,7 +308,7 @@ private:
     std::array<std::uint8_t, 4> colour_{0, 0, 0, 255};
     Eigen::Vector3f normal_ = Eigen::Vector3f::Zero();
     Eigen::Vector2f texture_ = Eigen::Vector2f::Zero();
-    int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // numbers of each
+    int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // count of each
     std::vector<std::int64_t> corners_;
 };
 
@@ -371,7 +371,7 @@ std::optional<std::int64_t> corner_of(std::string_view word, std::size_t point_c
     return *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(point_count);
 }
 
-/// The colour after a position, where there is one.
+/// Adds the colour after a position, if any.
 void add_colour(std::string_view line, TriangleMesh& mesh) {
     std::array<std::uint8_t, 4> colour{0, 0, 0, 255};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -422,10 +422,10 @@ Result<TriangleMesh> parse_obj(std::string_view text) {
 
 namespace {
 
-/// Counted from 0: point, texture coordinate, normal; -1 where a corner has none.
+/// Indices from 0: point, texture coordinate, normal; -1 if a corner has none.
 using ObjCorner = std::array<std::int64_t, 3>;
 
-/// The corners of a line f. False where one names an attribute that the file does not have so far.
+/// The corners of a line f. False if one refers to an attribute not defined before it.
 bool take_corners(std::string_view line, const std::array<std::size_t, 3>& counts,
                   std::vector<ObjCorner>& corners_out) {
     corners_out.clear();
@@ -451,7 +451,7 @@ bool take_corners(std::string_view line, const std::array<std::size_t, 3>& count
 
 /// The numbers of all lines with a keyword, `count` of each.
 ///
-/// Fails: bad_data, naming the line, where one has fewer
+/// Fails: bad_data, naming the line, if one has fewer
 Result<std::vector<std::array<float, 3>>> take_vectors(std::string_view text,
                                                        std::string_view wanted, std::size_t count) {
     std::vector<std::array<float, 3>> vectors;
@@ -475,7 +475,7 @@ Result<std::vector<std::array<float, 3>>> take_vectors(std::string_view text,
 }  // namespace
 
 Result<TriangleMesh> parse_obj_with_attributes(std::string_view text) {
-    // Checks everything but attributes; its polygons are the same fans.
+    // Checks everything except attributes, and yields the same fans of triangles.
     Result<TriangleMesh> plain = parse_obj(text);
     if (!plain) return plain;
     const auto texture = take_vectors(text, "vt", 2), normals = take_vectors(text, "vn", 3);
@@ -531,7 +531,7 @@ namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
 
-/// Lets corners refer to the first of equal points, and drops triangles that are none then.
+/// Makes corners refer to the first of equal points, and drops triangles that become degenerate.
 void weld_points(TriangleMesh& mesh) {
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
         const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
@@ -539,7 +539,7 @@ void weld_points(TriangleMesh& mesh) {
     };
     std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0u);
-    // a NaN has no order; such a mesh is refused later by the check of its points
+    // NaN has no order; the check of points refuses such a mesh later
     if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return;
     std::ranges::stable_sort(order, less);
     for (std::size_t i = 0; i < order.size(); ++i) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// In place of scene_volumes.cpp where the program is built without terrane::volume: scenes with volumes are refused, so
-// that nothing but read_volumes() is reached.
+// Replaces scene_volumes.cpp if the program is built without terrane::volume. read_volumes() refuses scenes with
+// volumes, so that the other functions are never called.
 #include "scene/scene_volumes.h"
 
 namespace terrane::tools {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// In place of wheel_ruts.cpp where the program is built without terrane::volume: create() fails, so that nothing else
-// is reached.
+// Replaces wheel_ruts.cpp if the program is built without terrane::volume. create() fails, so that the other functions
+// are never called.
 #include "scene/wheel_ruts.h"
 
 namespace terrane::tools {

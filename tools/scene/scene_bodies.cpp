@@ -109,7 +109,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMaxSpeed = 1e6;  // m/s and rad/s, what a world accepts
+constexpr double kMaxSpeed = 1e6;  // m/s and rad/s, the limit of a world
 
 bool is_file_shape(const Json& body) {
     const auto shape = body.find("shape");
@@ -226,7 +226,7 @@ Parsed<std::vector<PlacedBody>> read_bodies(const Json& list, const std::string&
         }
         Parsed<PlacedBody> body = read_body(each, folder);
         if (!body) return wrong(path + "." + body.error());
-        // What the library refuses besides.
+        // further checks of the library
         const Result<BodyId> added = world->add(body->settings, body->state);
         if (!added) return wrong(path + ": " + added.error().message);
         bodies.push_back(*std::move(body));

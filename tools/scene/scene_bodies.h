@@ -20,14 +20,14 @@ struct PlacedBody {
     BodyState state;
 };
 
-/// Adds bodies to a world, in order. Fails as World::add() does.
+/// Adds bodies to a world, in order. Fails as World::add().
 Result<std::vector<BodyId>> add_bodies(std::span<const PlacedBody> bodies, World& world);
 
 /// Whether a shape touches no body of a world.
 bool is_free(const World& world, const Ground& ground, const Shape& shape,
              const Pose& world_from_shape);
 
-/// The error of bodies from files where none is given, metres.
+/// Default error of proxies of bodies from files, metres.
 inline constexpr double kUsualProxyError = 0.02;
 
 /// A body's shape from a mesh: the hulls of make_collision_proxy().
@@ -35,16 +35,16 @@ inline constexpr double kUsualProxyError = 0.02;
 /// @param file        of the mesh, for messages
 /// @param proxy_error metres
 ///
-/// Fails: as make_collision_proxy(); bad_data where the mesh is not closed or has no thickness, or where the hulls do
-///        not reach the error. The message names the file
+/// Fails: as make_collision_proxy(); bad_data if the mesh is not closed or has no thickness, or if the hulls do not
+///        reach the error. The message names the file
 Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& file,
                                 double proxy_error);
 
-/// A compound of another size.
+/// A uniformly scaled compound.
 ///
-/// @param scale of its parts and their places, > 0
+/// @param scale factor of its parts and their positions, > 0
 ///
-/// Fails: as Compound::create(), for sizes that it does not take
+/// Fails: as Compound::create(), for sizes out of its range
 Result<Compound> scaled(const Compound& compound, double scale);
 
 /// A body's shape from a mesh file.
@@ -56,12 +56,11 @@ Result<Compound> scaled(const Compound& compound, double scale);
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale = 1.0);
 
 /// Parses `bodies` of a scene: `[{"shape":S,"position":[x,y,z],"rotation":[w,x,y,z],"velocity":[..],"spin":[..],
-/// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r}..]` with S as read_shape() takes it, or
-/// `{"file":"rock.obj","proxy_error_m":0.02}` (read_mesh_body()).
-/// Only shape and position are required; unknown keys are refused. Errors begin with the path of the key:
-/// "bodies[2].mass must be".
+/// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r}..]` with S as for read_shape(), or
+/// `{"file":"rock.obj","proxy_error_m":0.02}` (read_mesh_body()). Only shape and position are required; unknown keys
+/// are refused. Errors begin with the path of the key: "bodies[2].mass must be".
 ///
-/// @param folder of relative paths of files
+/// @param folder base of relative paths
 Parsed<std::vector<PlacedBody>> read_bodies(const nlohmann::ordered_json& list,
                                             const std::string& folder = "");
 

@@ -114,7 +114,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
-// Of the largest extent of a mesh: error of its proxy where none is given.
+// Default error of a mesh's proxy, relative to its largest extent.
 constexpr double kUsualProxyShare = 0.03;
 
 double largest_extent(const TriangleMesh& mesh) {
@@ -127,7 +127,7 @@ double largest_extent(const TriangleMesh& mesh) {
     return (high - low).maxCoeff();
 }
 
-/// The error of an object's proxy; none where it is not static.
+/// The error of an object's proxy; none if the object is not static.
 Parsed<std::optional<double>> read_proxy_error(const Json& object, const TriangleMesh& mesh) {
     bool is_static = false;
     if (const auto found = object.find("static"); found != object.end()) {

@@ -19,29 +19,29 @@ namespace terrane::tools {
 /// `surface` of a scene: friction by place.
 struct SceneSurface {
     std::string raster;              ///< path of a raster of friction; "" for rectangles
-    std::vector<SurfaceRect> rects;  ///< the last one that contains a place decides
+    std::vector<SurfaceRect> rects;  ///< the last one that contains a position applies
 };
 
 /// Parses `surface` of a scene: the file of a raster, or
 /// `[{"rect":[west,south,east,north],"friction":f,"restitution":r}..]`, metres of the world. Errors begin with the path
 /// of the key.
 ///
-/// @param folder that a relative file is found from
+/// @param folder base of relative paths
 Parsed<SceneSurface> read_surface(const nlohmann::ordered_json& value, const std::string& folder);
 
-/// `imagery` of a scene: colours that are draped over the ground.
+/// `imagery` of a scene: colours draped over the ground.
 struct SceneImagery {
     std::string raster;
-    std::vector<int> bands;  ///< of red, green and blue, or of grey; empty: the file's own choice
+    std::vector<int> bands;  ///< for red, green and blue, or for grey; empty: the file's default
 };
 
 /// Parses `imagery` of a scene: the file of a raster, or `{"file":"..","bands":[3,2,1]}`. Errors begin with the path of
 /// the key.
 ///
-/// @param folder that a relative file is found from
+/// @param folder base of relative paths
 Parsed<SceneImagery> read_imagery(const nlohmann::ordered_json& value, const std::string& folder);
 
-/// Opens the raster over the DEM by its georeferencing where both have a CRS, else with its middle at world (0, 0).
+/// Opens the raster, placed over the DEM by its georeferencing if both have a CRS, otherwise centred on world (0, 0).
 ///
 /// @param dem null where the terrain is no raster
 ///
@@ -49,8 +49,8 @@ Parsed<SceneImagery> read_imagery(const nlohmann::ordered_json& value, const std
 Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& imagery,
                                                           const DemInfo* dem);
 
-/// The surface as a map. A raster lies over the DEM by its georeferencing where the DEM has a CRS, else with its middle
-/// at world (0, 0).
+/// The surface as a map. A raster is placed over the DEM by its georeferencing if the DEM has a CRS, otherwise centred
+/// on world (0, 0).
 ///
 /// @param dem null where the terrain is no raster
 ///
@@ -58,17 +58,17 @@ Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& im
 Result<std::shared_ptr<const SurfaceMap>> open_surface(const SceneSurface& surface,
                                                        const DemInfo* dem);
 
-/// A mesh that stands somewhere.
+/// An individually placed mesh.
 struct SceneObject {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     Pose world_from_object;
     double scale = 1.0;
-    /// Of a collision proxy that bodies collide with, metres at scale 1; none: nothing collides.
+    /// Error of the collision proxy, metres at scale 1; none: no collisions.
     std::optional<double> proxy_error = {};
     std::size_t entry = 0;  ///< index in the scene's list
 };
 
-/// A mesh that is scattered over the ground.
+/// A mesh scattered over the ground.
 struct SceneScatter {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     ScatterSettings settings;
@@ -79,8 +79,8 @@ struct SceneScatter {
 /// `objects` of a scene.
 struct SceneObjects {
     std::vector<TriangleMesh> meshes;
-    std::vector<std::string> files;  ///< [meshes] where they were read from
-    std::vector<std::string> names;  ///< [meshes] the files as the scene names them
+    std::vector<std::string> files;  ///< [meshes] paths
+    std::vector<std::string> names;  ///< [meshes] names of the files in the scene
     std::vector<SceneObject> objects;
     std::vector<SceneScatter> scatters;
 };
@@ -91,7 +91,7 @@ struct SceneObjects {
 /// "static":b,"proxy_error_m":e}}`. Mesh, position and per_km2 are required. Files are read here, each once. Errors
 /// begin with the path of the key: "objects[2].scatter.per_km2 must be".
 ///
-/// @param folder that relative files are found from
+/// @param folder base of relative paths
 Parsed<SceneObjects> read_objects(const nlohmann::ordered_json& list, const std::string& folder);
 
 /// The pose of a scattered object, without its scale.

@@ -19,7 +19,7 @@
 
 namespace terrane::tools {
 
-/// A shape of a scene's volume and the word that scenes have for its kind.
+/// The shape of a scene's volume and its kind's name in scene files.
 struct SceneVolumeShape {
     std::string kind;  ///< sphere, capsule, box, hull, tube, mesh or vdb
     std::string file;  ///< of a mesh or vdb: its path; else ""
@@ -37,7 +37,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Where a file of a scene is.
+/// Path of a file of a scene.
 std::string in_folder(const std::string& folder, const Json& file) {
     return (std::filesystem::path(folder) / file.get<std::string>()).string();
 }
@@ -166,7 +166,7 @@ Parsed<SceneVolumeShape> read_volume_shape(const Json& volume, const std::string
 }
 
 struct SceneVolumes {
-    /// What a volume is called in answers and messages.
+    /// Name of a volume in answers and messages.
     struct Name {
         std::string kind, file;
     };
@@ -184,7 +184,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMostVoxel = 1e5;  // metres, what a volume accepts
+constexpr double kMostVoxel = 1e5;  // metres, the limit of a volume
 
 Parsed<VolumeOp> read_op(const Json& volume) {
     const auto found = volume.find("op");
@@ -204,7 +204,7 @@ Parsed<double> read_voxel(const Json& volume, double otherwise) {
     return voxel;
 }
 
-/// All but the shape. Messages begin with the rest of the key path.
+/// Parses all keys except the shape. Messages begin with the rest of the key path.
 Parsed<VolumeOperation> read_operation(const Json& volume) {
     VolumeOperation operation;
     const Parsed<VolumeOp> op = read_op(volume);
@@ -219,14 +219,14 @@ Parsed<VolumeOperation> read_operation(const Json& volume) {
     return operation;
 }
 
-/// "volumes[2]", with the file that its shape is from.
+/// "volumes[2]", with the file of its shape.
 std::string called(std::size_t index, const SceneVolumes& volumes) {
     const SceneVolumes::Name& name = volumes.names[index];
     if (name.file.empty()) return fmt::format("volumes[{}]", index);
     return fmt::format("volumes[{}], {} '{}'", index, name.kind, name.file);
 }
 
-/// The library says "volume 2: "; a scene "volumes[2]: ".
+/// Replaces the library's "volume 2: " by the scene's "volumes[2]: ".
 Error in_scene(Error error, const SceneVolumes& volumes) {
     constexpr std::string_view kBegin = "volume ";
     if (!error.message.starts_with(kBegin)) return error;
@@ -241,7 +241,7 @@ Error in_scene(Error error, const SceneVolumes& volumes) {
     return error;
 }
 
-/// The box of a mesh without the band of its level set; of other shapes as placed.
+/// The bounds of a placed volume; those of a mesh exclude the band of its level set.
 Aabb bounds_of(const VolumeOperation& operation, const PlacedVolume& placed) {
     const auto* mesh = std::get_if<VolumeMesh>(&operation.shape);
     if (mesh == nullptr) return placed.bounds_world();

@@ -14,7 +14,7 @@ class VolumeHeights;
 
 namespace terrane::tools {
 
-/// `volumes` of a scene. Opaque, as SceneVolumeField is, so that the program can be built without terrane::volume.
+/// `volumes` of a scene. Opaque, like SceneVolumeField, so that the program can be built without terrane::volume.
 struct SceneVolumes;
 
 /// The volumes of a scene, placed and checked on the lattice of a ground.
@@ -22,13 +22,13 @@ struct SceneVolumeField;
 
 /// Parses `volumes` of a scene:
 /// `[{"op":"remove"|"add","shape":V,"position":[x,y,z],"rotation":[w,x,y,z],"voxel_m":v}..]` with V a sphere, capsule,
-/// box or hull as read_shape() takes it, `{"tube":{"path":[[x,y,z]..],"radius":r}}`, `{"mesh":"file"}` (read_mesh()),
+/// box or hull as for read_shape(), `{"tube":{"path":[[x,y,z]..],"radius":r}}`, `{"mesh":"file"}` (read_mesh()),
 /// `{"vdb":"file"}` or `{"vdb":{"file":"file","grid":"name"}}`. Op, shape and position are required. Errors begin with
 /// the path of the key: "volumes[2].voxel_m must be". Meshes are read here; null for an empty list.
 ///
-/// Fails besides: where the program was built without terrane::volume, for all but an empty list
+/// Also fails for any non-empty list if the program was built without terrane::volume
 ///
-/// @param folder that relative files are found from
+/// @param folder base of relative paths
 Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const nlohmann::ordered_json& list,
                                                          const std::string& folder);
 
@@ -37,23 +37,23 @@ double finest_voxel(const SceneVolumes& volumes);
 
 /// Places volumes at the finest level of a ground.
 ///
-/// Fails: as Volumes::create(), and invalid_argument for a volume that is beside the ground's extent; messages begin
-///        with "volumes[2]"
+/// Fails: as Volumes::create(), and invalid_argument for a volume outside the ground's extent; messages begin with
+///        "volumes[2]"
 Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes& volumes,
                                                               const HeightSource& ground);
 
-/// A ground with volumes: VolumeHeights. `ground` has the lattice that they were placed on.
+/// A ground with volumes: VolumeHeights. `ground` must have the lattice on which they were placed.
 Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
                                                         const SceneVolumeField& field);
 
-/// The same as a source that a VolumeEditor can dig in; without volumes where `field` is null. Not where the program
-/// was built without terrane::volume.
+/// The same as a source for a VolumeEditor; without volumes if `field` is null. Fails if the program was built without
+/// terrane::volume.
 Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const HeightSource> ground,
                                                      const SceneVolumeField* field);
 
-/// What `terrane info` says of volumes, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
-/// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing that they are contoured at, and the bounds of a .vdb file
-/// are those of its band.
+/// The volumes in the output of `terrane info`, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
+/// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing of their contours, and the bounds of a .vdb file are those
+/// of its narrow band.
 nlohmann::ordered_json describe_volumes(const SceneVolumeField& field);
 
 }  // namespace terrane::tools

@@ -32,9 +32,9 @@ namespace {
 
 constexpr int kChunkLog2 = 7;     // of the cells along a chunk
 constexpr int kMostLevels = 24;   // below the root squares, as Lattice allows
-constexpr int kBoundedLog2 = 17;  // of a world that is read whole, and the most of --world-m
-// Root squares of a windowed world, and how many are resident along a side: from a camera in the middle two the edge is
-// at least one of them away.
+constexpr int kBoundedLog2 = 17;  // of a bounded world, and the limit of --world-m
+// Root squares of a windowed world, and how many are resident along a side: a camera in the middle two is at least one
+// root square away from the edge.
 constexpr int kWindowRootLog2 = 16;
 constexpr int kWindow = 4;
 
@@ -45,12 +45,13 @@ int log2_above(double value) {
     return mantissa == 0.5 ? exponent - 1 : exponent;
 }
 
-// How far from 0 a world may reach, metres: lattices lie within 2^40 spacings.
+// Largest coordinate of a world, metres: lattices lie within 2^40 spacings of 0.
 double reach_of(int spacing_log2) {
     return std::ldexp(1.0, std::min(kMostWorldLog2 - 1, spacing_log2 + 40));
 }
 
-// The multiple of `side` nearest to a place that keeps two squares of that side within a reach.
+// The multiple of `side` nearest to a position such that a square of that side to either direction stays within
+// `reach`.
 double middle_near(double place, double side, double reach) {
     const double farthest = reach - side;
     return std::clamp(std::floor(place / side + 0.5) * side, -farthest, farthest);
@@ -147,7 +148,7 @@ WorldVec2 middle_of(const WorldRect& rect) {
 
 namespace {
 
-/// Range of the spacing: a finer lattice is not representable, a coarser one leaves no chunk in a root square.
+/// Range of the spacing: a finer lattice is not representable, and with a coarser one a root square has no chunk.
 constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 
 constexpr double kMebibyte = 1024.0 * 1024.0;
@@ -172,7 +173,7 @@ std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
     return static_cast<FractalKind>(found - std::begin(kFractalKinds));
 }
 
-/// The finest voxel of volumes and digs where it, and not --detail-m or detail_m, decides the finest spacing.
+/// The finest voxel of volumes and digs if it determines the finest spacing instead of --detail-m or detail_m.
 std::optional<double> deciding_voxel(const TerrainOptions& options) {
     if (options.detail_m) return std::nullopt;
     if (options.volumes == nullptr) return options.dig_spacing;
@@ -197,8 +198,8 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
     settings.seed = *options.seed;
     settings.kind = options.fractal.value_or(settings.kind);
     settings.finest_spacing_log2 = spacing_log2;
-    // the first octaves are the same at any spacing; a lattice finer than a metre gets more of them, so that it has
-    // detail at its own scale
+    // the first octaves are the same at any spacing; a lattice finer than a metre gets further octaves for detail at
+    // its own scale
     settings.octave_count =
         std::clamp(settings.octave_count - spacing_log2, settings.octave_count, 24);
     if (const auto laid_out =
@@ -218,7 +219,7 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
                    .start = options.start};
 }
 
-/// Sets where commands begin on a raster.
+/// Sets the start position of commands on a raster.
 CommandResult<Terrain> begin_at(const std::optional<WorldVec2>& start, Terrain terrain) {
     const WorldRect& extent = terrain.source->extent();
     if (start && !extent.contains(start->x(), start->y())) {
@@ -243,7 +244,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     settings.detail_seed = options.seed;
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
     const std::optional<double> voxel = deciding_voxel(options);
-    // the default of detail stays where it is fine enough
+    // keeps the default detail if it is fine enough
     if (voxel && !(options.seed && std::numbers::sqrt2 * *voxel >= settings.finest_spacing)) {
         settings.finest_spacing = *voxel;
         settings.spacing_tolerance = std::numbers::sqrt2;
@@ -280,7 +281,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});
 }
 
-/// Adds what a scene has besides its terrain.
+/// Adds the content of a scene to its terrain.
 CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
     terrain.bodies = std::move(scene.bodies);
     terrain.objects = std::move(scene.objects);
@@ -307,7 +308,7 @@ CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene,
 }
 
 CommandResult<std::string> read_text(const std::string& path) {
-    // a folder opens as a stream without content: check first
+    // a folder would open as an empty stream: check first
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {
@@ -468,7 +469,7 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         if (key == "dem") {
             if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
             const std::string dem = value.get<std::string>();
-            // GDAL's virtual file systems (/vsizip/...) are absolute paths too.
+            // GDAL's virtual paths (/vsizip/...) are absolute too
             options.dem = (folder / dem).string();
         } else if (key == "seed") {
             if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
@@ -603,7 +604,7 @@ CommandResult<Terrain> open_baked(const std::string& path) {
         dem.scale_error = note.at("scale_error").get<double>();
         terrain.dem = dem;
     } catch (const nlohmann::json::exception&) {
-        // note of another program: the terrain is complete without it
+        // the note of another program: not needed for the terrain
     }
     return terrain;
 }
@@ -635,7 +636,7 @@ CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget) {
 }
 
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
-    // those of two windows while one moves
+    // two windows while a window moves
     const std::size_t windows = terrain.source->lattice().root_window > 0 ? 2 : 1;
     const std::size_t roots = windows * count_roots(terrain);
     const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;

@@ -27,34 +27,35 @@ inline constexpr int kMostWorldLog2 = 32;
 /// Side of the part of an endless world that a command works in, metres.
 inline constexpr double kWorkSide = 131072.0;
 
-/// How large the world of a fractal is where no side is asked for.
+/// Size of a fractal's world without --world-m.
 enum class WorldKind {
-    /// As wide as its spacing allows, up to kMostWorldLog2, with a root window of twice kWorkSide that moves
-    /// with the camera: for commands that draw or play.
+    /// As large as its spacing allows, up to kMostWorldLog2, with a root window of twice kWorkSide that moves with the
+    /// camera: for commands that draw or play.
     windowed,
-    /// The same width in four root squares: for questions, which load little.
+    /// The same size in four root squares: for queries, which load little.
     whole,
-    /// kWorkSide wide around the start, in four root squares: for commands that read all of it.
+    /// A side of kWorkSide around the start, in four root squares: for commands that read all of it.
     bounded,
 };
 
-/// Sets the root squares of a fractal's world. With a side it lies around (0, 0). Without one its middle, or the origin
-/// of its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys do not
-/// reach far, have a world there too. Heights are functions of place and seed alone: no world changes them.
+/// Sets the root squares of a fractal's world. With a side it is centred on (0, 0). Without one its centre, or the
+/// origin of its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys
+/// have a short range, also have a world there. Heights are functions of position and seed only and do not depend on
+/// the world.
 ///
-/// @param side_m  of --world-m, metres: then the side is the next power of two, in four root squares
+/// @param side_m  of --world-m, metres; rounded up to a power of two, in four root squares
 /// @param start   of --start-m
-/// @param settings_out  whose spacing is read
+/// @param settings_out its spacing is read
 ///
-/// Fails: exit_usage where the side or the start is out of range
+/// Fails: exit_usage if the side or the start is out of range
 CommandResult<void> lay_out_world(std::optional<double> side_m,
                                   const std::optional<WorldVec2>& start, WorldKind kind,
                                   FractalSettings& settings_out);
 
-/// A square around a place, clipped to an extent that contains the place. Metres.
+/// A square around a position, clipped to an extent that contains the position. Metres.
 WorldRect square_around(const WorldVec2& place, double side, const WorldRect& extent);
 
-/// The middle of a rectangle.
+/// The centre of a rectangle.
 WorldVec2 middle_of(const WorldRect& rect);
 
 /// The terrain of a subcommand: --dem, --seed, both, or --scene.
@@ -64,8 +65,8 @@ struct TerrainOptions {
     std::optional<FractalKind> fractal;  ///< fbm if absent; only without a raster
     std::string scene;                   ///< path of a JSON file; "" for none
     std::optional<double> detail_m;      ///< finest spacing, metres
-    std::optional<double> dig_spacing = std::nullopt;  ///< wanted by what digs, metres
-    std::optional<double> dem_memory_mb;  ///< most memory for opening a raster, mebibytes
+    std::optional<double> dig_spacing = std::nullopt;  ///< spacing required for digging, metres
+    std::optional<double> dem_memory_mb;  ///< memory limit for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
     std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
     std::shared_ptr<const SceneVolumes> volumes = {};    ///< of a scene; null: none
@@ -74,7 +75,7 @@ struct TerrainOptions {
     std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
     std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
     WorldKind world = WorldKind::windowed;               ///< of a fractal without world_m
-    std::optional<WorldVec2> start = std::nullopt;       ///< where commands begin, metres
+    std::optional<WorldVec2> start = std::nullopt;       ///< start position of commands, metres
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
@@ -84,7 +85,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain selected on the command line.
 struct Terrain {
-    std::shared_ptr<const HeightSource> source;     ///< what a pager loads from, volumes included
+    std::shared_ptr<const HeightSource> source;     ///< source for a pager, including volumes
     std::optional<DemInfo> dem;                     ///< of a raster
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
@@ -96,42 +97,43 @@ struct Terrain {
     std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
         {};                   ///< the source without its volumes; null: none
-    bool is_endless = false;  ///< a fractal whose world is as large as its spacing allows
+    bool is_endless = false;  ///< whether a fractal's world is as large as its spacing allows
     std::optional<WorldVec2> start =
-        std::nullopt;  ///< where commands begin, inside the extent, metres
+        std::nullopt;  ///< start position of commands, inside the extent, metres
 };
 
-/// The part of the world that a command works in: built-in paths lie there, default views and the tints of pictures
-/// are fitted to it. The extent; with a start, or in an endless world, the square of kWorkSide around the start or
-/// (0, 0), clipped to the extent.
+/// The part of the world that a command works in, to which built-in paths, default views and tints are fitted: the
+/// extent; with a start, or in an endless world, the square of side kWorkSide around the start or (0, 0), clipped to
+/// the extent.
 WorldRect work_region(const Terrain& terrain);
 
-/// Where a command begins that has no other place: the start, else the middle of work_region(). Metres.
+/// Default position of a command: the start, otherwise the centre of work_region(). Metres.
 WorldVec2 start_of(const Terrain& terrain);
 
 /// The source of a terrain without its volumes.
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain);
 
-/// The volumes of a terrain on another source of its heightfield, such as a slower one; that source where it has none.
+/// Adds the volumes of a terrain to another source of its heightfield, such as a slower one; returns that source if
+/// there are none.
 CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `imagery` (read_imagery()) and `water_m` where wanted; refuses other keys. Paths of files are relative to the
-/// folder of the scene file.
+/// `imagery` (read_imagery()) and `water_m` as options; refuses other keys. Paths of files are relative to the folder
+/// of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);
 
 /// Opens the selected terrain. Finest spacing of a fractal: the largest power of two up to detail_m, default 1 m; of a
-/// raster: its cell, or with detail 1 m by default. Volumes make what is coarser by default finer: a fractal gets the
-/// largest power of two up to their finest voxel; square cells are halved until they are at most the square root of 2
-/// times it, other rasters get exactly it; so does TerrainOptions::dig_spacing. A baked terrain has its own spacing.
-/// The world of a fractal: lay_out_world().
+/// raster: its cell, or with detail 1 m by default. Volumes refine coarser defaults: a fractal gets the largest power
+/// of two up to their finest voxel; square cells are halved until they are at most the square root of 2 times the
+/// voxel, other rasters get exactly the voxel. TerrainOptions::dig_spacing acts in the same way. A baked terrain has
+/// its own spacing. The world of a fractal: lay_out_world().
 ///
-/// Fails: exit_usage where no terrain is selected or a value is out of range; exit_failed where a file
-///        cannot be read or is invalid
+/// Fails: exit_usage if no terrain is selected or a value is out of range; exit_failed if a file cannot be read or is
+///        invalid
 CommandResult<Terrain> open_terrain(const TerrainOptions& options);
 
 /// The description of the raster of a terrain, for the note of its store; "" without a raster.
@@ -140,8 +142,8 @@ std::string note_of(const Terrain& terrain);
 /// Opens a terrain written by `terrane bake`.
 CommandResult<Terrain> open_baked(const std::string& path);
 
-/// The cache of bounds that --cache selects. "": the user's cache folder, $XDG_CACHE_HOME/terrane or ~/.cache/terrane;
-/// none where neither variable is set.
+/// The cache of bounds selected by --cache. "": the user's cache folder, $XDG_CACHE_HOME/terrane or ~/.cache/terrane;
+/// none if neither variable is set.
 DemCache choose_cache(const std::string& option);
 
 /// Largest triangle budget.

@@ -19,7 +19,7 @@ constexpr double kDepth = 0.15;       // metres, below the undisturbed ground
 constexpr double kRadius = 0.5;       // metres, of the tube: wide enough for a tyre
 constexpr double kStep = 0.5;         // metres of a wheel's path between digs
 constexpr double kLeastSpeed = 0.3;   // m/s
-constexpr double kLongestStep = 2.0;  // metres; after more the wheel was airborne or teleported
+constexpr double kLongestStep = 2.0;  // metres; a longer step means an airborne or teleported wheel
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
@@ -29,14 +29,14 @@ const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Cons
 struct WheelRuts::State {
     std::shared_ptr<const HeightSource> undisturbed;
     VolumeEditor editor;
-    /// Of each wheel: where it last dug, or began to roll on the ground; none where it does not.
+    /// Per wheel: position of its last dig, or where it began to roll on the ground; none if it does not.
     std::vector<std::optional<Eigen::Vector2d>> places = {};
     std::uint64_t digs = 0;
     struct Waiting {
         std::uint32_t change;
         Aabb box;
     };
-    std::deque<Waiting> waiting = {};  // for their change to be in force, ascending
+    std::deque<Waiting> waiting = {};  // until their change is applied, ascending
 
     WorldPos groove(const Eigen::Vector2d& p) const {
         return {p.x(), p.y(), undisturbed->height(p.x(), p.y()) - kDepth + kRadius};
@@ -83,13 +83,13 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
             place.reset();
             continue;
         }
-        // Below the wheel's centre: its contact point is not continuous in time.
+        // below the wheel's centre, because the contact point is not continuous in time
         const Eigen::Vector2d now = (wheel.centre_world - wheel_radius * up).head<2>();
         if (!place) place = now;
         const double travelled = (now - *place).norm();
         if (travelled < kStep || !(speed > kLeastSpeed)) continue;
         const Eigen::Vector2d from = *std::exchange(place, now);
-        // Ahead, so that the wheel rolls in its rut and not over the rut's end.
+        // ahead, so that the wheel rolls in its rut and not over the rut's end
         const Eigen::Vector2d next = now + (wheel_radius + kStep) / speed * velocity;
         const double below =
             state.undisturbed->height(wheel.point_world.x(), wheel.point_world.y()) -
@@ -100,7 +100,7 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
         Pose pose;
         pose.translation = state.groove(from);
         const VolumeTube groove{{WorldPos::Zero(), state.groove(next) - pose.translation}, kRadius};
-        // Refused at the world's border only, where there is nothing to dig.
+        // fails only at the world's border, where there is nothing to dig
         const Result<std::uint32_t> change = state.editor.dig(groove, pose);
         if (!change) continue;
         ++state.digs;

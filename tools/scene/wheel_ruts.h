@@ -13,28 +13,28 @@
 
 namespace terrane::tools {
 
-/// Coarsest spacing of ground that shows ruts, metres, and the one that --ruts asks for.
+/// Coarsest spacing of ground for ruts, metres; --ruts requests it.
 inline constexpr double kMostRutSpacing = 0.5;
 inline constexpr double kRutSpacing = 0.25;
 
-/// The ruts that a vehicle's wheels leave in the heightfield: digs of a VolumeEditor, a groove of constant depth below
-/// the undisturbed ground. There are none on the floors of caves, or where wheels stand on bodies.
+/// The ruts that a vehicle's wheels leave in the heightfield: grooves of constant depth below the undisturbed ground,
+/// dug by a VolumeEditor. There are none on the floors of caves, or where wheels stand on bodies.
 class WheelRuts {
 public:
-    /// Makes the terrain's source one that can be dug: call it before a pager is created.
+    /// Makes the terrain's source diggable: call before a pager is created.
     ///
     /// @param worker_count of the editor: 0 or 1
     ///
-    /// Fails: exit_usage for ground coarser than kMostRutSpacing; exit_failed where the program was built without
+    /// Fails: exit_usage for ground coarser than kMostRutSpacing; exit_failed if the program was built without
     ///        terrane::volume
     static CommandResult<std::unique_ptr<WheelRuts>> create(Terrain& terrain, int worker_count);
     ~WheelRuts();
 
-    /// Digs under the wheels of a vehicle that have rolled on, a little ahead of each.
+    /// Digs under the wheels of a vehicle that have rolled since the last dig, slightly ahead of each.
     void roll(const VehicleState& vehicle, double wheel_radius, const Ground& ground);
-    /// Brings into force what has been made. Call it once a frame, before Pager::update().
+    /// Applies completed digs. Call once a frame, before Pager::update().
     ///
-    /// Returns: a box around it, metres; empty (low > high) where nothing was
+    /// Returns: bounds of the change, metres; empty (low > high) if nothing changed
     Aabb update(Pager& pager);
 
     /// Number of tubes dug; each covers about 0.5 m of the path of one wheel.

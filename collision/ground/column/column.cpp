@@ -2,8 +2,8 @@
 //
 // Sources: C. Ericson. Real-time collision detection. 2005, sections 5.1.5 (point and triangle) and
 //          5.1.9 (two segments).
-// Deviations: all pairs of features are tested; a bounding volume tree would be slower for the few pairs that are left
-//             after pruning.
+// Deviations: all pairs of features are tested, because a bounding volume tree would be slower for the few pairs left
+//             after culling.
 #include "ground/column/column.h"
 
 #include "base/vector_math.h"
@@ -30,7 +30,7 @@ void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eig
     take_nearer(p + parameters.s * u, q + parameters.t * v, best);
 }
 
-// Where a segment intersects a triangle; false where it does not.
+// Intersection of a segment with a triangle; false if there is none.
 bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Triangle& triangle,
              Eigen::Vector3d& point_out) {
     const double d0 = dot(triangle.normal, from - triangle.v[0]);
@@ -149,14 +149,14 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
     return best;
 }
 
-// The lift of a sphere or capsule over a face is that of its support point against the face's normal, where this point
-// lies over the face; else it is on the face's rim: over an edge, in whose vertical plane the section of the shape is a
-// moving disc, or over a corner. The plane of the face bounds all of these from above.
+// Lift of a sphere or capsule over a face: that of the support point against the face's normal if this point lies over
+// the face. Otherwise the maximum is on the rim: over an edge, in whose vertical plane the section of the shape is a
+// moving disc, or over a corner. The lift over the plane of the face is an upper bound of all of these.
 
 namespace {
 
-// The s in [-1, 1] that maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among those for which the
-// root is real. False where there is none.
+// Finds the s in [-1, 1] that maximises linear * s + reach * sqrt(square - (offset + rate * s)^2) among those with a
+// real root. False if there is none.
 bool find_round_maximum(double linear, double reach, double square, double offset, double rate,
                         double& s_out) {
     if (square < 0.0) return false;
@@ -179,7 +179,7 @@ bool find_round_maximum(double linear, double reach, double square, double offse
     return true;
 }
 
-// Lift over the vertical plane through an edge that starts at `a`. `end_out` is -1 or 1 where the maximum is beyond the
+// Lift over the vertical plane through an edge that starts at `a`. `end_out` is -1 or 1 if the maximum is beyond the
 // first or second end of the edge, else 0.
 double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
                       const Eigen::Vector3d& edge, int& end_out) {
@@ -187,7 +187,7 @@ double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
     const Eigen::Vector3d along(edge[0] / run, edge[1] / run, 0.0);
     const Eigen::Vector3d out(along[1], -along[0], 0.0);
     const Eigen::Vector3d from = shape.centre - a;
-    // The section with that plane: discs whose centres move with s.
+    // The section with the vertical plane: discs whose centres move with s.
     const double grade = edge[2] / run;
     const double distance = dot(out, from);
     const double rate = dot(out, shape.core);
@@ -237,7 +237,7 @@ double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 
         const Eigen::Vector3d& a = corners[i];
         const Eigen::Vector3d& b = corners[(i + 1) % 3];
         const Eigen::Vector3d edge = b - a;
-        // Only where the point is inside by more than rounding.
+        // Skips edges that have the point on the inner side by more than rounding.
         const double slack = 1e-9 * (edge[0] * edge[0] + edge[1] * edge[1]);
         if (left_of(a, b, most) > slack) continue;
         int end = 0;
@@ -266,8 +266,8 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
 }
 
 // Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
-// Deviations: a column has no bottom, so that only axes with z >= 0 count; its sides add the cross products of the
-//             vertical with the box's edges.
+// Deviations: a column has no bottom, so that only axes with z >= 0 count; its walls add the cross products of the
+//             vertical with the edges of the box.
 
 namespace {
 
@@ -276,7 +276,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
     const Eigen::Vector3d lowest = box.deepest_point(triangle.normal);
     if (is_over(lowest, triangle)) return plane.above(lowest);
     double lift = -kInfinity;
-    // The vertical through each corner of the triangle, cut by the box's slabs.
+    // Vertical lines through the corners of the triangle, clipped by the slabs of the box.
     for (const Eigen::Vector3d& v : triangle.v) {
         double low = -kInfinity;
         double high = kInfinity;
@@ -295,8 +295,8 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
         }
         if (low <= high) lift = std::max(lift, -low);
     }
-    // The edges of the box's underside, clipped to the triangle seen from above. No point of an edge is further below
-    // the plane than its ends.
+    // Edges of the box's underside, clipped to the triangle in plan. No point of an edge is farther below the plane
+    // than its lower end.
     std::array<double, 8> below;
     for (int k = 0; k < 8; ++k) below[static_cast<std::size_t>(k)] = plane.above(box.corner(k));
     for (int i = 0; i < 3; ++i) {
@@ -307,7 +307,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
             const double at_from = below[static_cast<std::size_t>(k)];
             const double at_to = below[static_cast<std::size_t>(k | 1 << i)];
             if (!(std::max(at_from, at_to) > std::max(floor, lift))) continue;
-            // An edge between two faces that point up is not on the underside.
+            // An edge between two upward faces is not on the underside.
             const auto points_up = [&](int j) {
                 const double z = box.axes[static_cast<std::size_t>(j)][2];
                 return (k >> j & 1) != 0 ? z > 0.0 : z < 0.0;
@@ -339,7 +339,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
 }  // namespace
 
 bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out) {
-    // Below this distance the direction between the closest points is rounding noise.
+    // Below this distance the direction between the closest points is dominated by rounding.
     constexpr double kTiny = 1e-9;
     if (!(pair.distance > kTiny)) return false;
     const Eigen::Vector3d direction = (pair.on_shape - pair.on_triangle) / pair.distance;

@@ -12,7 +12,7 @@ namespace terrane::internal {
 
 struct LocalShape;
 
-/// The closest points of a shape and a triangle. Where they intersect the distance is 0 and the points are arbitrary.
+/// The closest points of a shape and a triangle. If they intersect, the distance is 0 and the points are arbitrary.
 struct ClosestPair {
     Eigen::Vector3d on_shape = Eigen::Vector3d::Zero();
     Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
@@ -25,8 +25,8 @@ struct SegmentParameters {
     double t = 0.0;
 };
 
-/// Closest points of the segments p to p + u and q to q + v; v must not be zero, u may be. Any closest pair where they
-/// are parallel.
+/// Closest points of the segments p to p + u and q to q + v; v must not be zero, u may be. For parallel segments any
+/// closest pair.
 SegmentParameters find_closest_parameters(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
                                           const Eigen::Vector3d& q, const Eigen::Vector3d& v);
 
@@ -45,10 +45,10 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle);
 /// The lift of a sphere or capsule over one triangle: see compute_column_lift().
 double compute_round_lift(const LocalShape& shape, const Triangle& triangle);
 
-/// The same where the lift over the triangle's whole plane is largest at a point beside the triangle. The lift is
-/// concave in x and y, so that over the triangle it is largest on an edge that separates the triangle from the point.
+/// Lift over a triangle if the lift over its whole plane is largest at a point outside the triangle. The lift is
+/// concave in x and y, so that its maximum over the triangle is on an edge that separates the triangle from that point.
 ///
-/// @param most where the lift over the plane is largest; only x and y count
+/// @param most point of largest lift over the plane; only x and y are used
 double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 3>& corners,
                      const Eigen::Vector3d& most);
 
@@ -61,7 +61,7 @@ Core make_core(const LocalHull& hull, const Eigen::Vector3d& centre);
 
 /// Lift of a hull over one triangle: see compute_column_lift().
 ///
-/// Cost: a few supports
+/// Cost: a few support points
 double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
                          const Triangle& triangle, double floor);
 
@@ -77,8 +77,8 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
 /// column: `take(unit normal, drop)`. Walks the hull's supports along the arc of the edge's normals.
 ///
 /// @param along unit direction of the column's edge
-/// @param first unit, where the arc of the normals of that edge begins
-/// @param last  unit, where it ends, less than half a turn away
+/// @param first unit, start of the arc of the edge's normals
+/// @param last  unit, end of the arc, less than half a turn away
 template <class Take>
 void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
                          const Eigen::Vector3d& first, const Eigen::Vector3d& last, Take&& take) {
@@ -98,13 +98,13 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
     const auto edge_to = [&](std::uint32_t k) {
         return Eigen::Vector3d(shape.vertices[shape.neighbours[k]] - shape.vertices[at]);
     };
-    // No step crosses edges that are level at the start of the arc.
+    // Edges perpendicular to the start of the arc are not crossed by any step below.
     constexpr double kLevel = 1e-12;  // sine
     for (std::uint32_t k = shape.first_neighbour[at]; k < shape.first_neighbour[at + 1]; ++k) {
         const Eigen::Vector3d edge = edge_to(k);
         if (std::abs(dot(d1, edge)) <= kLevel * length(edge)) cross_with(edge, first);
     }
-    // From the support vertex to the neighbour that becomes the support first.
+    // Steps from the support vertex to the neighbour that becomes the support vertex next.
     for (std::size_t step = 0; step < shape.vertices.size(); ++step) {
         double share = std::numeric_limits<double>::infinity();
         std::uint32_t next = at;
@@ -114,7 +114,7 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
             const double at_last = dot(d2, edge);
             if (!(at_last > 0.0)) continue;
             const double at_first = dot(d1, edge);
-            if (at_first > kLevel * length(edge)) continue;  // behind the arc, but for rounding
+            if (at_first > kLevel * length(edge)) continue;  // behind the arc, up to rounding
             const double when = at_first >= 0.0 ? 0.0 : at_first / (at_first - at_last);
             if (when < share) {
                 share = when;
@@ -128,15 +128,15 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
     }
 }
 
-/// Outward normal of the column's wall below side i of its triangle: unit, level.
+/// Outward normal of the column's wall below side i of its triangle: unit, horizontal.
 inline Eigen::Vector3d wall_normal(const Triangle& triangle, std::size_t i) {
     const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
     const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
     return {edge[1] / run, -edge[0] / run, 0.0};
 }
 
-/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except the
-/// triangle's: `take(unit normal, drop)`.
+/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except that of the
+/// triangle: `take(unit normal, drop)`.
 template <class Take>
 void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& take) {
     constexpr double kLevel = 1e-12;
@@ -157,14 +157,14 @@ void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& tak
     }
 }
 
-/// The same for level normals.
+/// Visits the horizontal normals of these facets likewise.
 template <class Take>
 void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Take&& take) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d first = wall_normal(triangle, i);
         const Eigen::Vector3d last = wall_normal(triangle, (i + 1) % 3);
         take(first, hull.drop(first));
-        // In two halves, because the arc at a sharp corner is nearly half a turn.
+        // Split in two, because the arc at a sharp corner is nearly half a turn.
         const Eigen::Vector3d sum = first + last;
         const Eigen::Vector3d between = sum / length(sum);
         const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -176,7 +176,7 @@ void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Take&& ta
 // A shape against one column: everything on or below a triangle. The ground is the union of its columns, which are
 // convex.
 
-/// A separating plane of a shape and a column, or the one of least overlap.
+/// A separating plane of a shape and a column, or the plane of smallest overlap.
 struct Separation {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column, z >= 0
     double gap = -std::numeric_limits<double>::infinity();  ///< along it; negative: overlap
@@ -197,7 +197,7 @@ inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
     return gap_along(n, shape.drop(n), shape, triangle);
 }
 
-/// A unit direction out of a column: `direction` with a negative z, which is rounding only, set to 0. False where
+/// Makes a unit direction out of a column from `direction`: a negative z, which is due to rounding, becomes 0. False if
 /// nothing is left.
 inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vector3d& n_out) {
     const Eigen::Vector3d out(direction[0], direction[1], std::max(0.0, direction[2]));
@@ -207,7 +207,7 @@ inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vecto
     return true;
 }
 
-/// Visits an escape direction made perpendicular to each edge of the triangle: `take(unit direction)`.
+/// Visits the projections of an escape direction perpendicular to each edge of the triangle: `take(unit direction)`.
 template <class Take>
 void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3d& direction,
                                   Take&& take) {
@@ -219,23 +219,23 @@ void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3
     }
 }
 
-/// Visits the candidate separating axes of a shape and a column: `take(normal, gap)`. visit_tops() those with z > 0,
-/// visit_walls() the level ones.
+/// Visits the candidate separating axes of a shape and a column, `take(normal, gap)`: visit_tops() those with z > 0,
+/// visit_walls() the horizontal ones.
 ///
-/// For boxes and hulls the largest gap over both is that of the separating axis theorem: positive exactly where they
-/// are apart, else minus the length of the minimum translation. For a sphere or capsule whose core is apart from the
-/// triangle, one of them is the exact distance.
+/// For boxes and hulls the largest gap over both is that of the separating axis theorem: positive if and only if shape
+/// and column are disjoint, otherwise minus the length of the minimum translation. For a sphere or capsule whose core
+/// does not touch the triangle, one of the gaps is the exact distance.
 template <class Take>
 void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take);
 template <class Take>
 void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take);
 
-/// The axis of the largest gap; level axes count only `with_walls`.
+/// The axis with the largest gap; horizontal axes only if `with_walls`.
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls);
 
-/// Lift of a shape over one column: largest of triangle height minus z over the points of the shape that lie over or
-/// below the triangle, metres; minus infinity where there are none. Exact: feature pairs in closed form, or a facet
-/// that proves it. Lifts up to `floor` may be returned as minus infinity.
+/// Lift of a shape over one column: the maximum of triangle height minus z over the points of the shape that lie above
+/// or below the triangle, metres; minus infinity if there are none. Exact: feature pairs in closed form, or a proving
+/// facet. A lift of at most `floor` may be returned as minus infinity.
 double compute_column_lift(const LocalShape& shape, const Triangle& triangle,
                            double floor = -std::numeric_limits<double>::infinity());
 
@@ -245,7 +245,7 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
     double bound = (shape.drop(n) - dot(n, shape.centre - triangle.v[0])) / n[2];
     if (shape.kind == ShapeKind::round) return bound;
     if (shape.kind == ShapeKind::hull) {
-        // The planes of its faces bounded the whole cell already.
+        // The planes of its faces have bounded the whole cell already.
         return bound + 1e-12 * (1.0 + std::abs(bound));
     }
     constexpr double kSteep = 1e-3;
@@ -260,16 +260,16 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
     return bound + 1e-12 * (1.0 + std::abs(bound));  // for rounding
 }
 
-/// The escape direction between two closest points; false where they are too near to tell it, or it points down.
+/// The escape direction between two closest points. False if they are too close to define it, or if it points down.
 bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out);
-/// The same from a triangle to the core of a round shape.
+/// The escape direction from a triangle to the core of a round shape; false as above.
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out);
 
 template <class Take>
 void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take) {
     take(triangle.normal, gap_along(triangle.normal, shape, triangle));
     const auto take_upward = [&](Eigen::Vector3d n) {
-        // Nearly parallel edges have no axis of their own; nearly level axes belong to visit_walls().
+        // Nearly parallel edges give no further axis; nearly horizontal axes belong to visit_walls().
         constexpr double kTiny = 1e-12;
         const double size = length(n);
         if (!(size > kTiny)) return;
@@ -331,14 +331,14 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take)
         return;
     }
     take_sides(shape.core);
-    // From the column's vertical edges to the core's ends, seen from above.
+    // From the vertical edges of the column to the ends of the core, in plan.
     for (const double sign : {-1.0, 1.0}) {
         for (const Eigen::Vector3d& v : triangle.v) {
             const Eigen::Vector3d to = shape.centre + sign * shape.core - v;
             take_sides(Eigen::Vector3d(-to[1], to[0], 0.0));
         }
     }
-    // From the corners to the inside of the core the axis is perpendicular to the core: visited above.
+    // Axes from corners to the interior of the core are perpendicular to the core and were visited above.
 }
 
 }  // namespace terrane::internal

@@ -21,7 +21,7 @@ class Underside {
 public:
     explicit Underside(const LocalShape& shape);
 
-    /// Whether the shape may reach below `z` over the rectangle of a prism.
+    /// Whether the shape may extend below `z` over the rectangle of a prism.
     bool may_reach(const CellPrism& prism, double z) const {
         if (shape_.kind != ShapeKind::round) {
             for (std::size_t i = 0; i < count_; ++i) {
@@ -44,7 +44,7 @@ private:
     void add_strip(const LocalHull::Strip& strip);
     void add_strip_along(double axis_x, double axis_y);
     double round_bottom(const CellPrism& prism) const;
-    // Whether a strip separates the shape from a rectangle, seen from above.
+    // Whether a strip separates the shape from a rectangle in plan.
     bool is_beside(const CellPrism& prism) const {
         const double x = 0.5 * (prism.west + prism.east) - shape_.centre[0];
         const double y = 0.5 * (prism.south + prism.north) - shape_.centre[1];
@@ -61,7 +61,7 @@ private:
     const LocalShape& shape_;
     std::array<Plane, LocalHull::kMostPlanes> planes_;
     std::size_t count_ = 0;
-    std::array<LocalHull::Strip, 3> strips_;  // that hold the outline, with some slack
+    std::array<LocalHull::Strip, 3> strips_;  // contain the outline, with some slack
     std::size_t strip_count_ = 0;
     double run_ = 0.0;
     double core_length_ = 0.0;
@@ -90,7 +90,7 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
 
 void Underside::add_strip(const LocalHull::Strip& strip) {
     constexpr double kSlack = 1e-9;        // metres
-    constexpr double kRounding = 0x1p-46;  // share of the size
+    constexpr double kRounding = 0x1p-46;  // relative to the size
     const double size = std::sqrt(strip.x * strip.x + strip.y * strip.y);
     const double slack = (kSlack + kRounding * (shape_.bounds[0] + shape_.bounds[1])) * size;
     strips_[strip_count_++] = {strip.x, strip.y, strip.low - slack, strip.high + slack};
@@ -99,7 +99,7 @@ void Underside::add_strip(const LocalHull::Strip& strip) {
 // Adds the strip of a box along one of its axes.
 void Underside::add_strip_along(double axis_x, double axis_y) {
     if (!(axis_x * axis_x + axis_y * axis_y > 1e-18))
-        return;  // upright: the others make the outline
+        return;  // vertical axis: the other two form the outline
     const double x = -axis_y;
     const double y = axis_x;
     double reach = 0.0;
@@ -121,14 +121,14 @@ double Underside::round_bottom(const CellPrism& prism) const {
     const double north = std::min(prism.north, c[1] + shape.bounds[1]) - c[1];
     const double run = run_;
     if (run > 1e-3 * core_length_) {
-        // The infinite cylinder around the core: lowest where the rectangle is nearest to its axis.
+        // Bound by the infinite cylinder around the core, which is lowest where the rectangle is nearest to its axis.
         const double ux = shape.core[0] / run;
         const double uy = shape.core[1] / run;
         const double across_low =
             std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
         const double across_high =
             std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
-        // Slightly nearer, so that rounding loses nothing at a seam.
+        // Slightly nearer, so that rounding leaves no gap at a seam.
         const double across = std::max({0.0, across_low - kSlack, -across_high - kSlack});
         if (across > shape.radius) return std::numeric_limits<double>::infinity();
         const double slope = shape.core[2] / run;
@@ -138,7 +138,7 @@ double Underside::round_bottom(const CellPrism& prism) const {
             std::sqrt(shape.radius * shape.radius - across * across) * (core_length_ / run);
         bottom = std::max(bottom, c[2] + std::min(slope * along_low, slope * along_high) - drop);
     }
-    // The sphere around the whole core, at the rectangle's nearest point.
+    // Bound by the sphere around the whole core, at the nearest point of the rectangle.
     const double x = std::max({0.0, west, -east});
     const double y = std::max({0.0, south, -north});
     const double reach = shape.radius + core_length_;
@@ -168,7 +168,7 @@ public:
         }
         const double best = std::max(floor_, result_.lift);
         if (prism.high - (c[2] - shape_.bounds[2]) <= best) return false;
-        // Slightly lower, for the rounding of the bound.
+        // Slightly lower, to cover the rounding of the bound.
         const double slack = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
         return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + slack);
     }
@@ -196,8 +196,8 @@ public:
     bool has_enough() const { return result_.lift > enough_; }
 
 private:
-    // Tests the corners of a cell against a box. True where that is exact for the whole cell, because one face of the
-    // box is over all of it.
+    // Tests the corners of a cell against a box. True if this is exact for the whole cell, because a single face of the
+    // box covers it.
     bool take_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         const std::array<std::int32_t, 4> heights{cell.south_west, cell.south_east, cell.north_west,
                                                   cell.north_east};
@@ -225,7 +225,7 @@ private:
         }
         if (most > std::max(floor_, result_.lift)) {
             result_.lift = most;
-            // the first triangle has both southern corners
+            // the first triangle contains both southern corners
             result_.triangle = local_.triangles(cell, column, row)[which < 2 ? 0 : 1];
         }
         return is_over_all && (faces & (faces - 1)) == 0;
@@ -241,7 +241,7 @@ private:
     GroundLift result_;
 };
 
-// Lift of a box or a round shape over a window that holds the cells under it.
+// Lift of a box or round shape over a window that holds the cells under it.
 GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                      const LocalShape& shape, double floor, double enough) {
     GroundLift result;
@@ -255,11 +255,11 @@ GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const
     return result;
 }
 
-// The first point of the line from a shape's lowest to its highest point that is over the ground that a range of cells
-// is clamped to; the lowest point where none is.
+// The first point on the line from a shape's lowest to its highest point that is over the ground to which a range of
+// cells is clamped; the lowest point if there is none.
 Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange& cells,
                                        const LocalShape& shape, const Eigen::Vector3d& lowest) {
-    // Two cells around the ground may be in the range.
+    // The range may include two cells outside the ground.
     const double inside = 2.5 * local.spacing();
     const Eigen::Vector2d low(local.x(cells.west) + inside, local.y(cells.south) + inside);
     const Eigen::Vector2d high(local.x(cells.east + 1) - inside, local.y(cells.north + 1) - inside);
@@ -282,7 +282,7 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
         visitor.take(local.triangle(window, column, row, true));
         visitor.take(local.triangle(window, column, row, false));
     };
-    // The cell under the lowest point first, so that bounds exclude most others.
+    // Starts with the cell under the lowest point, so that bounds exclude most others.
     const Eigen::Vector3d lowest =
         shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
     const int first_column =
@@ -319,7 +319,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         if (error == LiftError::requested) lift.error_m = local.error(cells);
         return lift;
     }
-    // The cell under the lowest point and a few samples first, so that bounds exclude most others.
+    // Starts with the cell under the lowest point and a few samples, so that bounds exclude most others.
     const auto take_at = [&](double x, double y) {
         const CellRange at = local.cells(x, y, x, y);
         if (at.west > at.east || at.south > at.north) return;
@@ -355,7 +355,7 @@ GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eige
         [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
             if (all.lift > enough || all.is_missing) return false;
             const double bottom = centre[2] + d[2] - bounds[2];
-            // Slightly higher, for the rounding of the bound.
+            // Slightly higher, to cover the rounding of the bound.
             const double slack = 1e-12 * (1.0 + std::abs(bottom));
             return bound_ground(local, centre + d, bounds) + slack >
                    bottom + std::max(floor, all.lift);

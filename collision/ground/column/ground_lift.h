@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-/// Gaps up to this count as touching, for rounding; metres.
+/// Largest gap that counts as touching because of rounding, metres.
 inline constexpr double kTouch = 1e-9;
 
 /// A limit that no lift reaches.
@@ -15,24 +15,25 @@ inline constexpr double kAnyLift = std::numeric_limits<double>::infinity();
 /// The lift of a shape and the triangle that decides it.
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
-    Triangle triangle;        ///< that decides it; set where lift is finite
-    std::uint32_t part = 0;   ///< of a compound: the one that decides it
-    bool is_missing = false;  ///< a cell that the shape's bounds meet is not resident
-    double error_m = 0.0;     ///< largest of the cells tested, where LiftError::requested
+    Triangle triangle;        ///< attains the lift; set if the lift is finite
+    std::uint32_t part = 0;   ///< of a compound: attains the lift
+    bool is_missing = false;  ///< a cell under the shape's bounds is not resident
+    double error_m = 0.0;     ///< largest of the cells tested, if LiftError::requested
 };
 
-/// Whether find_lift() reads the error of the ground, which most callers do not need.
+/// Whether find_lift() computes error_m, which most callers do not need.
 enum class LiftError { skipped, requested };
 
-/// Lift of a shape moved by `d`: largest of surface minus z over the shape, metres; minus infinity over no ground.
+/// Lift of a shape translated by `d`: the maximum of surface height minus z over the shape, metres; minus infinity if
+/// there is no ground over or under it.
 ///
-/// @param floor  a lift up to it may be returned as minus infinity
+/// @param floor  a lift of at most this may be returned as minus infinity
 /// @param enough the search may stop at any lift above it
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
 
-/// The same over all parts of a body.
+/// Largest lift over all parts of a body.
 GroundLift find_lift(const LocalGround& local, const LocalBody& body, const Eigen::Vector3d& d,
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
@@ -43,7 +44,7 @@ struct LocalQuery {
         : ground(ground_in, world_from_shape.translation),
           body(shape, world_from_shape.rotation, ground.to_local(world_from_shape.translation)) {}
 
-    /// Lift of the body, with the error of the ground: see find_lift().
+    /// Lift of the body, including error_m: see find_lift().
     GroundLift lift(double floor = -kAnyLift, double enough = kAnyLift) const {
         return find_lift(ground, body, Eigen::Vector3d::Zero(), floor, enough,
                          LiftError::requested);
@@ -53,13 +54,13 @@ struct LocalQuery {
     LocalBody body;
 };
 
-/// An upper bound of the height of the ground in the cells that an AABB meets, metres: minus infinity where there is no
-/// ground, infinity where it is not known or the range is too large to read.
+/// Upper bound of the height of the ground in the cells under an AABB, metres: minus infinity if there is no ground,
+/// infinity if it is unknown or the range is too large to read.
 double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
                     const Eigen::Vector3d& bounds);
 
-/// Upper bound of the height of the solids that have a triangle near a box, of the chunks of a range of cells; world z,
-/// metres; minus infinity where there is none.
+/// Upper bound of the height of the volumes that have a triangle near a box, over the chunks of a range of cells; world
+/// z, metres; minus infinity if there are none.
 double highest_solid(const Ground& ground, const CellRange& cells, const Aabb& box_world);
 
 /// The distance between an AABB and a prism, metres.
@@ -73,7 +74,7 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
     return std::sqrt(x * x + y * y + z * z);
 }
 
-/// A lower bound of the distance between a shape and a prism, by its AABB and the planes below it, metres.
+/// Lower bound of the distance between a shape and a prism from the shape's AABB and its lower planes, metres.
 inline double bound_distance(const LocalShape& shape, const CellPrism& prism) {
     double bound = bound_distance(shape.centre, shape.bounds, prism);
     visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {

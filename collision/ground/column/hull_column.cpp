@@ -49,7 +49,7 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
         points[i] = triangle.v[i] - origin;
         low = std::min(low, points[i][2]);
     }
-    // The prism's bottom is placed low enough not to affect the closest points.
+    // The bottom of the prism is low enough not to affect the closest points.
     low -= 1.0 + length(hull.bounds);
     for (std::size_t i = 0; i < 3; ++i) {
         points[i + 3] = points[i];
@@ -58,11 +58,11 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
     return find_closest_to(hull, centre, origin, points);
 }
 
-// Sources: G. Snethen. Xenocollide: complex collision made simple. Game Programming Gems 7, 2008 (a
-//          portal that a ray passes, refined by supports).
+// Sources: G. Snethen. Xenocollide: complex collision made simple. Game Programming Gems 7, 2008 (a portal crossed by a
+//          ray and refined by support points).
 // Deviations: the ray is the vertical through the origin; the height at which it leaves the Minkowski difference,
 //             triangle minus hull, is the lift. The first portal is found in the horizontal plane. The ray is not a
-//             segment, so that the answer is exact: on a facet of the difference.
+//             segment, so that the refinement ends exactly on a facet of the difference.
 
 namespace {
 
@@ -83,7 +83,7 @@ public:
         size_ += hull.bounds[0] + hull.bounds[1];
     }
 
-    // Finds three points of the difference around the vertical. False where it misses the difference.
+    // Finds three points of the difference around the vertical. False if the vertical misses the difference.
     //
     // @param lowest a vertex of the hull that does not lie over the triangle
     bool open(const Eigen::Vector3d& lowest) {
@@ -123,7 +123,7 @@ public:
         return true;
     }
 
-    // Height at which the vertical leaves the difference. Minus infinity where it is proved to be at or below `floor`.
+    // Height at which the vertical leaves the difference; minus infinity once it is proved to be at most `floor`.
     double refine(double floor) {
         double value = -kInfinity;
         double bound = kInfinity;
@@ -165,14 +165,14 @@ private:
         return corners_[top] - hull_.vertex(hull_.lowest(n));
     }
 
-    // Whether the origin lies beyond the support point along a level direction, by more than rounding.
+    // Whether the origin lies beyond the support point along a horizontal direction by more than rounding.
     bool is_beside(const Eigen::Vector3d& farthest, const Eigen::Vector3d& n) const {
         const double along = n[0] * farthest[0] + n[1] * farthest[1];
         return along < -0x1p-50 * size_ * (std::abs(n[0]) + std::abs(n[1]));
     }
 
-    // Replaces the corner for which the vertical stays inside the portal by the widest margin. False where the point is
-    // a corner already, or no replacement keeps the vertical inside.
+    // Replaces the corner for which the vertical stays inside the portal with the largest margin. False if the point is
+    // a corner already, or if no replacement keeps the vertical inside.
     bool take(const Eigen::Vector3d& p) {
         if (p == corner_[0] || p == corner_[1] || p == corner_[2]) return false;
         double best = -kInfinity;
@@ -200,14 +200,15 @@ private:
     std::array<Eigen::Vector3d, 3> corners_;  ///< of the triangle, relative to the hull's centre
     std::array<Eigen::Vector3d, 3> corner_;   ///< of the portal
     double size_ = 0.0;                       ///< scale of rounding errors, metres
-    double side_ = 1.0;                       ///< -1 where mirrored
+    double side_ = 1.0;                       ///< -1 if mirrored
 };
 
 }  // namespace
 
 double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
                          const Triangle& triangle, double floor) {
-    // The support point against the triangle's normal is an upper bound, and exact where it lies over the triangle.
+    // The support point against the triangle's normal gives an upper bound, which is exact if the point lies over the
+    // triangle.
     const TrianglePlane plane(triangle);
     const Eigen::Vector3d lowest = hull.vertex(hull.lowest(triangle.normal));
     const Eigen::Vector3d placed = lowest + centre;

@@ -64,7 +64,7 @@ LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
       column_(other.column_),
       row_(other.row_),
       base_(other.base_) {
-    // Beyond this no cell and no height can lie.
+    // No cell or height lies beyond this.
     constexpr double kFar = 0x1p40;
     const auto steps = [&](double p, double step) {
         return static_cast<std::int64_t>(std::floor(std::clamp(p / step, -kFar, kFar)));
@@ -91,7 +91,7 @@ CellRange LocalGround::cells(double west, double south, double east, double nort
           north >= limit_south)) {
         return none;
     }
-    // A rectangle whose western side lies on a lattice line meets the cells to the west of it too.
+    // A rectangle with its western side on a lattice line also touches the cells to the west.
     const auto first = [this](double p) {
         return static_cast<std::int64_t>(std::ceil(p / spacing_)) - 1;
     };
@@ -111,7 +111,7 @@ const GroundWindow* LocalGround::window(const CellRange& cells, int ring) const 
     const auto widened = [&](int by) {
         return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
     };
-    // Always read with a ring: the next query may need it.
+    // Always reads a ring, which the next query may need.
     if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
         return nullptr;
     }
@@ -149,7 +149,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
 std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
                                                     bool is_south) const {
     const auto at = [&](int i, int j) { return vertex(window, i, j); };
-    // The two ends of the diagonal, and the corner on that side.
+    // The two ends of the diagonal and the corner on the chosen side.
     if (window.is_cut_to_north_east(column, row)) {
         const Eigen::Vector3d from = at(column, row), to = at(column + 1, row + 1);
         if (is_south) return {from, at(column + 1, row), to};
@@ -185,7 +185,7 @@ struct LatticeIndex {
 
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                        const Eigen::Vector3d& n) {
-    // A neighbour counts as above the plane from this height on, metres.
+    // Height from which a neighbour counts as above the plane, metres.
     const double slack = 1e-10 * local.spacing();
     std::array<LatticeIndex, 3> top;
     std::size_t count = 0;
@@ -209,7 +209,7 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
             return is_below({top[0].column + dx, top[0].row}) &&
                    is_below({top[0].column, top[0].row + dy});
         }
-        // A side of two cells: each triangle's third corner lies across from the odd end.
+        // A side between two cells: the third corner of each triangle lies across from the odd end.
         const bool first_is_odd = ((top[0].column + top[0].row) & 1) != 0;
         const LatticeIndex odd = first_is_odd ? top[0] : top[1];
         const LatticeIndex low{std::min(top[0].column, top[1].column),

@@ -20,7 +20,7 @@ struct WindowSlopes {
     double x, y;
 };
 
-/// The largest lift over a window, and the triangle that it is over: on the southern or northern side of a cell.
+/// The largest lift over a window, and the triangle that attains it: the southern or northern one of a cell.
 struct WindowLift {
     double lift = -std::numeric_limits<double>::infinity();
     int column = 0, row = 0;
@@ -40,7 +40,7 @@ struct GroundWindow {
     bool is_odd = false;   ///< whether column + row of the south-western corner is odd
     bool is_full = false;  ///< whether all cells are ground
     double high = 0.0;     ///< highest corner, metres
-    std::array<std::uint32_t, kMostCells> ground;  ///< a bit per cell: is it ground
+    std::array<std::uint32_t, kMostCells> ground;  ///< a bit per cell: set if ground
     std::array<double, static_cast<std::size_t>(kStride) * kStride>
         z;  ///< heights of corners, row by row
 
@@ -76,9 +76,9 @@ struct GroundWindow {
     /// Whether all cells of a range are ground. Requires holds(range).
     bool is_ground(const CellRange& range) const;
 
-    /// Reads the heights of a range of cells. False where it is empty or more than kMostCells along a side.
+    /// Reads the heights of a range of cells. False if it is empty or has more than kMostCells along a side.
     ///
-    /// @param base    height that z is 0 at, quanta
+    /// @param base    height of z = 0, quanta
     /// @param quantum metres
     bool read(GroundReader& reader, const CellRange& range, std::int64_t base, double quantum);
 };
@@ -96,7 +96,7 @@ inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b
     return {{a, b, c}, n / length(n)};
 }
 
-/// Whether the projection of a point onto a triangle's plane lies in the triangle, with a tolerance so that a point
+/// Whether the projection of a point onto a triangle's plane lies in the triangle, with a tolerance, so that a point
 /// over an edge is over at least one of the two faces.
 inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -107,21 +107,21 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     return true;
 }
 
-/// The vertical prism over a rectangle of cells and below `high`: contains the ground there. The surface is nowhere
-/// below `low`. Metres, local frame.
+/// The vertical prism over a rectangle of cells and below `high`, which contains the ground there. The surface is
+/// nowhere below `low`. Metres, local frame.
 struct CellPrism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
     double low = -std::numeric_limits<double>::infinity();
 };
 
-/// The ground in a local frame whose origin is a lattice point near the query. Lattice integers are subtracted before
-/// they become lengths, so that results do not depend on where in the world the query is.
+/// The ground in a local frame whose origin is a lattice point near the query. Lattice indices are subtracted as
+/// integers before conversion to lengths, so that results do not depend on the position in the world.
 ///
 /// Threads: one; each query makes its own
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
-    /// The same ground in a frame near a point of another frame, whole cells and quanta away from it.
+    /// The same ground in a frame near a point of `other`, offset from it by whole cells and quanta.
     LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
     LocalGround(const LocalGround&) = delete;
     LocalGround& operator=(const LocalGround&) = delete;
@@ -132,10 +132,10 @@ public:
     double inverse_spacing() const { return inverse_spacing_; }
     const Ground& ground() const { return reader_.ground(); }
 
-    /// Cells that a closed rectangle meets, clamped to the ground's extent and one cell around it.
+    /// Cells that a closed rectangle intersects, clamped to the ground's extent plus a border of one cell.
     CellRange cells(double west, double south, double east, double north) const;
 
-    /// The prism over a range of cells whose heights are between two, quanta.
+    /// The prism over a range of cells with heights between `low` and `high`, quanta.
     CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
     /// The prism over a cell of a window.
     CellPrism cell_prism(const GroundWindow& window, int column, int row) const {
@@ -146,8 +146,8 @@ public:
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
-    /// A window that holds a range of cells and `ring` more on each side, valid until the next call; null where they
-    /// are too many, or a cell of the range is not ground or not resident.
+    /// A window over a range of cells and `ring` more on each side, valid until the next call; null if these are too
+    /// many, or if a cell of the range is not ground or not resident.
     ///
     /// @param ring 0 or 1
     const GroundWindow* window(const CellRange& cells, int ring) const;
@@ -161,7 +161,7 @@ public:
     }
     /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) in chunks that are partly ground
     bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
-    /// A vertex of the contact surface; false where none of the cells around it is ground and resident.
+    /// Finds a vertex of the contact surface; false if none of the cells around it is ground and resident.
     bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
     /// Largest error_m of the cells of a range that are ground and resident, metres.
     double error(const CellRange& cells) const;
@@ -173,7 +173,7 @@ public:
     Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
         return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
     }
-    /// The southern or northern triangle of a window's cell; corners() is without the normal.
+    /// The southern or northern triangle of a window's cell; corners() omits the normal.
     Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
         const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
         return make_triangle(v[0], v[1], v[2]);
@@ -196,7 +196,7 @@ public:
         return row_ + static_cast<std::int64_t>(std::floor(y / spacing_ + 0.5));
     }
     double z(std::int32_t height) const { return quantum_ * static_cast<double>(height - base_); }
-    /// Cells that lifts over ranges too large for a window have tested, by which searches limit their work.
+    /// Number of cells tested by lifts over ranges too large for a window; searches use it to limit their work.
     std::int64_t cells_tested() const { return cells_tested_; }
     void add_cells_tested(std::int64_t count) const { cells_tested_ += count; }
 
@@ -217,13 +217,13 @@ private:
     WorldPos origin_world_;
 };
 
-/// Visits the cells of a range, top down through blocks of 2^k cells whose height ranges are known. The visitor has
-///   bool wants(const CellPrism&)                whether to visit what is inside
+/// Visits the cells of a range top down, through blocks of 2^k cells with known height ranges. The visitor has
+///   bool wants(const CellPrism&)                whether to visit the cells inside
 ///   void take(const GroundCell&, column, row)   a cell that is ground
-///   bool miss(const CellPrism&)                 a cell that is not resident, with the bounds known of its height;
-///                                               the traversal stops if false
+///   bool miss(const CellPrism&)                 a cell that is not resident, with its known height bounds; false
+///                                               stops the traversal
 /// and may have
-///   bool take_square(const CellRange&)          at most 16 x 16 cells at once; visited one by one if false
+///   bool take_square(const CellRange&)          at most 16 x 16 cells at once; false: visit them one by one
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
     constexpr std::int64_t kFew = 4;  // cells along a side: visited without blocks
@@ -325,7 +325,7 @@ inline double left_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
     return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
 }
 
-/// Whether a point lies over or below a triangle, seen from above.
+/// Whether a point lies inside a triangle in plan.
 inline bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
     return left_of(triangle.v[0], triangle.v[1], p) >= 0.0 &&
            left_of(triangle.v[1], triangle.v[2], p) >= 0.0 &&
@@ -336,8 +336,8 @@ inline bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
 inline constexpr int kChunkLog2 = 7;
 static_assert(1 << kChunkLog2 == kChunkCells);
 
-/// Visits the solids of the chunks that a range of cells overlaps, with the part of the range in the chunk, cells
-/// counted from its corner: take(const SolidSurface&, const CellRange& in_chunk).
+/// Visits the volume surfaces of the chunks that a range of cells overlaps, each with the part of the range in that
+/// chunk, counted from the chunk's corner: take(const SolidSurface&, const CellRange& in_chunk).
 template <class Take>
 void visit_solids(const Ground& ground, const CellRange& cells, Take&& take) {
     constexpr std::int64_t kLast = kChunkCells - 1;
@@ -355,9 +355,10 @@ void visit_solids(const Ground& ground, const CellRange& cells, Take&& take) {
     }
 }
 
-/// Whether a unit direction lies in the ground's normal cone at the feature of a triangle that is highest along it: a
-/// face has only its own normal; the cone of an edge or a corner has the directions along which no vertex around it is
-/// higher. Where the ground ends only face normals count, because its sides are no surface.
+/// Whether a unit direction lies in the ground's normal cone at the feature of a triangle that is highest along it: the
+/// cone of a face is its normal; the cone of an edge or vertex consists of the directions along which no surrounding
+/// vertex is higher. At the border of the ground only face normals count, because its sides are not part of the
+/// surface.
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                        const Eigen::Vector3d& n);
 

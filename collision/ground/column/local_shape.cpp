@@ -10,10 +10,10 @@
 namespace terrane::internal {
 namespace {
 
-// Least downward component of the normal of a face that bounds the hull from below better than its AABB does.
+// Smallest downward component of a face normal for which the face bounds the hull from below better than its AABB.
 constexpr double kSteep = 1e-3;
 
-/// Visits the faces around a vertex; each comes up twice.
+/// Visits the faces around a vertex, each of them twice.
 template <class Visit>
 void visit_faces_around(const Polyhedron& shape, std::uint32_t vertex, Visit visit) {
     for (std::uint32_t k = shape.first_neighbour[vertex]; k < shape.first_neighbour[vertex + 1];
@@ -26,7 +26,7 @@ void visit_faces_around(const Polyhedron& shape, std::uint32_t vertex, Visit vis
 }
 
 void add_planes(LocalHull& hull) {
-    // The faces around the lowest vertex that are nearest to level.
+    // The most nearly horizontal faces around the lowest vertex.
     constexpr std::size_t kFaces = 4;
     const Polyhedron& shape = *hull.shape;
     const Eigen::Vector3d down = hull.to_body(-Eigen::Vector3d::UnitZ());
@@ -53,9 +53,9 @@ void add_planes(LocalHull& hull) {
         hull.planes[hull.plane_count++] = {n, face.offset + dot(n, hull.middle)};
     }
     hull.face_count = count;
-    // Four fixed slopes, which bound rounded hulls well.
+    // Four planes of fixed slope, which bound rounded hulls well.
     constexpr double kAcross = 0.36;
-    constexpr double kUp = 0.8606974497462901;  // so that (kAcross, kAcross, kUp) is a unit vector
+    constexpr double kUp = 0.8606974497462901;  // makes (kAcross, kAcross, kUp) a unit vector
     for (const double x : {-kAcross, kAcross}) {
         for (const double y : {-kAcross, kAcross}) {
             const Eigen::Vector3d n(x, y, kUp);
@@ -64,9 +64,9 @@ void add_planes(LocalHull& hull) {
     }
 }
 
-// Finds the strip along the line between two vertices, the extremes along the longer side of the bounding box.
+// Sets the strip along the line between two vertices, the extremes along the longer side of the bounding box.
 void set_strip(LocalHull& hull, std::uint32_t from, std::uint32_t to) {
-    constexpr double kNarrow = 0.25;  // share of the length
+    constexpr double kNarrow = 0.25;  // relative to the length
     const Eigen::Vector3d along = hull.vertex(to) - hull.vertex(from);
     const Eigen::Vector3d across(-along[1], along[0], 0.0);
     const double low = dot(across, hull.vertex(hull.lowest(across)));
@@ -236,7 +236,7 @@ DeepestPoint LocalShape::deepest(const Eigen::Vector3d& n) const {
 }
 
 ShapeFeature LocalShape::core_feature(const Eigen::Vector3d& on_core) const {
-    constexpr double kEnd = 1.0 - 1e-9;  // share of the distance from the centre to an end
+    constexpr double kEnd = 1.0 - 1e-9;  // fraction of the distance from the centre to an end
     if (!has_core()) return {0, 0};
     const double along = dot(on_core - centre, core) / dot(core, core);
     if (along >= kEnd) return {1, 1};
@@ -307,7 +307,7 @@ Eigen::Vector3d LocalBody::around(const Eigen::Vector3d& half) const {
         bounds[i] = std::abs(rotation_(i, 0)) * half[0] + std::abs(rotation_(i, 1)) * half[1] +
                     std::abs(rotation_(i, 2)) * half[2];
     }
-    // Slightly wider, for the rounding of parts and their bounds.
+    // Slightly wider, to cover the rounding of parts and their bounds.
     constexpr double kHair = 1e-12;
     return bounds + Eigen::Vector3d::Constant(kHair * (1.0 + compound_->bounding_radius));
 }

@@ -30,34 +30,35 @@ struct LocalHull {
     Eigen::Vector3d middle;  ///< from the body's origin
     Eigen::Vector3d bounds;  ///< half extents of the bounding box
     static constexpr std::size_t kMostPlanes = 8;
-    std::array<Plane, kMostPlanes> planes;  ///< faces around the lowest vertex, then fixed slopes
+    std::array<Plane, kMostPlanes>
+        planes;  ///< faces around the lowest vertex, then planes of fixed slopes
     std::size_t plane_count = 0;
     std::size_t face_count = 0;  ///< planes that are faces; they come first
-    Strip strip;                 ///< that holds the outline seen from above
+    Strip strip;                 ///< contains the outline in plan
     bool is_narrow = false;      ///< whether the strip is much narrower than the outline is long
 
     Eigen::Vector3d to_body(const Eigen::Vector3d& n) const { return rotated_back(rotation, n); }
     Eigen::Vector3d vertex(std::uint32_t i) const {
         return rotated(rotation, shape->vertices[i]) - middle;
     }
-    /// The vertex that is farthest against a direction of any length.
+    /// The support vertex against a direction of any length.
     std::uint32_t lowest(const Eigen::Vector3d& n) const {
         return find_extreme(*shape, -to_body(n));
     }
-    /// How far the hull reaches against a direction from its middle, times the direction's length.
+    /// Extent of the hull from its middle against a direction, times the direction's length.
     double drop(const Eigen::Vector3d& n) const { return -dot(n, vertex(lowest(n))); }
 };
 
 /// @param rotation orthonormal to 1e-6
 void make_local_hull(const ConvexHull& hull, const Eigen::Matrix3d& rotation, LocalHull& hull_out);
 
-/// The edge between two vertices; null where they share none. Cost: O(log edges)
+/// The edge between two vertices, or null. Cost: O(log edges)
 const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std::uint32_t b);
 
-/// The feature that is farthest against a unit direction; an edge or a face where it is perpendicular to the direction
-/// within 1e-9.
+/// The support feature against a unit direction: an edge or a face if it is perpendicular to the direction within 1e-9,
+/// else a vertex.
 ///
-/// @param middle_out of the feature, relative to the hull's middle
+/// @param middle_out middle of the feature, relative to the hull's middle
 ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
                           Eigen::Vector3d& middle_out);
 
@@ -67,14 +68,14 @@ enum class ShapeKind {
     hull,
 };
 
-/// The point of a shape that is farthest against a direction, and its feature.
+/// The support point of a shape against a direction, and its feature.
 struct DeepestPoint {
     Eigen::Vector3d point;
     ShapeFeature feature;
 };
 
-/// A convex shape in a local frame, in world axes. A sphere is a capsule whose core is a point. All but hulls are
-/// symmetric about their centre.
+/// A convex shape in a local frame with world axes. A sphere is a capsule whose core is a point. All shapes but hulls
+/// are symmetric about their centre.
 struct LocalShape {
     ShapeKind kind = ShapeKind::round;
     double radius = 0.0;  ///< round
@@ -89,7 +90,7 @@ struct LocalShape {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from the body's origin to the centre
     double smallest = 0.0;                             ///< smallest half extent, metres
 
-    /// How far the shape reaches from its centre against a unit direction, metres.
+    /// Extent of the shape from its centre against a unit direction, metres.
     double drop(const Eigen::Vector3d& n) const {
         if (kind == ShapeKind::round) return radius + std::abs(dot(n, core));
         if (kind == ShapeKind::hull) return hull->drop(n);
@@ -103,11 +104,11 @@ struct LocalShape {
     Eigen::Vector3d corner(int index) const {
         return centre + corners[static_cast<std::size_t>(index)];
     }
-    /// Of a box's two face normals along an axis, the one with z >= 0.
+    /// The face normal of a box along an axis that has z >= 0.
     Eigen::Vector3d up(std::size_t axis) const {
         return axes[axis][2] < 0.0 ? Eigen::Vector3d(-axes[axis]) : axes[axis];
     }
-    /// The axis of a box that is nearest to parallel to a direction.
+    /// The axis of a box that is most nearly parallel to a direction.
     std::size_t nearest_axis(const Eigen::Vector3d& n) const {
         std::size_t nearest = 0;
         for (std::size_t i = 1; i < 3; ++i) {
@@ -121,8 +122,8 @@ struct LocalShape {
     bool has_core() const { return dot(core, core) > 0.0; }
 };
 
-/// Visits planes that bound a box or hull from below, `take(normal, drop)`: its points p have
-/// normal . (p - centre) >= -drop, and z of the normal is >= 0.
+/// Visits planes that bound a box or hull from below, `take(normal, drop)`: all its points p satisfy
+/// normal . (p - centre) >= -drop, and the normal has z >= 0.
 template <class Take>
 void visit_down_planes(const LocalShape& shape, Take&& take) {
     if (shape.kind == ShapeKind::box) {
@@ -143,8 +144,8 @@ template <class Convex>
 LocalShape make_local_shape(const Convex& shape, const Eigen::Matrix3d& rotation,
                             LocalHull& hull_out);
 
-/// The shape of a query in a local frame: one convex shape, or the parts of a compound, which are made one by one on
-/// demand. Neither copied nor moved, because shapes point into it.
+/// The shape of a query in a local frame: one convex shape, or the parts of a compound, which are made on demand.
+/// Neither copied nor moved, because shapes point into it.
 class LocalBody {
 public:
     LocalBody(const Shape& shape, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
@@ -152,15 +153,14 @@ public:
     LocalBody& operator=(const LocalBody&) = delete;
 
     bool is_compound() const { return compound_ != nullptr; }
-    /// The convex shape. For a compound only the centre, the bounds and the smallest half extent of all parts together
-    /// are set.
+    /// The convex shape. For a compound only the centre, bounds and smallest half extent over all parts are set.
     const LocalShape& whole() const { return whole_; }
     /// @param hull_out storage for a part that is a hull of a compound; outlives the result
     LocalShape part(std::uint32_t index, LocalHull& hull_out) const;
 
     /// Visits the parts whose bounds pass `wants`; a convex shape is its own part 0 and always visited.
     ///
-    /// @param wants bool(centre, bounds): whether to visit what is inside this box
+    /// @param wants bool(centre, bounds): whether to visit the parts inside this box
     /// @param take  void(const LocalShape&, part)
     template <class Wants, class Take>
     void visit(Wants&& wants, Take&& take) const {

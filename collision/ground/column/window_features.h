@@ -15,7 +15,7 @@ struct WindowVertex {
     int row = 0;
 };
 
-/// A range of cells of a window, counted from its south-western cell, ends included.
+/// A range of cells of a window, counted from its south-western cell, bounds inclusive.
 struct WindowCells {
     int west = 0, south = 0, east = -1, north = -1;
 
@@ -31,15 +31,15 @@ struct WindowFace {
     Eigen::Vector3d start;  ///< southern end of the cell's diagonal
     double x, y;            ///< slopes
     double square;  ///< 1 + x^2 + y^2: (vertical distance to the plane / perpendicular distance)^2
-    bool is_even;   ///< whether the diagonal runs to the north-east
+    bool is_even;   ///< whether the diagonal runs from south-west to north-east
 
-    /// Height of a point over the plane, along the vertical, metres.
+    /// Vertical height of a point above the plane, metres.
     double above(const Eigen::Vector3d& p) const {
         return (p[2] - start[2]) - (x * (p[0] - start[0]) + y * (p[1] - start[1]));
     }
-    /// False where the projection of a point onto the plane lies outside the cell by more than rounding.
+    /// False if the projection of a point onto the plane lies outside the cell by more than rounding.
     ///
-    /// @param above of the point, from above()
+    /// @param above above() of the point
     bool may_have_foot(const Eigen::Vector3d& p, double above, double spacing) const {
         const double slack = 1e-9 * spacing;
         const double along = above / square;
@@ -61,8 +61,8 @@ inline WindowFace make_window_face(const LocalGround& local, const GroundWindow&
             is_even};
 }
 
-/// Outcodes of a window's vertices: each bit says that a vertex is beyond a plane. An edge or triangle whose vertices
-/// share a bit is beyond that plane.
+/// Outcodes of a window's vertices: each bit marks a vertex beyond one plane. An edge or triangle whose vertices share
+/// a bit is beyond that plane.
 struct WindowCodes {
     std::array<std::uint8_t,
                static_cast<std::size_t>(GroundWindow::kStride) * GroundWindow::kStride>
@@ -72,9 +72,9 @@ struct WindowCodes {
     std::uint8_t at(int column, int row) const { return bits[GroundWindow::index(column, row)]; }
 };
 
-/// Visits the southern and western sides and the diagonals of a rectangle of cells where the ground is convex and the
-/// outcodes of the two ends share no bit; sides where the ground ends are left out. The window must hold one more cell
-/// on each side.
+/// Visits the convex edges of a rectangle of cells, among the southern and western sides and the diagonals, whose ends
+/// share no outcode bit. Sides on the border of the ground are skipped. The window must hold one more cell on each
+/// side.
 ///
 /// @param take void(from, to, left, right), with the third corners of the edge's two triangles
 template <class Take>
@@ -88,7 +88,7 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
         for (int column = cells.west; column <= cells.east; ++column) {
             const unsigned here = codes.at(column, row);
             const bool is_even = window.is_cut_to_north_east(column, row);
-            // The third corners are opposite each other across a side's odd end, and across a diagonal's middle.
+            // The third corners lie opposite each other: about the odd end of a side, about the middle of a diagonal.
             if ((here & codes.at(column + 1, row)) == 0) {
                 const int odd = is_even ? column + 1 : column;
                 const double across = window.at(odd, row + 1) + window.at(odd, row - 1);
@@ -120,8 +120,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
     }
 }
 
-/// Whether no neighbour of a vertex is higher along a direction by more than `slack` metres. False where the ground
-/// ends, because only faces have contacts there.
+/// Whether no neighbour of a vertex is higher along a direction by more than `slack` metres. False at the border of the
+/// ground, where only faces have contacts.
 ///
 /// @param spacing of the window's cells, metres
 inline bool is_top(const GroundWindow& window, const WindowVertex& at, double spacing,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Ground minus underside of the box is piecewise linear in x and y, so that its largest value is at a vertex of the
-// ground, at a corner of the box, or where an edge of the box crosses an edge of the ground seen from above. Edges of
-// the ground lie on four families of lines: of constant x, of constant y, and, two cells apart, of constant x - y and
-// x + y (see cut_to_north_east).
+// Lift of a box: ground minus underside of the box is piecewise linear in x and y, so that its maximum is at a vertex
+// of the ground, at a corner of the box, or at a crossing in plan of an edge of the box with an edge of the ground.
+// Edges of the ground lie on four families of lines: constant x, constant y, and, two cells apart, constant x - y and
+// constant x + y (see cut_to_north_east()).
 #include "ground/column/window_lift.h"
 
 #include "ground/column/column.h"
@@ -59,7 +59,7 @@ private:
         y_ = y;
     }
 
-    // Vertices of the cells under or over the box.
+    // Finds the vertices of the cells under or over the box.
     void make_ranges() {
         double west = corners_[0].x, east = west, south = corners_[0].y, north = south;
         for (const WindowPoint& point : corners_) {
@@ -74,7 +74,7 @@ private:
         last_row_ = cell_of(north, window_.rows) + 1;
     }
 
-    // Lift at vertices of the ground: the vertical through each, cut by the box's slabs.
+    // Lift at vertices of the ground: the vertical line through each, clipped by the slabs of the box.
     void take_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
@@ -130,7 +130,7 @@ private:
             const int up1 = up_of(j1);
             for (int k = 0; k < 8; ++k) {
                 if ((k >> i & 1) != 0) continue;
-                // An edge between two faces that point up is not on the underside.
+                // An edge between two upward faces is not on the underside.
                 if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
                 const WindowPoint& from = corners_[static_cast<std::size_t>(k)];
                 const WindowPoint& to = corners_[static_cast<std::size_t>(k | 1 << i)];
@@ -139,7 +139,7 @@ private:
         }
     }
 
-    // Only the part of an edge that is low enough to give more than the lift so far.
+    // Tests only the part of an edge that is low enough to exceed the best lift so far.
     void take_low_part(WindowPoint from, WindowPoint to) {
         if (from.z > to.z) std::swap(from, to);
         const double rise = window_.high - limit_ - from.z;
@@ -209,7 +209,7 @@ private:
         if (static_cast<double>(line) < low) ++line;
         if (step == 2 && ((line & 1) != odd)) ++line;
         if (static_cast<double>(line) > high) return;
-        // An edge that runs along a line has no crossings with it; its ends cross the other families.
+        // An edge parallel to this family has no crossings with it; the other families cover its ends.
         if (!(high - low > 1e-300)) return;
         const double share = 1.0 / (b - a);
         for (; static_cast<double>(line) <= high; line += step) {
@@ -229,7 +229,7 @@ private:
     BoxSlabs slabs_;
     int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
     WindowLift best_;
-    double x_ = 0.0, y_ = 0.0;  // where the best lift is, in cells
+    double x_ = 0.0, y_ = 0.0;  // position of the best lift, cells
 };
 
 }  // namespace
@@ -239,8 +239,8 @@ WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corn
     return BoxScan(window, corner, spacing, box, floor, enough).run();
 }
 
-// The lift over a face is bounded by that over its plane, which is cheap; the rims of faces whose bounds exceed the
-// best lift come last.
+// Lift of a sphere or capsule: the lift over the plane of a face is a cheap upper bound of that over the face. The rims
+// of faces whose bounds exceed the best lift are tested last.
 
 namespace {
 
@@ -259,7 +259,7 @@ public:
           cells_(window, cells) {}
 
     WindowLift run() {
-        // The cell under the lowest point first, so that bounds exclude most others.
+        // Starts with the cell under the lowest point, so that bounds exclude most others.
         const Eigen::Vector3d p =
             shape_.deepest_point(Eigen::Vector3d::UnitZ()) - local_.corner(window_);
         const int first_column =
@@ -284,7 +284,7 @@ public:
     }
 
 private:
-    // A face beside the point where the lift over its plane is largest.
+    // A face that does not contain the point of largest lift over its plane.
     struct OpenFace {
         double bound;
         double most_x, most_y;  // that point

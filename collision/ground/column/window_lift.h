@@ -12,8 +12,8 @@
 
 namespace terrane::internal {
 
-/// The intersection of verticals with a box, as that of three slabs between opposite faces. Faces that are upright
-/// within rounding are sides: they contain all of a vertical or nothing.
+/// Intersection of vertical lines with a box, as the intersection of three slabs between opposite faces. Slabs that are
+/// vertical within rounding are sides: they contain a vertical line entirely or not at all.
 class BoxSlabs {
 public:
     struct Slab {
@@ -21,8 +21,8 @@ public:
         double x, y;       ///< slopes of the planes, metres per unit
     };
 
-    /// @param origin of x and y; its z is not used
-    /// @param unit   of x and y, metres
+    /// @param origin origin of x and y; its z is not used
+    /// @param unit   unit of x and y, metres
     BoxSlabs(const LocalShape& box, const Eigen::Vector3d& origin, double unit) {
         const Eigen::Vector3d centre = box.centre - origin;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -41,7 +41,7 @@ public:
         }
     }
 
-    /// The slabs cut by the line of constant y: slopes along x.
+    /// The slabs along the line of constant y, as functions of x.
     std::array<Slab, 3> along(double y) const {
         std::array<Slab, 3> slabs = slabs_;
         for (Slab& slab : slabs) {
@@ -50,7 +50,7 @@ public:
         }
         return slabs;
     }
-    /// Lowest and highest z of the box at x of such a line; it is missed where low > high.
+    /// Lowest and highest z of the box at x on such a line; the box is missed if low > high.
     static double low(const std::array<Slab, 3>& slabs, double x) {
         return std::max({slabs[0].low + slabs[0].x * x, slabs[1].low + slabs[1].x * x,
                          slabs[2].low + slabs[2].x * x});
@@ -59,7 +59,7 @@ public:
         return std::min({slabs[0].high + slabs[0].x * x, slabs[1].high + slabs[1].x * x,
                          slabs[2].high + slabs[2].x * x});
     }
-    /// Whether a vertical is inside all upright slabs.
+    /// Whether a vertical line is inside all vertical slabs.
     bool is_between_sides(double x, double y) const {
         for (std::size_t i = 0; i < side_count_; ++i) {
             const Side& side = sides_[i];
@@ -79,15 +79,15 @@ private:
     std::size_t side_count_ = 0;
 };
 
-/// Lift of a box whose bounds lie within a window. Lifts up to `floor` need not be found; any lift above `enough` may
-/// be returned.
+/// Lift of a box whose bounds lie within a window. A lift of at most `floor` need not be found; any lift above `enough`
+/// may be returned.
 ///
 /// @param corner  south-western corner of the window, in the frame of the box; z is not used
 /// @param spacing of the window's cells, metres
 WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
                          const LocalShape& box, double floor, double enough);
 
-/// Lift of a sphere or capsule over the cells of a range inside a window. Lifts up to `floor` need not be found; any
+/// Lift of a sphere or capsule over a range of cells inside a window. A lift of at most `floor` need not be found; any
 /// lift above `enough` may be returned.
 WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
                            const CellRange& cells, const LocalShape& shape, double floor,

@@ -48,12 +48,12 @@ struct NearestVisitor {
     }
 };
 
-// The nearest of one shape within a distance.
+// The nearest point to one shape within a distance.
 Nearest find_within(const LocalGround& local, const LocalShape& shape, double reach) {
     NearestVisitor visitor{local, shape, reach, {}};
     const Eigen::Vector3d low = shape.centre - shape.bounds;
     const Eigen::Vector3d high = shape.centre + shape.bounds;
-    // The cell under the lowest point first, so that bounds exclude most others.
+    // Starts with the cell under the lowest point, so that bounds exclude most others.
     const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
@@ -106,7 +106,7 @@ ClosestPair find_closest(const LocalShape& shape, const Triangle& triangle) {
 }
 
 Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance) {
-    // Ever larger distances, so that a far limit costs nothing where the ground is near.
+    // Searches in increasing distances, so that a large limit costs nothing if the ground is near.
     double reach = std::min(max_distance, local.spacing());
     for (;;) {
         const Nearest nearest = find_within(local, body, reach);
@@ -157,8 +157,8 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 std::size_t reduce(std::span<Contact> patch) {
     constexpr double kSamePosition = 1e-20;  // square metres
     constexpr double kSameDepth = 1e-12;     // metres
-    // Of those as deep as the deepest within rounding, the first by position: an outermost one, so that the result does
-    // not depend on where the edges of the ground are.
+    // Of the contacts as deep as the deepest within rounding, the first by position: an outermost one, so that the
+    // result does not depend on the position of the ground's edges.
     std::size_t first = 0;
     for (std::size_t i = 1; i < patch.size(); ++i) {
         if (patch[i].depth < patch[0].depth - kSameDepth) break;
@@ -201,12 +201,12 @@ std::size_t reduce(std::span<Contact> patch) {
     return kept;
 }
 
-// Whether a shape is paired with the features of a window; else with one triangle after the other.
+// Whether a shape is paired with the features of a window; otherwise it is paired with one triangle at a time.
 bool is_paired_by_feature(const LocalShape& shape) {
     return shape.kind == ShapeKind::box || (shape.kind == ShapeKind::round && shape.radius > kThin);
 }
 
-// Finds contacts of such a shape with cells of a window.
+// Finds the contacts of such a shape with cells of a window.
 void find_window_patches(const LocalGround& local, const GroundWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                          const Eigen::Vector3d& translation, double margin, double reach,
@@ -231,7 +231,7 @@ struct PatchVisitor {
     double error_m = 0.0;
     bool is_missing = false;
 
-    // Beyond the margin of the untranslated shape there are no contacts.
+    // There are no contacts beyond the margin of the untranslated shape.
     bool wants(const CellPrism& prism) const {
         return bound_distance(shape, prism) <= margin && bound_distance(moved, prism) <= reach;
     }
@@ -257,7 +257,7 @@ struct PatchVisitor {
     }
 };
 
-// Finds the contacts of one convex shape; false where a cell in reach is not resident.
+// Finds the contacts of one convex shape. False if a cell in reach is not resident.
 bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32_t part,
                   const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
                   double& error_out) {
@@ -267,7 +267,7 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
         local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
     const GroundWindow* const window = local.window(cells, 1);
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
-    // Of a deep overlap only what is near the translated shape matters.
+    // For a deep overlap, only ground near the translated shape matters.
     const double reach = margin + std::min(length(translation), kDeep * shape.smallest);
     if (window != nullptr && is_paired_by_feature(shape)) {
         find_window_patches(local, *window, cells, shape, part, translation, margin, reach,
@@ -290,7 +290,7 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
 void ContactPatches::add(const Contact& contact) {
     if (count_ == kMost) {
         merge();
-        // Too many normals: the deepest half stays.
+        // Too many normals: keeps the deepest half.
         count_ = std::min(count_, kMost / 2);
     }
     std::construct_at(&contacts_[count_++], contact);

@@ -23,8 +23,8 @@ inline Contact make_contact(const Eigen::Vector3d& point, const Eigen::Vector3d&
     return contact;
 }
 
-/// Contacts in a local frame, merged as they are added: contacts with nearly the same normal are a patch, and a patch
-/// keeps its deepest point and up to three more that span the largest area.
+/// Contacts in a local frame, merged as they are added: contacts with nearly equal normals form a patch, which keeps
+/// its deepest point and up to three more that span the largest area.
 class ContactPatches {
 public:
     ContactPatches() {}
@@ -47,22 +47,22 @@ private:
     std::size_t count_ = 0;
 };
 
-/// find_contacts() of a shape that is known not to penetrate the ground. Cheaper: its lift is not computed, and the
-/// answer has an upper bound of it, 0.
+/// find_contacts() for a shape that is known not to penetrate the ground. Cheaper, because the lift is not computed:
+/// the answer contains its upper bound 0.
 ContactAnswer find_separated_contacts(const Shape& shape, const Pose& world_from_shape,
                                       const Ground& ground, double margin,
                                       std::span<Contact> contacts_out);
 
-/// Finds all contacts of a body. Features are paired where the body is separated, after a translation, and depths are
-/// counted back from there.
+/// Finds all contacts of a body. Features are paired after a separating translation, and depths are counted back from
+/// there.
 ///
-/// @param translation separates the body. Zero is valid for an overlapping round shape whose core is clear of the
-///                    ground: features are then paired by the distance from the ground to the core
+/// @param translation separates the body. May be zero for an overlapping round shape whose core is clear of the ground:
+///                    features are then paired by the distance from the ground to the core
 /// @param margin      gaps up to this are contacts too, metres
-/// @param patches     gets the contacts at the untranslated pose, in the local frame
+/// @param patches     receives the contacts at the untranslated pose, in the local frame
 /// @param error_out   raised to the largest error_m of the cells tested
 ///
-/// Returns false where a cell in reach is not resident.
+/// Returns false if a cell in reach is not resident.
 bool find_patches(const LocalGround& local, const LocalBody& body,
                   const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
                   double& error_out);
@@ -76,18 +76,18 @@ struct Nearest {
     bool is_missing = false;                            ///< a nearer cell is not resident
     double error_m = 0.0;
     std::uint32_t part = 0;  ///< of a compound; else 0
-    Triangle triangle;       ///< that it is closest to
+    Triangle triangle;       ///< the closest triangle
 };
 
-/// The nearest over all parts of a body. Requires that it is separated.
+/// The nearest point over all parts of a body, which must be separated.
 Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max_distance);
 
-/// Adds the nearest points of a separated body as a contact, if they are within the margin and not at the ground's
-/// border. False where a cell in reach is not resident.
+/// Adds the nearest points of a separated body as a contact if they are within the margin and not at the border of the
+/// ground. False if a cell in reach is not resident.
 ///
-/// The pairs of features leave out an edge of the shape over a vertex of the ground, and a vertex over an edge or a
-/// vertex: next to touching, the features beside them have the same contacts, but over a gap they may be all that is
-/// near. Those of round shapes are complete.
+/// Feature pairing omits edges of the shape over vertices of the ground, and vertices over edges or vertices. Near
+/// touching, adjacent features give the same contacts, but across a gap the omitted pairs may be the only near ones.
+/// For round shapes the pairing is complete.
 bool add_nearest(const LocalGround& local, const LocalBody& body, double margin,
                  ContactPatches& patches);
 

@@ -2,7 +2,7 @@
 //
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
 //          (contacts from pairs of features).
-// Deviations: features are paired where the shape is *separated*, so that every normal is one of a contact there;
+// Deviations: features are paired after a *separating* translation, so that every normal is that of a contact there;
 //             depths are counted back from there.
 #include "ground/heightfield/feature_contacts.h"
 
@@ -59,7 +59,7 @@ void FeaturePairs::pair_round(const Triangle& triangle) {
         return;
     }
     if (has_face || pair.distance > 1e-9) return;
-    // A core of radius 0 that touches: any direction of the cone that separates.
+    // A touching core of radius 0: any separating direction of the cone.
     const Separation best = find_separation_in_cone(triangle);
     add(pair.on_shape - shape_.radius * best.normal, best.normal, best.gap,
         shape_.core_feature(pair.on_shape));
@@ -71,7 +71,7 @@ void FeaturePairs::pair_box(const Triangle& triangle) {
     pair_box_edges(triangle);
 }
 
-// Corners of the face of the box that is nearest to parallel to the triangle, over the triangle.
+// Corners, over the triangle, of the box face that is most nearly parallel to it.
 void FeaturePairs::pair_box_face(const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
     const std::size_t face = shape_.nearest_axis(n);
@@ -80,14 +80,14 @@ void FeaturePairs::pair_box_face(const Triangle& triangle) {
         if (((k >> face & 1) == 0) != is_down) continue;
         const Eigen::Vector3d corner = shape_.corner(k);
         const double gap = dot(n, corner - triangle.v[0]);
-        // Far below the face it belongs to another column.
+        // A corner far below the face belongs to another column.
         if (gap > reach_ || gap < -kTouch || !is_foot_inside(corner, triangle)) continue;
         const auto vertex = static_cast<std::uint32_t>(k);
         add(corner, n, gap, {vertex, vertex});
     }
 }
 
-// Corners of the triangle under the lower faces of the box.
+// Corners of the triangle below the lower faces of the box.
 void FeaturePairs::pair_box_corners(const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = shape_.axes[i];
@@ -103,7 +103,7 @@ void FeaturePairs::pair_box_corners(const Triangle& triangle) {
                 std::abs(dot(shape_.axes[k], to)) > shape_.half[static_cast<Eigen::Index>(k)]) {
                 continue;
             }
-            // Only where the corner is the triangle's highest along n.
+            // Only if the corner is the triangle's highest along n.
             if (dot(n, triangle.v[0] - v) > 1e-12 || dot(n, triangle.v[1] - v) > 1e-12 ||
                 dot(n, triangle.v[2] - v) > 1e-12) {
                 continue;
@@ -127,12 +127,12 @@ void FeaturePairs::pair_box_edges(const Triangle& triangle) {
             const Eigen::Vector3d& axis = shape_.axes[i];
             Eigen::Vector3d n = cross(axis, direction);
             const double size = length(n);
-            if (size < 1e-6) continue;  // nearly parallel: faces and corners have the same contacts
+            if (size < 1e-6) continue;  // nearly parallel: faces and corners give the same contacts
             n /= n[2] < 0.0 ? -size : size;
             if (n[2] <= 0.0) continue;
             // The edge must be the triangle's highest part along n.
             if (dot(n, triangle.v[(j + 2) % 3] - a) > 0.0) continue;
-            // The edge of the box that is farthest against n.
+            // The support edge of the box against n.
             Eigen::Vector3d p = shape_.centre;
             std::uint32_t corner = 0;
             for (std::size_t m = 0; m < 3; ++m) {
@@ -159,8 +159,8 @@ void FeaturePairs::pair_box_edges(const Triangle& triangle) {
 }
 
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4.
-// Deviations: a hull has too many features to pair them all: only its support features along the triangle's normal and
-//             along the direction between the closest points are clipped with the triangle.
+// Deviations: a hull has too many features to pair all: only its support features along the triangle's normal and along
+//             the direction between the closest points are clipped against the triangle.
 
 namespace {
 
@@ -171,7 +171,7 @@ struct TopPolygon {
         const Eigen::Vector3d ab = triangle.v[1] - a;
         const Eigen::Vector3d ac = triangle.v[2] - a;
         const std::array<Eigen::Vector3d, 3> corners = {Eigen::Vector3d::Zero(), ab, ac};
-        // Tilted by rounding only: level.
+        // Features tilted only by rounding count as level.
         const double slack = 1e-10 * std::sqrt(std::max(dot(ab, ab), dot(ac, ac)));
         for (const Eigen::Vector3d& p : corners) height = std::max(height, dot(plane.normal, p));
         for (const Eigen::Vector3d& p : corners) {
@@ -223,12 +223,12 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
     if (last > first) take(last);
 }
 
-// The direction from a triangle to the hull, corrected for the rounding of their closest points, if the gap along the
-// corrected one is larger. On a cliff of 125 km and 3 nm away the error is 3.5 milliradians.
+// The direction from a triangle to the hull, corrected for the rounding of their closest points if the correction
+// increases the gap. At 3 nm from a cliff of 125 km, the error of the uncorrected direction is 3.5 milliradians.
 Eigen::Vector3d refine_direction(const Eigen::Vector3d& direction, double distance,
                                  const LocalShape& shape, const Triangle& triangle) {
-    constexpr double kExact =
-        1e-7;  // share of the triangle's size: beyond, rounding errors are below 1e-9 radians
+    // Distance relative to the triangle's size beyond which rounding errors are below 1e-9 radians.
+    constexpr double kExact = 1e-7;
     double square = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
@@ -246,7 +246,7 @@ Eigen::Vector3d refine_direction(const Eigen::Vector3d& direction, double distan
 }  // namespace
 
 void FeaturePairs::pair_hull(const Triangle& triangle) {
-    constexpr double kFlat = 1.0 - 1e-14;  // cosine: as good as the triangle's normal
+    constexpr double kFlat = 1.0 - 1e-14;  // cosine: equal to the triangle's normal within rounding
     const ClosestPair closest = find_closest(shape_, triangle);
     if (closest.distance > reach_) return;
     const bool has_face =
@@ -272,7 +272,7 @@ void FeaturePairs::pair_hull(const Triangle& triangle) {
         shape_.deepest(nearest.normal).feature);
 }
 
-// Clips the support feature of the hull along a direction with that of the triangle. Returns the least gap found.
+// Clips the support feature of the hull along a direction against that of the triangle. Returns the smallest gap found.
 double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle) {
     const Eigen::Vector3d& origin = triangle.v[0];
     const ContactPlane plane(n);
@@ -282,12 +282,12 @@ double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& t
     double least = std::numeric_limits<double>::infinity();
     const auto take = [&](double x, double y, double height, const ShapeFeature& feature) {
         const double gap = height - top.height;
-        // Far below it belongs to another column.
+        // A point far below belongs to another column.
         if (gap > reach_ || gap < -kTouch) return;
         least = std::min(least, gap);
         add(origin + plane.at(x, y, height), n, gap, feature);
     };
-    // Where the hull reaches below the plane, only its vertices are known to be above it.
+    // If the hull reaches below the plane, only its vertices are known to be above it.
     const bool is_apart = gap_along(n, shape_, triangle) >= -kTouch;
     if (top.count == 3) {
         for (std::size_t i = 0; i < of_hull.count; ++i) {

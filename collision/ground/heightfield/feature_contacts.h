@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-/// Pairs the features of a separated shape with those of one triangle after the other.
+/// Pairs the features of a separated shape with those of one triangle at a time.
 class FeaturePairs {
 public:
     /// @param shape       after the translation, separated
@@ -21,7 +21,7 @@ public:
           translation_(translation),
           reach_(reach),
           margin_(margin),
-          // Without a translation a round shape overlaps, down to its core.
+          // Without a translation, a round shape may overlap down to its core.
           least_(shape.kind == ShapeKind::round && length(translation) == 0.0 ? -shape.radius
                                                                               : -kTouch),
           part_(part),
@@ -39,7 +39,7 @@ private:
     void pair_hull(const Triangle& triangle);
     double pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle);
 
-    /// The axis of the largest gap within the ground's normal cone.
+    /// The axis with the largest gap within the ground's normal cone.
     Separation find_separation_in_cone(const Triangle& triangle) const;
     void add(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& n, double gap,
              const ShapeFeature& feature);
@@ -49,36 +49,36 @@ private:
     Eigen::Vector3d translation_;
     double reach_;
     double margin_;
-    double least_;  ///< gaps down to this are paired, metres
+    double least_;  ///< smallest gap that is paired, metres
     std::uint32_t part_;
     ContactPatches& patches_;
 };
 
-/// Finds the contacts of a box with some cells, as find_patches() does: with their faces, southern and western sides,
-/// diagonals and south-western corners.
+/// Finds the contacts of a box with some cells, as find_patches() does: with the faces, southern and western sides,
+/// diagonals and south-western corners of the cells.
 ///
 /// @param window      holds the cells and one more on each side
-/// @param cells       all that the box's bounds and the margin meet, or some of them
+/// @param cells       all cells under the box's bounds widened by the margin, or some of them
 /// @param translation separates the box
-/// @param reach       features are paired where the gap of the translated box is up to this, metres
+/// @param reach       largest gap of the translated box at which features are paired, metres
 void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
                       const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
                       double margin, double reach, ContactPatches& patches);
 
-/// Finds the contacts of a sphere or capsule with some cells, as find_patches() does: with their faces, southern and
-/// western sides, diagonals and south-western corners.
+/// Finds the contacts of a sphere or capsule with some cells, as find_patches() does: with the faces, southern and
+/// western sides, diagonals and south-western corners of the cells.
 ///
 /// @param window      holds the cells and one more on each side
-/// @param cells       all that the bounds and the margin meet, or some of them
+/// @param cells       all cells under the bounds widened by the margin, or some of them
 /// @param shape       radius > kThin
-/// @param translation separates the shape; or zero, where its core is clear of the ground
-/// @param reach       features are paired where the gap of the translated shape is up to this, metres
+/// @param translation separates the shape; may be zero if its core is clear of the ground
+/// @param reach       largest gap of the translated shape at which features are paired, metres
 void find_round_patches(const LocalGround& local, const GroundWindow& window,
                         const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                         const Eigen::Vector3d& translation, double margin, double reach,
                         ContactPatches& patches);
 
-/// Radius below which directions between closest points may be rounding noise, metres.
+/// Radius below which directions between closest points may be dominated by rounding, metres.
 inline constexpr double kThin = 1e-6;
 
 }  // namespace terrane::internal

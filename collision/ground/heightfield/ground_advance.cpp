@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: G. van den Bergen. Ray casting against general convex objects with application to continuous
-//          collision detection. 2004 (the motion is clipped by the planes between closest points).
+// Sources: G. van den Bergen. Ray casting against general convex objects with application to continuous collision
+//          detection. 2004 (the motion is clipped by planes between closest points).
 // Deviations: the first plane is the triangle's, which excludes most columns.
 #include "ground/heightfield/ground_advance.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNear = 16.0;  // tolerances: at smaller gaps directions are refined
 
-// The direction of the distance between a shape and a column; false where all candidate axes must be tested.
+// Finds the direction of the distance between a shape and a column; false if all candidate axes must be tested.
 bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
                  double ground_offset, Eigen::Vector3d& n_out) {
     if (shape.kind == ShapeKind::round) {
@@ -30,9 +30,9 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
                               const Triangle& triangle, double tolerance, double ground_offset,
                               double from, double limit) {
     constexpr int kSteps =
-        200;  // reached only by grazing within the tolerance, which counts as a hit then
+        200;  // reached only by grazing within the tolerance, which then counts as a hit
     double time = 0.0;
-    // At that time: the largest gap, and for how long the best plane separates.
+    // At `time`: the largest gap, and how long the best plane keeps separating.
     double widest = -kInfinity;
     double wait = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
@@ -55,7 +55,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
     if (widest > 0.25 * tolerance) {
         time = wait;
         if (shape.kind == ShapeKind::round && ground_offset < shape.radius) {
-            // The common case: an end meets the face.
+            // Common case: an end of the core meets the face.
             const double side = dot(triangle.normal, shape.core) > 0.0 ? -1.0 : 1.0;
             const Eigen::Vector3d end = shape.centre + time * velocity + side * shape.core;
             if (is_foot_inside(end, triangle)) return {time, triangle.normal};
@@ -69,7 +69,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         if (find_widest(shape, centre, triangle, ground_offset, n)) {
             test_top(n, gap_along(n, shape, triangle));
             if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
-                // On a cliff the rounding of the direction matters: make it perpendicular to the edge.
+                // On a cliff the rounding of the direction matters: makes it perpendicular to the edge.
                 visit_perpendicular_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
                     test_top(m, gap_along(m, shape, triangle));
                 });
@@ -107,14 +107,14 @@ ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
     return find_curved_entry(shape, velocity, triangle, tolerance, ground_offset, from, limit);
 }
 
-// Sources: D. Eberly. Dynamic collision detection using oriented bounding boxes. 1999 (the gap along each
-//          separating axis is linear in time, so that the largest time of entry is that of contact).
-// Deviations: the axes are those of column.h, not normalised, since times are ratios. Along the box's own axes the
-//             cross product with an edge of the box has two components.
+// Sources: D. Eberly. Dynamic collision detection using oriented bounding boxes. 1999 (the gap along each separating
+//          axis is linear in time, so that the latest entry is the contact).
+// Deviations: the axes are those of column.h, not normalised, since times are ratios. In the box's own frame the cross
+//             product with an edge of the box has only two components.
 
 namespace {
 
-// Square of a sine below which edges are parallel, or a direction is level.
+// Squared sine below which edges count as parallel, or a direction as horizontal.
 constexpr double kParallel = 1e-24;
 
 /// The interval of times in which the gaps along all axes so far are negative.
@@ -127,7 +127,7 @@ struct EntryClip {
     double square = 1.0;  ///< of the normal's length
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 
-    /// Adds an axis. False where there is no contact before the limit.
+    /// Adds an axis. False if there is no contact before the limit.
     ///
     /// @param n       of any length, out of the column
     /// @param gap     at time 0, times that length
@@ -162,7 +162,7 @@ struct BoxFrame {
     }
 };
 
-// Axes: face normals of the box with z > 0.
+// Tests the face normals of the box with z > 0.
 bool take_faces(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         if (!(f.up[i] * f.up[i] > kParallel)) continue;
@@ -198,7 +198,7 @@ struct EdgeCross {
     double square;
 };
 
-// Axes: cross products of edges of the box and the triangle.
+// Tests the cross products of edges of the box and the triangle.
 bool take_edges(const BoxFrame& f, EntryClip& clip) {
     for (std::size_t j = 0; j < 3; ++j) {
         const Eigen::Vector3d& from = f.corners[j];
@@ -208,7 +208,8 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
             const EdgeCross n(i, edge);
             if (!(n.square > least)) continue;
             const double rise = n.along(f.up);
-            if (!(rise * rise > kParallel * n.square)) continue;  // level: an axis of take_sides()
+            if (!(rise * rise > kParallel * n.square))
+                continue;  // horizontal: an axis of take_sides()
             const double sign = rise < 0.0 ? -1.0 : 1.0;
             const double top =
                 std::max(sign * n.along(from), sign * n.along(f.corners[(j + 2) % 3]));
@@ -222,7 +223,7 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
     return true;
 }
 
-// Axes: level directions perpendicular to the box's edges.
+// Tests the horizontal directions perpendicular to the box's edges.
 bool take_sides(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         const EdgeCross n(i, f.up);
@@ -240,7 +241,7 @@ bool take_sides(const BoxFrame& f, EntryClip& clip) {
     return true;
 }
 
-// Axes: normals of the column's walls.
+// Tests the normals of the column's walls.
 bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triangle& triangle,
                 EntryClip& clip) {
     const LocalShape& box = f.box;
@@ -258,8 +259,8 @@ bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triang
     return true;
 }
 
-// The time at which the gap along the normal is an eighth of the tolerance, but no more than half the tolerance of
-// path length before contact.
+// The time at which the gap along the normal is an eighth of the tolerance, but at most half the tolerance of path
+// length before contact.
 double back_from(const EntryClip& clip, double speed, double tolerance) {
     const double size = std::sqrt(clip.square);
     const double back = 0.5 * tolerance * size / std::max(4.0 * clip.speed, speed * size);
@@ -284,7 +285,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
     clip.speed = closing;
     if (!clip.take(n, 1.0, gap, closing)) return {};
     if (clip.first > 0.0 && ground_offset == 0.0) {
-        // The common case: a corner of the box meets the face.
+        // Common case: a corner of the box meets the face.
         Eigen::Vector3d low = box.centre + clip.first * velocity;
         for (std::size_t i = 0; i < 3; ++i) {
             const auto axis = static_cast<Eigen::Index>(i);
@@ -313,7 +314,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
 
 namespace {
 
-// bound_time() of a hull. With constant velocities of its points the gap is a support function and concave in time, so
+// bound_time() for a hull. With constant velocities of its points the gap is a support function and concave in time, so
 // that it holds up to a time if it holds at that time.
 double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
                        const Eigen::Vector3d& turn, double speed, double acceleration,
@@ -380,7 +381,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     const double closing = speed + length(turn) * arm;
     double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
     if (time >= remaining || arm == 0.0) return time;
-    // Each point starts at its own gap with its own speed; its acceleration is at most this.
+    // Upper bound of the acceleration of any point; each starts with its own gap and speed.
     const double acceleration = sweep.spin * sweep.spin * arm;
     if (shape.kind == ShapeKind::hull) {
         return bound_hull_time(shape, n, turn, speed, acceleration, gap - rest, time, remaining);
@@ -451,7 +452,7 @@ void AdvanceVisitor::take(const Triangle& triangle, const Approach::Interval& ov
 
 void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Interval& over) {
     if (found_.is_hit) {
-        // Most neighbours of a triangle that was hit are further along its normal.
+        // Most neighbours of a triangle that was hit are farther along its normal.
         const Eigen::Vector3d& n = found_.hit_normal;
         const double ground_offset = n[2] > 0.0 ? approach_.ground_offset() : 0.0;
         const double gap = gap_along(n, shape_, triangle) + ground_offset;
@@ -515,14 +516,14 @@ void AdvanceVisitor::take_turning(const Triangle& triangle) {
         if (is_step_clear) return;
     }
     if (widest <= 0.25 * tolerance) {
-        // The gaps along the axes may be small where the distance is not.
+        // The gaps along the axes may be small although the distance is not.
         if (shape_.kind == ShapeKind::box && ground_offset == 0.0 && widest > 0.0) {
             const ClosestPair pair = find_closest(shape_, triangle);
             direction = pair.on_shape - pair.on_triangle;
         }
         if (dot(direction, direction) > 0.25 * tolerance * tolerance) {
             test_along(direction);
-            // On a cliff the rounding of the direction matters: make it perpendicular to the edge.
+            // On a cliff the rounding of the direction matters: makes it perpendicular to the edge.
             visit_perpendicular_to_edges(triangle, direction, test_along);
             if (is_step_clear) return;
         }

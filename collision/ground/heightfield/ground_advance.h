@@ -28,9 +28,9 @@ public:
 
     /// @param shape         at its current pose; outlives this
     /// @param velocity      metres per whole motion
-    /// @param turning       upper bound of the speed of its points from turning, metres per whole motion
+    /// @param turning       upper bound of the speed of its points due to rotation, metres per whole motion
     /// @param tolerance     metres
-    /// @param ground_offset the ground counts as lower by this, metres
+    /// @param ground_offset the ground is lowered by this, metres
     Approach(const LocalShape& shape, const Eigen::Vector3d& velocity, double turning,
              double tolerance, double ground_offset)
         : shape_(shape),
@@ -39,7 +39,7 @@ public:
           tolerance_(tolerance),
           ground_offset_(ground_offset) {
         if (shape.kind != ShapeKind::round) return;
-        // The upward normal perpendicular to the core: along it the shape reaches only its radius below the centre.
+        // The upward normal perpendicular to the core, along which the shape extends only its radius below the centre.
         const double square = dot(shape.core, shape.core);
         const double level = square - shape.core[2] * shape.core[2];
         if (!(level > 1e-2 * square)) return;
@@ -51,7 +51,7 @@ public:
     double tolerance() const { return tolerance_; }
     double ground_offset() const { return ground_offset_; }
 
-    /// The interval in which it may be over the strip between two coordinates of an axis.
+    /// The interval in which the part may be over the strip between two coordinates of an axis.
     Interval over(Eigen::Index axis, double low, double high) const {
         const double v = velocity_[axis];
         const double from = shape_.centre[axis] - shape_.bounds[axis];
@@ -64,16 +64,16 @@ public:
         }
         return when;
     }
-    /// The time at which it may reach down to a height.
+    /// Earliest time at which the part may reach down to a height.
     double down_to(double z) const {
         return time_of(shape_.centre[2] - shape_.bounds[2] - z + ground_offset_, -velocity_[2]);
     }
-    /// The time at which its AABB may meet a prism.
+    /// Earliest time at which the part's AABB may meet a prism.
     double time_to(const CellPrism& prism) const {
         return std::max({over(0, prism.west, prism.east).first,
                          over(1, prism.south, prism.north).first, down_to(prism.high)});
     }
-    /// Whether it may meet a prism before a time, by the planes below it.
+    /// Whether the part may meet a prism before a given time, according to its lower planes.
     bool may_meet(const CellPrism& prism, double before) const {
         bool may_be = true;
         const auto take = [&](const Eigen::Vector3d& n, double drop) {
@@ -91,7 +91,7 @@ public:
     }
 
 private:
-    // Time in which a gap shrinks to the tolerance, closing at `speed` and by turning.
+    // Time in which a gap shrinks to the tolerance, closing at `speed` plus the rotation.
     double time_of(double gap, double speed) const {
         if (gap <= tolerance_) return 0.0;
         const double closing = speed + turning_;
@@ -106,11 +106,11 @@ private:
     Eigen::Vector3d along_ = Eigen::Vector3d::Zero();  // unit, perpendicular to a core; or zero
 };
 
-/// Visits the cells of a range that a window holds, all of them ground, in the order in which the bounds of a part meet
-/// them, until the next is met no sooner than the best hit so far. The visitor has
+/// Visits the cells of a range inside a window, all of them ground, in the order in which the bounds of a part reach
+/// them, until the next cell is reached no sooner than the best hit so far. The visitor has
 ///   double limit()                   the time of the best hit so far
-///   bool wants(const CellPrism&)     whether to visit what is inside
-///   void take(const Triangle&, const Approach::Interval& over)   `over`: when the part is over its cell
+///   bool wants(const CellPrism&)     whether to visit the cells inside
+///   void take(const Triangle&, const Approach::Interval& over)   `over`: interval in which the part is over the cell
 /// Returns the bounding range of the cells visited.
 template <class Visitor>
 CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
@@ -151,7 +151,7 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
     }
     CellRange seen;
     while (true) {
-        // A linear scan: few cells are left after the first hit.
+        // A linear scan suffices, because few cells are left after the first hit.
         std::size_t next = 0;
         for (std::size_t i = 0; i < count;) {
             if (!(queue[i].when < visitor.limit())) {
@@ -175,24 +175,24 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
     }
 }
 
-/// Where a shape that translates meets a column.
+/// First contact of a translating shape with a column.
 struct ColumnEntry {
     double time = std::numeric_limits<double>::infinity();  ///< infinity: not before the limit
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column
 };
 
-/// Whether a shape with this gap along a wall's normal touches the wall, which two columns may share: a shape without
-/// thickness that moves along it is inside the ground, although it overlaps neither column. So a wall that is touched
-/// separates only what moves away from it.
+/// Whether a shape with this gap along a wall's normal touches the wall. Two columns may share a wall, and a shape
+/// without thickness that moves along it is inside the ground although it overlaps neither column. A touched wall
+/// therefore separates only shapes that move away from it.
 inline bool is_touching_wall(double gap) { return gap >= 0.0 && gap <= kTouch; }
 
-/// First time of contact of a shape with a column, moved back slightly: the gap there is between 0 and half the
+/// Time of first contact of a shape with a column, moved back slightly so that the gap there is between 0 and half the
 /// tolerance.
 ///
 /// @param velocity      metres per unit of time
 /// @param tolerance     metres
-/// @param ground_offset the top of the column counts as lower by this, metres
-/// @param from          they are known to be apart until this time
+/// @param ground_offset the top of the column is lowered by this, metres
+/// @param from          shape and column are known to be apart until this time
 /// @param limit         contacts at this time or later are ignored
 ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
                        const Triangle& triangle, double tolerance, double ground_offset,
@@ -203,10 +203,10 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
                            const Triangle& triangle, double tolerance, double ground_offset,
                            double limit);
 
-// Bounds of how far a moving, turning shape may go before it can meet a column of the ground.
+// Bounds of the time for which a moving, turning shape cannot meet a column of the ground.
 
-// Largest distance of a shape's points from an axis through its body's origin, metres. The radius of a round shape does
-// not count: turning about its core moves nothing.
+// Largest distance of a shape's points from an axis through its body's origin, metres. For a round shape, of its core:
+// rotation about the core moves no surface.
 double find_arm(const LocalShape& shape, const Eigen::Vector3d& axis);
 
 // The motion of a cast; times are fractions of it.
@@ -218,7 +218,7 @@ struct Sweep {
         return {shape, motion.at(t).rotation,
                 local.to_local(motion.start.translation) + t * motion.translation};
     }
-    // find_arm() of a part; 0 where nothing turns.
+    // find_arm() of a part; 0 without rotation.
     double arm_of(const LocalShape& part) const { return spin == 0.0 ? 0.0 : find_arm(part, axis); }
 
     const Shape& shape;
@@ -228,13 +228,13 @@ struct Sweep {
     double arm = 0.0;  ///< of the whole body, metres
 };
 
-// A lower bound of the time at which the gap along n of a moving, turning shape has shrunk to `rest`.
+// Lower bound of the time at which the gap along n of a moving, turning shape has shrunk to `rest`.
 //
 // `arm` is find_arm() of the shape, metres.
 double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const Eigen::Vector3d& n,
                   double gap, double rest, double remaining);
 
-// AABB of an AABB that is swept by `translation` while turning moves its points by up to `turned` metres.
+// Bounding box of an AABB that is swept by `translation` while rotation moves its points by up to `turned` metres.
 struct SweptBox {
     SweptBox(const Eigen::Vector3d& start, const Eigen::Vector3d& bounds_in,
              const Eigen::Vector3d& translation, double turned)
@@ -252,9 +252,9 @@ struct SweptBox {
     Eigen::Vector3d bounds;
 };
 
-// The result of one test of all columns that could be met in the rest of a piece of the motion.
+// Result of testing all columns that could be met in the rest of a piece of the motion.
 struct Advance {
-    double step;          ///< nothing is met before; initially the rest of the piece
+    double step;          ///< no contact before this; initially the rest of the piece
     bool is_hit = false;  ///< at `step`
     Eigen::Vector3d hit_normal = Eigen::Vector3d::UnitZ();
     std::uint32_t hit_part = 0;
@@ -262,10 +262,10 @@ struct Advance {
     double error_m = 0.0;
 };
 
-// Tests one part: exact where it does not turn, a conservative step where it does.
+// Tests one part: exactly if it does not turn, by a conservative step if it does.
 class AdvanceVisitor {
 public:
-    // `arm` is find_arm() of the shape; the ground counts as lower by `ground_offset`, metres.
+    // `arm` is find_arm() of the shape; the ground is lowered by `ground_offset`, metres.
     AdvanceVisitor(const LocalGround& local, const Sweep& sweep, const LocalShape& shape,
                    std::uint32_t part, double arm, double tolerance, double ground_offset,
                    Advance& found)

@@ -14,14 +14,14 @@
 //          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
 //          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
 // Deviations: each column of the ground is its own convex obstacle with its own normal, so that ground beside the
-//             trajectory does not shorten the steps. A part that does not turn meets each column in closed form
-//             (column_entry), so that one step per piece of the motion is enough. Where it turns, the bound of the
-//             speed is replaced near contact by the second-order bound of each corner, which lets separating contacts
-//             pass.
+//             trajectory does not shorten the steps. For a part that does not turn, the time of contact with each
+//             column has a closed form (find_entry()), so that one step per piece of the motion is enough. For a
+//             turning part, the bound of the speed is replaced near contact by a second-order bound for each corner,
+//             which lets separating contacts pass.
 
 namespace terrane::internal {
 
-// The end of a piece of the motion, or where the ground was met.
+// End of a piece of the motion, or the contact with the ground.
 struct PieceAnswer {
     double t = 0.0;
     bool is_hit = false;
@@ -33,7 +33,7 @@ struct PieceAnswer {
 // Casts a body along its motion, piece by piece.
 class Caster {
 public:
-    // `local` is the ground near the start, `start` the body there.
+    // `local` is the ground near the start of the motion, `start` the body there.
     Caster(const Sweep& sweep, const LocalGround& local, const LocalBody& start, double tolerance)
         : sweep_(sweep),
           local_start_(local),
@@ -54,13 +54,13 @@ public:
         clip(size + length(start.whole().offset) + sweep.arm);
     }
 
-    // Reads the ground of the first piece once, if a window holds it.
+    // Reads the ground of the first piece once, if it fits a window.
     void read_ahead() const {
         if (shortest_ < 1.0 || first_ > 0.0 || start_.is_compound()) return;
         local_start_.window(swept_box(start_, 0.0, 1.0).cells(local_start_), 0);
     }
 
-    // Calls a function with the ground in a frame near the body at t.
+    // Calls `take` with the ground in a frame near the body at t.
     template <class Take>
     auto with_ground(double t, Take&& take) const {
         const Eigen::Vector3d at = origin_ + t * sweep_.motion.translation;
@@ -68,9 +68,9 @@ public:
         return is_near ? take(local_start_) : take(LocalGround(local_start_, at));
     }
 
-    // Casts the whole motion; pieces grow while the ground is far below.
+    // Casts the whole motion. Pieces grow while the ground is far below.
     //
-    // @param ground_offset the ground counts as lower by this, metres
+    // @param ground_offset the ground is lowered by this, metres
     PieceAnswer run(double ground_offset) {
         ground_offset_ = ground_offset;
         double length_of_piece = longest_;
@@ -79,7 +79,8 @@ public:
             double end = t + length_of_piece;
             if (end > last_ || length_of_piece >= 1.0) end = last_;
             if (!(end > t))
-                return {t, true, false, Eigen::Vector3d::UnitZ()};  // no double in between
+                return {t, true, false,
+                        Eigen::Vector3d::UnitZ()};  // no representable time in between
             const PieceAnswer answer = with_ground(0.5 * (t + end), [&](const LocalGround& local) {
                 return advance_piece(local, t, end, length_of_piece);
             });
@@ -97,8 +98,8 @@ private:
     static constexpr double kWindow = 12.0;  // cells: a short piece and twice the shape's size
     static constexpr double kNear = 64.0;    // cells from the origin of a frame
 
-    // Clips the motion to the times at which the body may be over the extent and below the highest possible ground: a
-    // motion of any length costs no more than the ground below it.
+    // Clips the motion to the times at which the body may be over the extent and below the highest possible ground, so
+    // that a motion of any length costs no more than the ground below it.
     void clip(double reach) {
         const WorldRect& extent = ground().extent();
         const Eigen::Vector3d& from = sweep_.motion.start.translation;
@@ -111,7 +112,7 @@ private:
                 if (p < low || p > high) last_ = -1.0;
                 return;
             }
-            // Slightly wider, for the rounding of the quotients.
+            // Slightly wider, to cover the rounding of the quotients.
             constexpr double kSlack = 1e-9;
             const double t0 = (low - p) / v;
             const double t1 = (high - p) / v;
@@ -124,7 +125,7 @@ private:
         cut(from[2], velocity[2], -Approach::kNever, highest);
     }
 
-    // AABB of an AABB of the body that is swept from t to end.
+    // Bounding box of an AABB of the body that is swept from t to end.
     SweptBox swept_box(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
                        double t, double end) const {
         return {centre, bounds, (end - t) * sweep_.motion.translation,
@@ -135,14 +136,14 @@ private:
         return swept_box(body.whole().centre, body.whole().bounds, sweep_.arm, t, end);
     }
 
-    // Calls a function with the body at t.
+    // Calls `take` with the body at t.
     template <class Take>
     auto with_body(const LocalGround& local, double t, Take&& take) const {
         if (t == 0.0 && &local == &local_start_) return take(start_);
         return take(sweep_.at(local, t));
     }
 
-    // Advances from t to end, or by a part of it that is proved clear. Adapts the length of the next piece.
+    // Advances from t to end, or by the part of it that is proved clear. Adapts the length of the next piece.
     PieceAnswer advance_piece(const LocalGround& local, double t, double end,
                               double& length_of_piece) {
         const bool is_short = !(length_of_piece > shortest_);
@@ -157,7 +158,7 @@ private:
         return {clear - t > shortest_ ? clear : t};
     }
 
-    // The time until which the body is above all ground that it could meet from t to end; `end` if throughout.
+    // The time until which the body is above all ground that it could meet from t to end; `end` if it is throughout.
     double find_clear(const LocalGround& local, double t, double end) const {
         return with_body(local, t, [&](const LocalBody& body) {
             const CellRange cells = swept_box(body, t, end).cells(local);
@@ -172,7 +173,7 @@ private:
         });
     }
 
-    // One step of all parts that could meet the ground from t to end.
+    // One common step of all parts that could meet the ground from t to end.
     Advance find_advance(const LocalGround& local, double t, double end) const {
         Advance found{end - t};
         const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
@@ -215,7 +216,7 @@ private:
     double ground_offset_ = 0.0;
     double shortest_;  ///< length of pieces, fractions of the motion
     double longest_;
-    double first_ = 0.0;  ///< interval in which it can meet any ground
+    double first_ = 0.0;  ///< interval in which the body can meet ground
     double last_ = 1.0;
     double error_m_ = 0.0;
 };
@@ -226,8 +227,8 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Largest overlap of a body with any column along its axis of least overlap with z > 0, metres: lowered by it, the
-// ground does not overlap the body.
+// Largest overlap of a body with any column, each along its axis of smallest overlap with z > 0, metres: ground lowered
+// by this does not overlap the body.
 double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     struct Visitor {
         const LocalGround& local;
@@ -260,7 +261,7 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     return ground_offset;
 }
 
-// With skip_separating, the contact that closes fastest.
+// Finds the contact that closes fastest, for skip_separating.
 bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, const Ground& ground,
                   double tolerance, Contact& contact_out) {
     std::array<Contact, 16> contacts;
@@ -279,8 +280,8 @@ bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, co
     return count > 0;
 }
 
-// The deepest contact of a separated body at the end of a cast. Where it met no surface, such as at the side of the
-// ground, the contact is made from the cast's normal.
+// The deepest contact of a separated body at the end of a cast. If it met no surface, for instance at the side of the
+// ground, the contact is made from the normal of the cast.
 Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAnswer& end,
                  double tolerance) {
     ContactPatches patches;
@@ -313,7 +314,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
     const LocalGround local(ground, motion.start.translation);
     const LocalBody start = sweep.at(local, 0.0);
     Caster caster(sweep, local, start, settings.tolerance);
-    // Touching counts, within rounding.
+    // Touching within rounding counts as contact.
     const double touch = 1e-12 * (1.0 + start.whole().centre.cwiseAbs().maxCoeff() +
                                   start.whole().bounds.maxCoeff());
     GroundLift lift;

@@ -14,7 +14,7 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Adds contacts with a gap that would overlap after moving by d. True if there are any.
+// Adds the contacts with a gap that would overlap after a translation by d. True if there are any.
 bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
     const std::size_t before = spaces.count;
     for (const Contact& contact : contacts) {
@@ -25,8 +25,8 @@ bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSp
     return spaces.count > before;
 }
 
-// Of the planes in the ground's normal cone that separate a column from a translated shape, the one of least depth.
-// False where there is none: the shape leaves the column through a wall that is inside the ground.
+// Finds the plane of smallest depth in the ground's normal cone that separates a column from a translated shape. False
+// if there is none: the shape leaves the column through a wall that is inside the ground.
 bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
                 const Eigen::Vector3d& translation, HalfSpace& least_out) {
     bool is_found = false;
@@ -40,14 +40,14 @@ bool find_least(const LocalGround& local, const LocalShape& moved, const Triangl
     return is_found;
 }
 
-// The contact of a part with a plane, at its support point.
+// The contact of a part with a plane, at the part's support point.
 Contact make_plane_contact(const LocalShape& shape, std::uint32_t part, const HalfSpace& plane) {
     const DeepestPoint deepest = shape.deepest(plane.normal);
     return make_contact(deepest.point, plane.normal, plane.depth, deepest.feature, part);
 }
 
-// Adds contacts until the shortest translation that resolves them all separates the body. None is deeper along its
-// normal than `translation`, and each excludes the solution before it.
+// Adds contacts until the shortest translation that resolves all of them separates the body. None is deeper than
+// `translation` along its normal, and each excludes the previous solution.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                       const Eigen::Vector3d& translation, double margin, ContactPatches& patches) {
     constexpr int kRounds = 24;
@@ -74,9 +74,9 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         patches.add(make_plane_contact(shape, part, least));
         spaces.add(least);
     }
-    // Not converged: the separating translation becomes a contact. A body that is deeper than it is large goes up
-    // instead, not out beyond the nearest border of the ground.
-    constexpr double kLeastRise = 1e-9;  // least z of a normal
+    // Not converged: the separating translation becomes a contact. A body that is deeper than it is large is moved up
+    // instead, so that it does not leave beyond the nearest border of the ground.
+    constexpr double kLeastRise = 1e-9;  // smallest z of a normal
     const double depth = length(translation);
     if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
         patches.add(make_plane_contact(body.part(lift.part, hull), lift.part,
@@ -88,14 +88,14 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     }
 }
 
-// Whether a shape is round and its core is above the ground.
+// Whether a shape is round with its core above the ground.
 //
 // @param lift of the shape; that of its core is less by at least the radius
 bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {
     if (body.is_compound() || body.whole().kind != ShapeKind::round) return false;
     const LocalShape& shape = body.whole();
     if (lift < (1.0 - 1e-6) * shape.radius) return true;
-    if (lift > 3.0 * shape.radius) return false;  // so steep that the test does not pay
+    if (lift > 3.0 * shape.radius) return false;  // too steep for the test to pay off
     LocalShape core = shape;
     core.radius = 0.0;
     core.bounds -= Eigen::Vector3d::Constant(shape.radius);
@@ -103,8 +103,9 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
     return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
 }
 
-// The minimum translation of a round shape whose core is above the ground, from its contacts. False where they do not
-// prove it. No translation shorter than a contact's depth leaves the part of the ground that the contact is on.
+// Finds the minimum translation of a round shape whose core is above the ground from its contacts. False if they do not
+// prove it. No translation shorter than the depth of a contact separates the shape from the part of the ground at that
+// contact.
 bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody& body,
                                       std::span<const Contact> contacts, double deep_share,
                                       Eigen::Vector3d& translation_out) {
@@ -120,10 +121,11 @@ bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody&
            !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
 
-// Contacts of a deep overlap accept a separating translation that is proved to be at most 1.25 times the minimum.
+// For contacts of a deep overlap, a separating translation is accepted if it is proved to be at most 1.25 times the
+// minimum.
 constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 
-// Finds all contacts of a body that overlaps the ground. False where a cell in reach is not resident.
+// Finds all contacts of a body that overlaps the ground. False if a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                   double margin, ContactPatches& patches, double& error_out) {
     Eigen::Vector3d translation;
@@ -143,7 +145,7 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
     return true;
 }
 
-// Writes the contacts of a query that were found. False where a cell in reach is not resident.
+// Writes the contacts found by a query. False if a cell in reach is not resident.
 bool report(const LocalGround& local, const LocalBody& body, double margin, bool is_separated,
             ContactPatches& patches, std::span<Contact> contacts_out, ContactAnswer& answer_out) {
     std::span<const Contact> found = patches.finish();
@@ -161,7 +163,7 @@ bool report(const LocalGround& local, const LocalBody& body, double margin, bool
     return true;
 }
 
-// The minimum translation, by contacts where they prove it, else by search.
+// The minimum translation: from contacts if they prove it, otherwise by search.
 MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body,
                                        double lift) {
     if (is_core_above(local, body, lift)) {

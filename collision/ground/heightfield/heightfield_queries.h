@@ -21,14 +21,14 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
 
 namespace terrane::internal {
 
-/// Swept separation test: true only if a shape stays further than a margin from the ground during the whole of a short
-/// motion. True where one plane for each triangle in reach proves it for all of the motion. False is no proof of
-/// contact: also where a plane would have to change during the motion, where cells in reach are not ground or not
-/// resident, and for rotations of 0.5 rad or more.
+/// Swept separation test: true only if a shape stays farther than a margin from the ground throughout a short motion,
+/// proved by one separating plane for each triangle in reach. False does not prove contact: it is also returned if a
+/// plane would have to change during the motion, if cells in reach are not ground or not resident, and for rotations of
+/// 0.5 rad or more.
 ///
 /// @param margin metres, > 0
 ///
-/// Cost: O(cells in reach), and a fraction of a cast
+/// Cost: O(cells in reach); a fraction of the cost of a cast
 bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& ground, double margin);
 
 }  // namespace terrane::internal

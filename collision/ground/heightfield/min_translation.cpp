@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: A. Yuille, A. Rangarajan. The concave-convex procedure. Neural Computation 2003 (the complement of a convex
-//          obstacle is replaced by a half-space inside it, and again at the solution).
+//          obstacle is replaced by a half-space inside it, iteratively).
 // Deviations: the obstacles are the columns of the ground; half-spaces are made only for columns that the shape
 //             overlaps. The local minimum is the first upper bound of the global search (min_translation_search).
 #include "ground/heightfield/min_translation.h"
@@ -12,9 +12,10 @@
 namespace terrane::internal {
 namespace {
 
-// The escape direction from a column that a shape moved by `d` overlaps: that of least overlap in the ground's normal
-// cone; where that was used for this column before, the normal of its face. `least_out` is the length of the minimum
-// translation out of this column alone: the least overlap along the facets of their Minkowski difference.
+// The escape direction from a column that overlaps a shape moved by `d`: the direction of smallest overlap in the
+// ground's normal cone or, if that was used for this column before, the normal of its face. `least_out` is the length
+// of the minimum translation out of this column alone: the smallest overlap along the facets of the Minkowski
+// difference.
 Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
                      const Eigen::Vector3d& d, double& least_out) {
     const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
@@ -26,8 +27,8 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
     });
     visit_walls(shape, triangle,
                 [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
-    // visit_tops() leaves out these facets of a capsule where its core is apart from the triangle, although the core
-    // may intersect the column below.
+    // visit_tops() omits these facets of a capsule if its core does not touch the triangle, although the core may
+    // intersect the column below.
     if (shape.kind == ShapeKind::round && shape.has_core()) {
         for (std::size_t i = 0; i < 3; ++i) {
             Eigen::Vector3d n = cross(shape.core, triangle.v[(i + 1) % 3] - triangle.v[i]);
@@ -39,12 +40,13 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
         }
     }
     least_out = -widest;
-    // The same column again: its half-space was made for another direction.
+    // The same column again: its half-space belongs to another direction.
     return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
 
-// Adds a half-space for each overlapped column in turn, and solves for the shortest translation inside all. `least_out`
-// is the largest of the minimum translations out of one of those columns alone: a lower bound of the answer's length.
+// Adds a half-space for each overlapped column in turn and solves for the shortest translation inside all. `least_out`
+// is the largest of the minimum translations out of a single one of these columns, which is a lower bound of the
+// answer's length.
 bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
                       double& least_out) {
     constexpr int kRounds = 24;
@@ -84,7 +86,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // The plane that separates the column from the shape moved by d with the shortest translation.
+            // The plane that separates the column from the shape moved by d, with the shortest translation.
             Separation best;
             const auto take = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;
@@ -106,7 +108,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
 }
 
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share) {
-    const double deep = kDeep * body.whole().smallest;  // 0 of flat shapes, which are never deep
+    const double deep = kDeep * body.whole().smallest;  // 0 for flat shapes, which are never deep
     return length <= least * (1.0 + 1e-12) + kSeparatedLift ||
            (deep > 0.0 && deep_share * length > deep && deep_share * length <= least);
 }

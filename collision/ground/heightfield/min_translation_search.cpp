@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 
-// Bounds of the lift of a body over a triangle of sideways offsets, from single columns. A column and a convex shape
-// are both convex: the lift of one over the other is concave over the offsets at which they overlap in plan.
+// Bounds of the lift of a body over a triangle of sideways offsets, from single columns. A column and a part are both
+// convex, so that the lift of one over the other is concave over the offsets at which they overlap in plan.
 namespace terrane::internal {
 
 /// A sideways translation, metres.
@@ -28,7 +28,7 @@ struct ColumnName {
     bool operator==(const ColumnName&) const = default;
 };
 
-/// The column and the part that decide a finite lift.
+/// The column and the part that attain a finite lift.
 ColumnName name_of(const LocalGround& local, const GroundLift& lift);
 
 /// A column as an obstacle of a part of a body. Neither copied nor moved, because the part may point into it.
@@ -40,7 +40,7 @@ public:
 
     /// Whether the column is ground; required by lift_at().
     bool is_ground() const { return is_ground_; }
-    /// Lift at an offset, metres; minus infinity where they do not overlap in plan.
+    /// Lift at an offset, metres; minus infinity if they do not overlap in plan.
     double lift_at(const Offset& at) const {
         LocalShape moved = shape_;
         moved.centre[0] += at.x;
@@ -55,36 +55,36 @@ private:
     LocalShape shape_;
 };
 
-/// The half-space of translations whose offset lies to the left of the line from a to b. False where they coincide.
+/// The half-space of translations with an offset to the left of the line from a to b. False if a and b coincide.
 bool make_side(const Offset& a, const Offset& b, HalfSpace& side_out);
 
-/// The half-space of translations above the plane through heights over a triangle's corners. Where the heights are the
-/// lifts over a column, all finite, every translation over the triangle that separates from the column is in it.
-/// False where rounding leaves no plane.
+/// The half-space of translations above the plane through heights over a triangle's corners. If the heights are lifts
+/// over a column, all finite, it contains every translation over the triangle that separates from the column. False if
+/// rounding leaves no plane.
 bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heights,
               HalfSpace& top_out);
 
-/// The half-space that cuts off the corners of a triangle at which the lift over a column is `high` or more: every
-/// translation over the triangle that is no higher and separates from the column is in it. False where it would cut off
-/// no corner or all.
+/// The half-space that cuts off the corners of a triangle at which the lift over a column is `high` or more. It
+/// contains every translation over the triangle that is no higher than `high` and separates from the column. False if
+/// it would cut off no corner or all.
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out);
 
-/// Among the columns around one that overlap in plan over all of a triangle, the top that is highest over a point p.
-/// False where none is above p. Needed where a column ends inside the triangle at a wall to a neighbour.
+/// Among the columns around a given one that overlap in plan over all of a triangle, the top that is highest over a
+/// point p. False if none is above p. Needed if a column ends inside the triangle at a wall to a neighbour.
 bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, const ColumnName& name,
                            const OffsetTriangle& triangle, const Eigen::Vector3d& p,
                            HalfSpace& top_out);
 
-/// A lower bound of the z of every translation over a triangle that separates a body, from the lowest ground under it;
-/// 0 where there is none.
+/// Lower bound of the z of every separating translation over a triangle, from the lowest ground under the body; 0 if
+/// there is no bound.
 ///
 /// @param lowest a point of the body
 double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
                       const OffsetTriangle& triangle);
 
-// Sources: R. Horst, H. Tuy. Global optimization. 1996 (a concave function is nowhere below the plane through its
-//          values at the corners of a simplex; its superlevel sets are convex).
+// Sources: R. Horst, H. Tuy. Global optimization. 1996 (over a simplex, a concave function is nowhere below the plane
+//          through its values at the corners; its superlevel sets are convex).
 
 ColumnName name_of(const LocalGround& local, const GroundLift& lift) {
     const std::array<Eigen::Vector3d, 3>& v = lift.triangle.v;
@@ -131,7 +131,7 @@ bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heigh
 
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out) {
-    constexpr int kSteps = 10;  // bisections: to a thousandth of a side
+    constexpr int kSteps = 10;  // bisections: a resolution of a thousandth of a side
     std::size_t in_count = 0;
     for (const double lift : lifts) in_count += lift >= high ? 1 : 0;
     if (in_count == 0 || in_count == 3) return false;
@@ -141,7 +141,7 @@ bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
     while ((lifts[lone] >= high) != is_in) ++lone;
     const Offset& a = triangle[lone];
     const auto find_rim = [&](const Offset& b) {
-        double low = 0.0, above = 1.0;  // shares of the side, from its high corner
+        double low = 0.0, above = 1.0;  // fractions of the side, from its high corner
         const Offset& from = is_in ? a : b;
         const Offset& to = is_in ? b : a;
         const auto at = [&](double s) {
@@ -162,7 +162,7 @@ bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
 bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, const ColumnName& name,
                            const OffsetTriangle& triangle, const Eigen::Vector3d& p,
                            HalfSpace& top_out) {
-    double most = kTouch;  // by which p is below a top
+    double most = kTouch;  // largest height of a top above p
     bool is_found = false;
     for (int k = 0; k < 18; ++k) {
         const ColumnName beside{name.column + k / 2 % 3 - 1, name.row + k / 6 - 1, name.part,
@@ -208,11 +208,11 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
 // Sources: A. Land, A. Doig. An automatic method of solving discrete programming problems. Econometrica 1960
 //          (branch and bound).
 //
-// After a sideways offset (x, y) a body is separated once it is raised by its lift L(x, y) there, or where that is not
-// positive. So the minimum translation is the point nearest to 0 of {z >= L(x, y)}, and L is the largest of the lifts
-// over single columns, each of them concave. Triangles of offsets are bounded by half-spaces (offset_bounds) and
-// bisected, the one with the least bound first, until none has a bound below the best translation. A bound is exact
-// where the lifts are linear over its triangle; elsewhere its error falls with the square of the triangle's size.
+// After a sideways offset (x, y) a body is separated once it is raised by its lift L(x, y) there, or if that is not
+// positive. So the minimum translation is the point of {z >= L(x, y)} nearest to 0, where L is the maximum of the lifts
+// over single columns, each of which is concave. Triangles of offsets are bounded by half-spaces (above) and bisected,
+// smallest bound first, until no bound is below the length of the best translation. A bound is exact if the lifts are
+// linear over its triangle; otherwise its error falls with the square of the triangle's size.
 
 namespace {
 
@@ -242,7 +242,7 @@ public:
         LocalHull hull;
         lowest_ =
             body_.part(points_[centre].column.part, hull).deepest_point(Eigen::Vector3d::UnitZ());
-        // A square around all offsets that are shorter than the best.
+        // A square that contains all offsets shorter than the best translation.
         const double r = size_ * (1.0 + 1e-9);
         const std::array<std::uint16_t, 4> corners = {add_point({-r, -r}), add_point({r, -r}),
                                                       add_point({r, r}), add_point({-r, r})};
@@ -253,24 +253,23 @@ public:
             std::pop_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
             split(nodes_[static_cast<std::size_t>(--node_count_)]);
         }
-        // Slightly less, for the rounding of bounds.
+        // Slightly less, to cover the rounding of bounds.
         const double proved = lower_bound() * (1.0 - 1e-12) - 1e-12;
         return {best_, std::clamp(proved, std::min(known_bound_, size_), size_)};
     }
 
 private:
     static constexpr std::size_t kMost = SearchLimits::kMostSplits + 5;  // points, and nodes
-    static constexpr std::size_t kMostColumns = 12;  // that bound a triangle of offsets
+    static constexpr std::size_t kMostColumns = 12;  // columns that bound a triangle of offsets
     static constexpr double kSteep = 0.1;            // z of a normal
-    static constexpr double kNear = 0.95;   // share of the best length: bounds worth tightening
-    static constexpr int kMostVisits = 32;  // of bound_by_facets()
-    static constexpr std::size_t kMostFacets =
-        12;  // of a column through which the body could leave
+    static constexpr double kNear = 0.95;            // of the best length: bounds worth tightening
+    static constexpr int kMostVisits = 32;           // of bound_by_facets()
+    static constexpr std::size_t kMostFacets = 12;   // exits of the body from a column
 
     struct Point {
         Offset at;
         double lift;
-        ColumnName column;  // decides a finite lift
+        ColumnName column;  // attains a finite lift
     };
     struct Node {
         double bound;
@@ -285,7 +284,7 @@ private:
     static bool is_after(const Node& a, const Node& b) {
         return a.bound != b.bound ? a.bound > b.bound : a.corners > b.corners;
     }
-    // Bounds from here on prove the best translation.
+    // A bound of at least this proves the best translation.
     double goal() const { return size_ - 1e-7 * size_ - kSeparatedLift; }
     bool cannot_improve(double bound) const { return bound >= goal(); }
     double lower_bound() const {
@@ -300,7 +299,7 @@ private:
                is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
     }
 
-    // The lift at an offset; the separating translation there may become the best.
+    // Computes the lift at an offset; the separating translation there may become the best.
     Point evaluate(const Offset& at) {
         Point point{at, -kInfinity, {}};
         const GroundLift lift = find_lift(local_, body_, {at.x, at.y, 0.0});
@@ -362,7 +361,7 @@ private:
         take_node(second);
     }
 
-    // Raises a triangle's bound. False where no translation over it is shorter than the best.
+    // Raises a triangle's bound. False if no translation over it is shorter than the best.
     bool bound(Node& node) {
         constexpr int kRounds = 8;
         OffsetTriangle triangle;
@@ -401,22 +400,22 @@ private:
             if (!add_rims(triangle, near, spaces)) break;
         }
         if (!solve(spaces, node, p)) return false;
-        // For polyhedra this bound is loose at the rims of facets: the facets are enumerated too.
+        // For polyhedra this bound is loose at the rims of facets, so the facets are enumerated too.
         if (node.bound < kNear * size_) return true;
         int visits = 0;
         node.bound = std::max(node.bound, bound_by_facets(spaces, p, visits));
         return !cannot_improve(node.bound);
     }
 
-    // Raises a bound to the shortest translation inside half-spaces. False where none is short enough.
+    // Raises a bound to the length of the shortest translation inside half-spaces. False if it is not short enough.
     bool solve(const HalfSpaces& spaces, Node& node, Eigen::Vector3d& p_out) const {
         if (!find_shortest(spaces, p_out)) return false;
         node.bound = std::max(node.bound, length(p_out));
         return !cannot_improve(node.bound);
     }
 
-    // Adds the top of a column that overlaps the body in plan over all of a triangle. False where it does not, or was
-    // added before.
+    // Adds the top of a column if it overlaps the body in plan over all of a triangle. False if it does not, or if it
+    // was added before.
     bool add_column(const OffsetTriangle& triangle, const ColumnName& name, HalfSpaces& spaces) {
         for (std::size_t i = 0; i < column_count_; ++i) {
             if (columns_[i].name == name) return false;
@@ -439,7 +438,7 @@ private:
         return true;
     }
 
-    // Cuts off offsets at which a column is too high for a translation that is short enough.
+    // Cuts off the offsets at which a column is too high for a short enough translation.
     bool add_rims(const OffsetTriangle& triangle, double near, HalfSpaces& spaces) const {
         const double high = std::sqrt(std::max(0.0, size_ * size_ - near * near));
         bool is_any = false;
@@ -454,8 +453,8 @@ private:
         return is_any;
     }
 
-    // A lower bound of the length of separating translations inside the half-spaces: the body leaves every overlapped
-    // column through one of the facets of their Minkowski difference. Only polyhedra have few of them.
+    // Lower bound of the length of separating translations inside the half-spaces: the body leaves every overlapped
+    // column through one of the facets of their Minkowski difference. Only for polyhedra are these few.
     //
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {
@@ -481,7 +480,7 @@ private:
         const auto take_facet = [&](const Eigen::Vector3d& n, double gap) {
             if (!is_known) return;
             FacetExit exit{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
-            // Where p is on the facet within rounding, its side is unknown.
+            // If p is on the facet within rounding, its side is unknown.
             is_known = dot(n, p) < exit.facet.depth - 0.1 * kSeparatedLift;
             spaces.planes[spaces.count++] = exit.facet;
             const bool is_possible = find_shortest(spaces, exit.d);
@@ -518,13 +517,13 @@ private:
     const SearchLimits& limits_;
     std::int64_t last_cell_;
     Eigen::Vector3d lowest_;      // point of the part with the largest lift
-    double unsplit_ = kInfinity;  // least bound of triangles that are too small to bisect
+    double unsplit_ = kInfinity;  // smallest bound of triangles that are too small to bisect
     // Not initialised: only the first *_count_ are used.
     std::array<Point, kMost> points_;
     std::size_t point_count_ = 0;
-    std::array<Node, kMost> nodes_;  // a heap, the least bound first
+    std::array<Node, kMost> nodes_;  // a heap, smallest bound first
     std::ptrdiff_t node_count_ = 0;
-    std::array<Column, kMostColumns> columns_;  // that bound the current triangle
+    std::array<Column, kMostColumns> columns_;  // columns that bound the current triangle
     std::size_t column_count_ = 0;
 };
 

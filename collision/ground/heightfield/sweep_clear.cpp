@@ -26,14 +26,14 @@ public:
     ConvexSweep(const LocalShape& start, const LocalShape& end, const Motion& motion,
                 double margin);
 
-    /// The gap that a turning plane must have at both ends of the motion, so that it is at least the margin in between,
-    /// metres: a function over [0, 1] whose second derivative is at most G is at most G / 8 below its chord.
+    /// The gap that a turning plane needs at both ends of the motion to keep at least the margin in between, metres: a
+    /// function on [0, 1] with a second derivative of at most G lies at most G / 8 below its chord.
     double clearance(const TurningNormal& n) const {
         return margin_ + 0.125 * (2.0 * length(n.at_end - n.at_start) * travel_ + acceleration_);
     }
-    /// The same for a plane that does not turn.
+    /// The gap that a fixed plane needs.
     double clearance() const { return margin_ + 0.125 * acceleration_; }
-    /// How far below the centre at the start a fixed plane must be, to have that gap at both ends, metres.
+    /// Distance below the centre at the start that gives a fixed plane this gap at both ends, metres.
     double depth(const Eigen::Vector3d& n) const {
         return clearance() +
                std::max(start_.drop(n), end_.drop(n) - dot(n, end_.centre - start_.centre));
@@ -50,8 +50,8 @@ private:
     double acceleration_;  ///< largest second derivative of the trajectory of any point, metres
 };
 
-/// Whether planes prove that a shape stays further than the sweep's margin from every triangle of some cells, during
-/// the whole motion.
+/// Whether planes prove that a shape stays farther than the sweep's margin from every triangle of some cells throughout
+/// the motion.
 ///
 /// @param window holds the cells, all of them ground
 bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
@@ -59,10 +59,10 @@ bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
 
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
 //          (one direction that separates over an interval of time).
-// Deviations: a plane is interpolated linearly between one that separates shape and column at the start and one at the
-//          end. The ground is static, so that it is beyond the plane in between; the gap to the turning shape is
-//          reduced by a bound of its curvature. Vertices have outcodes for a few common planes; triangles whose corners
-//          share a bit need no plane of their own.
+// Deviations: a plane is interpolated linearly between one that separates shape and column at the start and one that
+//          does at the end. The ground is static, so that it stays beyond the plane in between; the gap to the turning
+//          shape is reduced by a bound of its curvature. Vertices have outcodes for a few common planes; triangles
+//          whose corners share a bit need no plane of their own.
 
 namespace {
 
@@ -90,7 +90,7 @@ public:
     bool are_cells_separated() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
-                // The ends of the diagonal are corners of both triangles, the other two of one each.
+                // The ends of the diagonal are corners of both triangles, the other two corners of one each.
                 const bool is_even = window_.is_cut_to_north_east(column, row);
                 const int from = is_even ? column : column + 1;
                 const int to = is_even ? column + 1 : column;
@@ -109,13 +109,13 @@ public:
     }
 
 private:
-    /// Points p are beyond the plane where normal . (centre at the start - p) >= depth.
+    /// Points p with normal . (centre at the start - p) >= depth are beyond the plane.
     struct Plane {
         Eigen::Vector3d normal;
         double depth;
     };
 
-    /// Points are beyond it where they are beyond both planes.
+    /// Points are beyond a turning plane if they are beyond both planes.
     struct TurningPlane {
         Plane start, end;
     };
@@ -124,7 +124,7 @@ private:
         if (n[2] > 0.0) fixed_[fixed_count_++] = {n, sweep_.depth(n)};
     }
 
-    /// The lower faces of a box, as fixed planes and as planes that turn with it.
+    /// Adds the lower faces of a box, as fixed planes and as planes that turn with it.
     void add_faces() {
         const LocalShape &start = sweep_.start(), &end = sweep_.end();
         for (std::size_t i = 0; i < 3; ++i) {
@@ -146,7 +146,8 @@ private:
                                       {turn.at_end, drop_at_end + clearance - further}};
     }
 
-    /// The lowest face of a hull and some slopes as fixed planes, and the lowest faces as planes that turn with it.
+    /// Adds the lowest face of a hull and some slopes as fixed planes, and the lowest faces as planes that turn with
+    /// it.
     void add_hull_faces() {
         const LocalHull &start = *sweep_.start().hull, &end = *sweep_.end().hull;
         for (std::size_t i = 0; i < start.face_count && i < turning_.size(); ++i) {
@@ -160,7 +161,7 @@ private:
         }
     }
 
-    /// Fixed planes around a round shape.
+    /// Adds fixed planes around a round shape.
     void add_around() {
         const Eigen::Vector3d& core = sweep_.start().core;
         const double size = length(core);
@@ -179,7 +180,7 @@ private:
         }
     }
 
-    /// Makes the outcodes of vertices: a bit for each plane that it is beyond.
+    /// Computes the outcodes of vertices: a bit for each plane that a vertex is beyond.
     void mark() {
         const Eigen::Vector3d& centre = sweep_.start().centre;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
@@ -201,7 +202,7 @@ private:
         }
     }
 
-    /// Tests a triangle's own plane. False where too many triangles are undecided.
+    /// Tests a triangle's own plane. False if too many triangles are undecided.
     bool test_own_plane(int column, int row, bool is_south) {
         const Triangle triangle = local_.triangle(window_, column, row, is_south);
         const Plane own{triangle.normal, sweep_.depth(triangle.normal)};
@@ -236,7 +237,7 @@ private:
         return make_escape_direction(pair.on_shape - pair.on_triangle, n_out);
     }
 
-    /// Turning planes perpendicular to the line between closest points; for boxes, to pairs of edges.
+    /// Tests turning planes perpendicular to the line between closest points or, for boxes, to pairs of edges.
     bool is_beyond_edges(const Triangle& triangle) const {
         const LocalShape &start = sweep_.start(), &end = sweep_.end();
         TurningNormal turn;
@@ -264,7 +265,7 @@ private:
         return false;
     }
 
-    /// Fixed upright planes.
+    /// Tests fixed vertical planes.
     bool is_beside(const Triangle& triangle) const {
         bool is_found = false;
         visit_walls(sweep_.start(), triangle, [&](const Eigen::Vector3d& n, double gap) {
@@ -281,8 +282,8 @@ private:
     std::array<Plane, 7> fixed_;
     std::array<TurningPlane, 3> turning_;
     WindowCodes codes_;
-    std::array<Plane, 16> separating_;    // own planes of triangles that separate
-    std::array<Triangle, 32> undecided_;  // that their own planes do not separate
+    std::array<Plane, 16> separating_;    // planes of triangles that separate
+    std::array<Triangle, 32> undecided_;  // triangles whose own planes do not separate
     std::size_t fixed_count_ = 0, turning_count_ = 0, separating_count_ = 0, undecided_count_ = 0;
 };
 
@@ -297,7 +298,7 @@ ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const M
     if (start.kind == ShapeKind::hull) {
         turned = spin > 0.0 ? spin * find_arm(start, turn / spin) : 0.0;
     } else {
-        // A round shape's surface does not move by turning about its core.
+        // Rotation about its core does not move the surface of a round shape.
         const double own = start.kind == ShapeKind::box ? spin * length(start.half)
                                                         : length(cross(turn, start.core));
         turned = own + length(cross(turn, start.offset));
@@ -313,7 +314,7 @@ bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
 
 namespace {
 
-/// Motions that turn by this or more are not tested, radians.
+/// Rotation from which motions are not tested, radians.
 constexpr double kMostTurn = 0.5;
 
 bool is_part_clear(const LocalGround& local, const LocalShape& start, const LocalShape& end,
@@ -343,7 +344,7 @@ bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& grou
     if (!start.is_compound())
         return is_part_clear(local, start.whole(), end.whole(), motion, margin);
 
-    // How far any point of a part may get from its AABB at the start.
+    // Largest distance of any point of a part from its AABB at the start.
     const double reach = margin + length(motion.translation) + spin * bounding_radius(shape);
     bool is_clear = true;
     const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {

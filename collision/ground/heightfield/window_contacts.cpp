@@ -2,8 +2,8 @@
 //
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
 //          (contacts from pairs of features).
-// Deviations: each vertex, edge and face of the ground is tested once, and skipped where the planes below the box
-//             separate it from the box. Features are paired where the box is *separated*, after the translation.
+// Deviations: each vertex, edge and face of the ground is tested once, and skipped if the planes below the box separate
+//             it from the box. Features are paired after a *separating* translation.
 #include "ground/column/column.h"
 #include "ground/column/window_features.h"
 #include "ground/heightfield/feature_contacts.h"
@@ -58,7 +58,7 @@ private:
         return gap >= -kTouch && gap <= std::min(dot(n, translation_) + margin_, reach_);
     }
 
-    // Corners of the box over faces of the ground.
+    // Pairs corners of the box with faces of the ground.
     void take_corners() {
         for (int k = 0; k < 8; ++k) {
             const Eigen::Vector3d start = at_start_.corner(k);
@@ -71,7 +71,7 @@ private:
             const int north = std::min(cells_.north, cell_of(to[1] + reach_));
             for (int row = south; row <= north; ++row) {
                 for (int column = west; column <= east; ++column) {
-                    // untranslated it is above the whole cell by more than the margin
+                    // before the translation it is above the whole cell by more than the margin
                     if (start[2] > window_.highest(column, row) + margin_) continue;
                     take_corner(k, p, column, row);
                 }
@@ -79,7 +79,7 @@ private:
         }
     }
 
-    // Index of the cell at a coordinate in the window, clamped to one outside.
+    // Index of the cell at a coordinate in the window, clamped to one cell outside.
     int cell_of(double p) const {
         return static_cast<int>(
             std::floor(std::clamp(p / spacing_, -1.0, double{GroundWindow::kMostCells})));
@@ -100,7 +100,7 @@ private:
             const Eigen::Vector3d& n = triangle.normal;
             const double gap = dot(n, p - triangle.v[0]);
             if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
-            // only corners of the face of the box that is nearest to parallel to the triangle
+            // only corners of the box face that is most nearly parallel to the triangle
             const std::size_t nearest = at_start_.nearest_axis(n);
             if (((k >> nearest & 1) == 0) != (dot(n, at_start_.axes[nearest]) > 0.0)) continue;
             const auto name = static_cast<std::uint32_t>(k);
@@ -108,7 +108,7 @@ private:
         }
     }
 
-    // Vertices of the ground under faces of the box.
+    // Pairs vertices of the ground with faces of the box.
     void take_vertices() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
@@ -134,8 +134,8 @@ private:
         }
     }
 
-    // Outcodes of vertices: bits 0 to 2 for the planes below the box, and the margin; 3 to 6 for the sides of its
-    // bounds.
+    // Computes the outcodes of vertices: bits 0 to 2 for the planes below the box by the margin, 3 to 6 for the sides
+    // of its bounds.
     void make_codes() {
         std::array<double, 3> lowest;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -155,7 +155,7 @@ private:
         }
     }
 
-    // A convex edge of the ground, with the third corners of its two triangles, against the edges of the box.
+    // Pairs a convex edge of the ground, given with the third corners of its two triangles, with the edges of the box.
     void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
                    const WindowVertex& right) {
         const auto vertex = [&](const WindowVertex& v) {
@@ -171,16 +171,16 @@ private:
             const Eigen::Vector3d& axis = at_start_.axes[i];
             Eigen::Vector3d n = cross(axis, edge);
             if (n[2] < 0.0) n = -n;
-            // most are not in the edge's cone
+            // most directions are not in the edge's normal cone
             const double rise = std::max(dot(n, to_left), dot(n, to_right));
             if (n[2] <= 0.0 || rise > slack_ * edge_length) continue;
-            // nearly parallel edges: faces and corners have the same contacts
+            // nearly parallel edges: faces and corners give the same contacts
             const double square = dot(n, n);
             if (square < 1e-12 * edge_square) continue;
             const double size = std::sqrt(square);
             if (rise > slack_ * size) continue;
             n /= size;
-            // The edge of the box that is farthest against n.
+            // The support edge of the box against n.
             Eigen::Vector3d p = centre_;
             std::uint32_t corner = 0;
             for (std::size_t m = 0; m < 3; ++m) {
@@ -198,7 +198,7 @@ private:
             const double b = dot(axis, direction);
             const double s = (b * dot(direction, r) - dot(axis, r)) / (1.0 - b * b);
             const double t = dot(direction, r) + s * b;
-            // with slack: an edge of the box over a vertex is over at least one of the edges there
+            // with slack, so that an edge of the box over a vertex is over at least one of the edges there
             const double half = at_start_.half[static_cast<Eigen::Index>(i)];
             if (std::abs(s) > half + slack_ || t < -slack_ || t > edge_length + slack_) continue;
             add(p + s * axis, n, gap, {corner, corner | 1u << i});
@@ -230,9 +230,10 @@ void find_box_patches(const LocalGround& local, const GroundWindow& window, cons
     BoxPairs(local, window, cells, box, part, translation, margin, reach, patches).run();
 }
 
-// Sources: C. Ericson. Real-time collision detection. 2005, section 5.1.9 (two segments).
-// The vector from the ground to the core of a sphere or capsule that is locally shortest starts at a face, a convex
+// Contacts of spheres and capsules: a locally shortest vector from the ground to the core starts at a face, a convex
 // edge or a vertex, and lies in the normal cone there. Each feature is tested once.
+//
+// Sources: C. Ericson. Real-time collision detection. 2005, section 5.1.9 (two segments).
 
 namespace {
 
@@ -250,7 +251,7 @@ public:
           translation_(translation),
           margin_(margin),
           reach_(reach),
-          // Without a translation the shape overlaps, down to its core.
+          // Without a translation, the shape may overlap down to its core.
           nearest_(length(translation) == 0.0 ? 0.0 : shape.radius - kTouch),
           furthest_(shape.radius + reach),
           low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
@@ -271,13 +272,13 @@ public:
     }
 
 private:
-    static constexpr unsigned kFar = 16;  // outcode bit: of no face near the core
+    static constexpr unsigned kFar = 16;  // outcode bit: on no face near the core
 
     Eigen::Vector3d vertex(const WindowVertex& v) const {
         return local_.vertex(window_, v.column, v.row);
     }
 
-    // Adds the contact for a vector of length `distance` along n from the ground to a point of the core.
+    // Adds the contact of a vector of length `distance` along n from the ground to a point of the core.
     void add(const Eigen::Vector3d& on_core, const Eigen::Vector3d& n, double distance) {
         const double gap = distance - shape_.radius;
         const double depth = dot(n, translation_) - gap;
@@ -329,8 +330,8 @@ private:
         }
     }
 
-    // Pairs faces, and makes the outcodes of vertices: only features of faces near the translated core can be contacts,
-    // and only inside the bounds. False where no face is near.
+    // Pairs faces and computes the outcodes of vertices: only features of faces near the translated core, inside the
+    // bounds, can have contacts. False if no face is near.
     bool take_faces() {
         bool is_any_near = false;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
@@ -363,10 +364,10 @@ private:
         code = static_cast<std::uint8_t>(code & ~kFar);
     }
 
-    // A face against the ends of the core; false where its plane is too far below both.
+    // Pairs a face with the ends of the core; false if its plane is too far below both.
     bool take_face(int column, int row, bool is_south) {
         const WindowFace face = make_window_face(local_, window_, column, row, is_south);
-        // slightly more, for the rounding of planes
+        // slightly more, to cover the rounding of planes
         const double furthest = (1.0 + 1e-9) * furthest_ * furthest_ * face.square;
         const double over_from = face.above(from_);
         if (!has_core_) {
@@ -382,7 +383,7 @@ private:
         return true;
     }
 
-    // An end of the core at a height above a face.
+    // Pairs an end of the core, at height `over` above a face.
     void take_end(const WindowFace& face, int column, int row, bool is_south,
                   const Eigen::Vector3d& end, double over) {
         if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||

@@ -12,7 +12,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kRotationSlack = 1e-6;  // of a rotation's columns from orthonormal
+constexpr double kRotationSlack = 1e-6;  // deviation of a rotation's columns from orthonormal
 
 Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
     for (int a = 0; a < 3; ++a) {

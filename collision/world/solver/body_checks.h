@@ -13,8 +13,8 @@
 
 namespace terrane::internal {
 
-/// The ids of bodies, and the slots that removed bodies have left. A free slot is used again before a new one is added,
-/// in last-in, first-out order.
+/// Ids of bodies, and free slots of removed bodies. Free slots are reused in last-in, first-out order before new ones
+/// are added.
 class SlotIds {
 public:
     BodyId acquire() {
@@ -40,18 +40,18 @@ public:
                generations_[id.index] == id.generation;
     }
     bool is_used(std::size_t slot) const { return is_used_[slot] != 0; }
-    /// The id of a slot's body; none where it has none.
+    /// The id of a slot's body; none if the slot is free.
     BodyId id(std::size_t slot) const {
         if (slot >= generations_.size() || is_used_[slot] == 0) return {};
         return {static_cast<std::uint32_t>(slot), generations_[slot]};
     }
-    /// Slots that ever had a body.
+    /// Number of slots that ever had a body.
     std::size_t slot_count() const { return generations_.size(); }
 
-    /// What a copy needs: see restore().
+    /// State for a copy: see restore().
     const std::vector<std::uint32_t>& generations() const { return generations_; }
     const std::vector<std::uint32_t>& free_slots() const { return free_; }
-    /// @param free slots without a body, each below the number of generations and only once
+    /// @param free slots without a body, unique and below the number of generations
     void restore(std::vector<std::uint32_t> generations, std::vector<std::uint32_t> free) {
         generations_ = std::move(generations);
         free_ = std::move(free);
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    std::vector<std::uint32_t> generations_;  // of the slot's body, or of its next one
+    std::vector<std::uint32_t> generations_;  // of the slot's current or next body
     std::vector<std::uint8_t> is_used_;
     std::vector<std::uint32_t> free_;
 };
@@ -71,7 +71,7 @@ private:
 struct FieldRange {
     const char* name;
     double value, low, high;
-    const char* unit = "";  ///< of all three: "m"
+    const char* unit = "";  ///< unit of all three, such as "m"
 };
 Result<void> check_fields(std::span<const FieldRange> fields);
 Result<void> check_value(const char* name, double value, double low, double high,
@@ -82,11 +82,11 @@ Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double
 Result<void> check_state(const BodyPlacement& placement);
 /// "static", "kinematic" or "dynamic".
 std::string to_string(BodyType type);
-/// A body's settings, its state, and whether they go together.
+/// Checks a body's settings, its placement, and their consistency.
 Result<void> check_body(const BodySettings& settings, const BodyPlacement& placement);
 Result<void> check_world(const WorldSettings& settings);
 
-/// Largest component of a body's place, metres. A body that would move beyond it is parked.
+/// Largest component of a body's position, metres. A body that would move beyond it is parked.
 inline constexpr double kMaxPlace = 2e9;
 /// Largest component of a velocity, m/s.
 inline constexpr double kMaxSpeed = 1e6;

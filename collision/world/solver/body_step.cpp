@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
-//             Beside volumes: the body shrinks, which also holds below ceilings and beside walls. The shrunk body never
-//             touches a triangle, so that no overlap along a normal is more than the offset.
-// Deviations: the surface is not lowered by L, the cast shape is raised by L. A body that does not penetrate the
-//             surface lowered by L separates by moving up by L, so its penetration depth is at most L.
+// Deviations: instead of lowering the surface by L, the cast shape is raised by L. A body that does not penetrate the
+//             surface lowered by L separates by moving up by L, so its penetration depth is at most L. Near volumes the
+//             body is shrunk instead, which also holds below ceilings and next to walls: the shrunk body never touches
+//             a triangle, so no overlap along a normal exceeds the offset.
 #include "world/solver/body_step.h"
 
 #include "ground/column/ground_lift.h"
@@ -20,11 +20,10 @@ namespace {
 
 /// Swept tests are tried on pieces halved down to this share of the motion; the remainder is cast.
 constexpr double kLeastProved = 1.0 / 16.0;
-/// Least stop gap, metres, little more than rounding: a body closer than kStopGap may move away.
+/// Least stop gap, metres, slightly above rounding, so that a body closer than kStopGap may move away.
 constexpr double kLeastStopGap = 1e-11;
 
-/// Casts the rest of a motion after the pieces that the swept test proves clear: usually most of the motion up to a
-/// hit.
+/// Skips leading pieces of a motion that the swept test proves clear, usually most of it, and casts the remainder.
 CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
                     double tolerance, HitSearch hits) {
     const auto piece = [&](double from, double share) -> Motion {
@@ -48,11 +47,11 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
     return answer;
 }
 
-/// advance() beside volumes: the shrunk body is cast against all triangles.
+/// advance() near volumes: casts the shrunk body against all triangles.
 MoveAnswer advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
                            const Pose& end, OffsetSurface& surface) {
     if (!surface.is_mesh) {
-        // The contacts were those of the heightfield, farther from the volumes.
+        // The contacts were found against the heightfield, farther from the volumes.
         const MeshOffset first = find_mesh_offset(body, ground, surface.index);
         if (first.is_missing) return {.resident = false, .hit = false, .fraction = 0.0};
         if (first.index == kOffsetCount) return {.resident = true, .hit = true, .fraction = 0.0};
@@ -86,7 +85,7 @@ OffsetSurface make_offset_surface(const RigidBody& body, const GroundContactCach
     return {index, false, std::max(kLeastStopGap, 0.5 * gap), cache.clear_distance(extra_offset)};
 }
 
-// The lift decreases by exactly the depth of the offset surface, so one contact query serves all surfaces.
+// The lift decreases by exactly the depth of the offset surface, so that one contact query serves all surfaces.
 int first_clear_offset(const RigidBody& body, const GroundContactCache& cache) {
     if (cache.is_on_mesh()) return cache.mesh_offset();
     const double clear = kStopGap * body.tolerance;
@@ -95,7 +94,7 @@ int first_clear_offset(const RigidBody& body, const GroundContactCache& cache) {
         const double extra_offset = offset_depth(body, index) - offset_depth(body, 0);
         if (cache.lift() > extra_offset) continue;
         if (index + 1 == kOffsetCount || cache.least_gap(extra_offset, clear) >= clear) break;
-        // The steps to all later surfaces are smaller than the gap needed: take this one.
+        // The steps to all later surfaces are smaller than the required gap: take this one.
         if (offset_depth(body, index + 1) - offset_depth(body, index) < 2.0 * clear) break;
     }
     return index;
@@ -174,32 +173,32 @@ CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& gr
                          {.tolerance = kStopGap * tolerance, .skip_separating = false});
 }
 
-// Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters
-//             2 and 3 (conservative advancement, impacts one after the other).
-// Deviations: after each impact of a substep the next lower offset surface is used, so that a body that was stopped
-//             just above one surface starts the next piece clear of it.
+// Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters 2 and 3
+//             (conservative advancement, sequential impacts).
+// Deviations: after each impact of a substep the next lower offset surface is used, so that a body stopped just above
+//             one surface starts the next piece clear of it.
 
 namespace {
 
 constexpr int kMaxImpacts = 8;     // of an interval
 constexpr int kMaxPieces = 64;     // of an interval
 constexpr int kMaxIntervals = 32;  // of a substep
-/// Contacts are found anew after a rotation by this, radians: they are solved for points that move straight.
+/// Rotation after which contacts are found anew, radians: they are solved for points with straight paths.
 constexpr double kContactTurn = 0.1;
-/// Impacts are solved for at least this share of the time that the body was to move for.
+/// Least share of the interval for which impacts are solved.
 constexpr double kLeastSolveShare = 0.01;
-/// A piece of motion turns by at most this, radians.
+/// Largest rotation of a piece of motion, radians.
 constexpr double kMaxTurn = 0.5;
-/// Speed at which bodies that are too deep move out of the ground, m/s. It leaves no velocity behind.
+/// Speed of recovery of bodies that are too deep, m/s. Recovery leaves them at rest.
 constexpr double kRecoverySpeed = 2.0;
-/// A separation that moves by less than this share of its displacement is followed by the next mode.
+/// If a separation achieves less than this share of its displacement, the next mode is tried.
 constexpr double kUsefulShare = 0.1;
-/// Factor of the velocity of a body that has more impacts in an interval than are simulated.
+/// Velocity factor for a body with more impacts in an interval than are simulated.
 constexpr double kUnfollowedSlowing = 0.5;
 
 constexpr std::array<std::uint32_t, 1> kAlone{0};
-// A box on four corners converges by about a third an iteration. The targets of a body that rolls on two points may be
-// infeasible for a rigid body: then nothing converges, and `patience` stops the solver.
+// A box on four corners converges by about a third per iteration. The targets of a body that rolls on two points may be
+// infeasible for a rigid body; then `patience` stops the solver.
 constexpr StoppingRule kStoppingRule{.iterations = 100, .tolerance = 1e-12, .patience = 8};
 
 bool turns_matter(const RigidBody& body) { return !std::holds_alternative<Sphere>(*body.shape); }
@@ -213,7 +212,7 @@ bool has_constant_spin(const RigidBody& body) {
     return spins_freely(body) || body.velocity.angular.isZero(0.0);
 }
 
-/// Spin at a rotation for an angular momentum.
+/// Spin for an angular momentum at a given rotation.
 Eigen::Vector3d spin_at(const RigidBody& body, const Eigen::Matrix3d& rotation,
                         const Eigen::Vector3d& momentum) {
     return apply_tensor(rotation, body.mass.inverse_inertia, momentum);
@@ -224,8 +223,8 @@ double spin_energy(const RigidBody& body, const Eigen::Matrix3d& rotation,
     return 0.5 * dot(spin, apply_tensor(rotation, body.mass.inertia, spin));
 }
 
-/// The rotation of a body in a time: in flight with the spin of its middle, in contact with that of its start, which
-/// was solved for.
+/// Rotation vector over an interval: in flight from the spin at its middle, in contact from the solved spin at its
+/// start.
 Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying) {
     const Eigen::Vector3d spin = body.velocity.angular;
     if (!is_flying || has_constant_spin(body)) return spin * duration;
@@ -234,7 +233,7 @@ Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flyi
     return spin_at(body, half.at(1.0).rotation, momentum) * duration;
 }
 
-/// Advances a body against an offset surface for a time, as integrate() does without one.
+/// Like integrate(), but moves the body against an offset surface.
 MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration,
                       OffsetSurface& surface, bool is_flying) {
     const Eigen::Matrix3d rotation = body.pose.rotation;
@@ -245,7 +244,7 @@ MoveAnswer move_piece(RigidBody& body, const Ground& ground, double duration,
     return answer;
 }
 
-/// The solver of one body's contacts with the ground.
+/// Solver for the ground contacts of one body.
 class GroundSolver {
 public:
     GroundSolver(const RigidBody& body, const GroundContactCache& cache) : solver_(bodies_, room_) {
@@ -265,7 +264,7 @@ private:
     ContactSolver solver_;
 };
 
-/// No warm start: the velocity may include the impulses of an earlier solve.
+/// Without warm start, because the velocity may include the impulses of an earlier solve.
 void solve(RigidBody& body, const GroundContactCache& cache, double duration) {
     if (!cache.has_contacts()) return;
     GroundSolver solver(body, cache);
@@ -277,15 +276,15 @@ void solve(RigidBody& body, const GroundContactCache& cache, double duration) {
 
 enum class SeparationMode { rigid, translation, vertical };
 
-/// Opens contacts below the separation gap, at bounded speed. False: ground needed for the result is not resident.
+/// Opens contacts below the separation gap at bounded speed. False: ground needed for the result is not resident.
 bool separate(RigidBody& body, const Ground& ground, const GroundContactCache& cache,
               OffsetSurface& surface, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
     if (cache.least_gap(0.0, target_gap) >= target_gap) return true;
     const double distance = kSeparationSpeed * duration;
     const WorldPos before = body.pose.translation;
-    // A rotation may bring another corner into the ground, and an unconverged translation may meet the opposite wall of
-    // a crack. The vertical translation is always clear.
+    // A rotation may move another corner into the ground, and an unconverged translation may hit the opposite wall of a
+    // crack. The vertical translation is always clear.
     for (const SeparationMode mode :
          {SeparationMode::rigid, SeparationMode::translation, SeparationMode::vertical}) {
         Twist displacement;
@@ -315,8 +314,8 @@ struct Interval {
     double lost_time = 0.0;
 };
 
-/// Finds the ground contacts, solves them, and advances the body: by `duration`, or less where it has rotated so far
-/// that its contacts must be found anew.
+/// Finds and solves the ground contacts, and advances the body by `duration`, or less if it has rotated so far that its
+/// contacts must be found anew.
 Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Ground& ground,
                           double duration) {
     if (is_swept_sphere_clear(body, ground, duration * body.velocity.linear)) {
@@ -354,7 +353,8 @@ Interval advance_interval(RigidBody& body, GroundContactCache& cache, const Grou
 
     for (int piece_count = 0; remaining > 0.0; ++piece_count) {
         if (piece_count == kMaxPieces || interval.impacts > kMaxImpacts) {
-            // Impacts that are not simulated dissipate energy too, or a body that spins in a crack never comes to rest.
+            // Impacts that are not simulated must also dissipate energy, or a body spinning in a crack would never come
+            // to rest.
             if (interval.impacts > kMaxImpacts) {
                 body.velocity.linear *= kUnfollowedSlowing;
                 body.velocity.angular *= kUnfollowedSlowing;
@@ -442,7 +442,7 @@ bool recover(RigidBody& body, const Ground& ground, double duration) {
 }
 
 double count_substeps(double dt, double max_substep) {
-    constexpr double kSlack = 1e-9;  // so that 2.0000001 is 2
+    constexpr double kSlack = 1e-9;  // rounding: 2.0000001 counts as 2
     return std::max(1.0, std::ceil(dt / max_substep - kSlack));
 }
 
@@ -475,13 +475,13 @@ SubstepAnswer step_body(RigidBody& body, GroundContactCache& cache, const Ground
 }
 
 // Sources:    Mirtich. Impulse-based dynamic simulation of rigid body systems. PhD thesis 1996, chapters 2 and 3.
-//             Catto. Solver2D and the soft step. 2024 (contacts found once a step, substeps on them).
-// Deviations: the poses of the substeps are scratch. Only the net displacement is made, and only as far as it is
-//             proved clear of an offset surface.
+//             Catto. Solver2D and the soft step. 2024 (contact detection once per step, substeps on these contacts).
+// Deviations: the poses of substeps are scratch. Only the net displacement is applied, and only as far as it is proved
+//             clear of an offset surface.
 
 namespace {
 
-/// How far the contacts of a collision step are searched beyond the contact margin, metres: as far as the body may
+/// Search distance for contacts of a collision step beyond the contact margin, metres: the distance that the body may
 /// move, at most its smallest half extent and the spacing of the ground.
 double contact_reach(const RigidBody& body, const Ground& ground, const StepSpan& span) {
     const double most = std::min(body.thickness, ground.spacing());
@@ -497,7 +497,7 @@ StepStart begin_collision_step(RigidBody& body, GroundContactCache& cache, const
     start.pose = body.pose;
     const Eigen::Vector3d reach =
         body.velocity.linear * span.duration + body.acceleration * (span.duration * span.duration);
-    // One that has contacts is near the ground: the test would not pass.
+    // A body with contacts is near the ground, where the test would fail.
     if (!cache.has_contacts() && is_swept_sphere_clear(body, ground, reach)) {
         cache.set_out_of_reach();
     } else {
@@ -536,7 +536,7 @@ SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, con
     body.pose = start.pose;
     OffsetSurface surface = start.surface;
     if (cache.is_out_of_reach()) {
-        // Others may have pushed the body out of what was clear when the step began.
+        // Other bodies may have pushed the body out of the space that was clear at the start of the step.
         const bool is_clear = is_swept_sphere_clear(body, ground, displacement.linear);
         if (!is_clear) surface.clear_distance = 0.0;
     }
@@ -561,7 +561,7 @@ SubstepAnswer end_collision_step(RigidBody& body, GroundContactCache& cache, con
     for (double piece = 0.0; piece < pieces && answer.resident; piece += 1.0) {
         answer.add(step_body(body, cache, ground, left / pieces));
     }
-    // The velocity has the work of gravity down to the end that was not reached.
+    // The velocity includes the work of gravity down to the end, which was not reached.
     if (answer.resident) compensate_height_gain(body, end.translation);
     return answer;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (rows of a contact, warm start).
-// Deviations: velocities are scaled by the square roots of masses and inertias. There the change by a unit impulse is
-//             the transpose of what gives the speed, so that a row needs one vector for both. Bodies of infinite mass
-//             have no such velocity: rows keep the speed at the start of a solve, and bodies the change since.
+// Deviations: velocities are scaled by the square roots of masses and inertias. In these coordinates the change by a
+//             unit impulse is the transpose of the Jacobian row, so that one vector serves both. Scaled velocities do
+//             not exist for infinite mass, so rows store the speed at the start of a solve, and bodies the change
+//             since.
 #include "world/solver/contact_solver.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Acceleration of the end of an arm against the normal by rotation, m/s^2.
+/// Centripetal acceleration of the end of an arm against the normal, m/s^2.
 double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
             const Eigen::Vector3d& arm) {
     return dot(spin, spin) * dot(normal, arm) - dot(normal, spin) * dot(spin, arm);
@@ -44,7 +45,7 @@ void ContactSolver::add(const SolverContact& contact) {
     SolverBody* const b = contact.b == SolverContact::kGround ? nullptr : &bodies_[contact.b];
     rows.a_ = &a;
     rows.b_ = b;
-    // Bodies of infinite mass may be shared with other islands and are not written.
+    // Bodies of infinite mass may be shared with other islands, so they are not written.
     rows.first_ = a.is_fixed() ? b : &a;
     rows.second_ = a.is_fixed() || b == nullptr || b->is_fixed() ? nullptr : b;
     std::uint32_t& level = rows.first_->level_;
@@ -65,7 +66,7 @@ void ContactSolver::add(const SolverContact& contact) {
         row->impulse = dot(contact.initial_impulse, direction);
     }
     rows.normal_.impulse = std::max(0.0, rows.normal_.impulse);
-    // The warm start of a changed normal has a tangential part, which a row without friction would never remove.
+    // If the normal has changed, the warm start has a tangential part, which a row without friction would never remove.
     if (!(contact.friction > 0.0)) rows.tangent_.impulse = rows.bitangent_.impulse = 0.0;
     rows.core_arm_ = rows.arm_a_ + contact.rounding * contact.normal;
     rows.allowed_closing_ = 0.0;
@@ -104,7 +105,7 @@ double ContactSolver::closing_speed(std::size_t contact, const Twist* before_a,
     return opening(rows.b_, before_b, rows.arm_b_) - opening(rows.a_, before_a, rows.arm_a_);
 }
 
-/// Sets the speeds from which a solve begins; end() adds its changes to the velocities.
+/// Computes the speeds at the start of a solve; end() adds the changes to the velocities.
 void ContactSolver::begin() {
     for (ContactRows& contact : contacts()) {
         const Twist& a = contact.a_->velocity;
@@ -142,9 +143,9 @@ void ContactSolver::apply(ContactRows& contact, Row& row, double impulse) {
     if (contact.second_ != nullptr) add_scaled(contact.second_->change_, row.second, impulse);
 }
 
-/// Sets the allowed closing speed of each contact. Where rotation curves the path of a corner into the ground, the
-/// contact must open at half of that acceleration times the duration, so that its gap at the end is that at the start.
-/// Contacts between bodies may overlap by as much. Returns the largest change, m/s.
+/// Sets the allowed closing speed of each contact. If rotation curves the path of a corner into the ground, the contact
+/// must open at half of that acceleration times the duration, so that its gap at the end is that at the start. Contacts
+/// between bodies tolerate this overlap. Returns the largest change, m/s.
 double ContactSolver::set_targets(double duration) {
     double change = 0.0;
     for (ContactRows& contact : contacts()) {
@@ -171,13 +172,13 @@ Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
 }
 
 // Sources:    Silcowitz, Niebe, Erleben. A nonsmooth nonlinear conjugate gradient method for interactive contact force
-//             problems. The Visual Computer 26, 2010 (the change by a Gauss-Seidel sweep in the place of the gradient).
+//             problems. The Visual Computer 26, 2010 (the change by a Gauss-Seidel sweep replaces the gradient).
 //             Saad. Iterative methods for sparse linear systems. 2003, chapter 9 (preconditioned conjugate gradients).
-// Deviations: the gradient is the change by one sweep forwards and one backwards, which together are a symmetric
-//             preconditioner. A step has the length that is best while no contact opens and none begins to slip; a
-//             direction is made conjugate to the one before by its product with it, in the velocities that they make.
+// Deviations: the gradient is the change by a forward and a backward sweep, which together form a symmetric
+//             preconditioner. The step length is optimal as long as no contact opens or starts to slip. A direction is
+//             made conjugate to the previous one by their inner product in the space of velocities.
 
-/// Starts again from the present impulses, without a previous direction.
+/// Restarts from the current impulses without a previous direction.
 void ContactSolver::restart_directions() {
     last_gradient_square_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < directions_.size(); ++i) {
@@ -189,8 +190,8 @@ void ContactSolver::restart_directions() {
     }
 }
 
-/// Makes the next direction: the gradient plus a multiple of the previous direction. Contacts that stay open are left
-/// out.
+/// Computes the next direction: the gradient plus a multiple of the previous direction, without contacts that stay
+/// open.
 void ContactSolver::turn_directions(double share_of_last) {
     for (const std::uint32_t member : direction_members_) bodies_[member].direction_ = {};
     for (std::size_t i = 0; i < directions_.size(); ++i) {
@@ -215,7 +216,7 @@ void ContactSolver::turn_directions(double share_of_last) {
     }
 }
 
-/// The length of the step along the direction that minimises the energy, from the end of the last step.
+/// The step length along the direction that minimises the energy, measured from the end of the last step.
 double ContactSolver::best_step_length() const {
     double square = 0.0, slope = 0.0;
     for (const std::uint32_t member : direction_members_) {
@@ -223,7 +224,7 @@ double ContactSolver::best_step_length() const {
         square += dot(body.direction_, body.direction_);
         slope += dot(body.direction_, body.step_start_) - dot(body.direction_, body.change_);
     }
-    // The speeds of the contacts include what the sweeps have changed since the last step; the sum above subtracts it.
+    // The contact speeds include the changes by sweeps since the last step; the sum above subtracts them.
     for (std::size_t i = 0; i < directions_.size(); ++i) {
         const ContactRows& contact = room_[i];
         const std::array<double, 3>& along = directions_[i].direction;
@@ -234,7 +235,7 @@ double ContactSolver::best_step_length() const {
     return square > 0.0 ? -slope / square : 0.0;
 }
 
-/// Replaces the changes of the sweeps since the last step by a step along a direction that is conjugate to the last.
+/// Replaces the changes by sweeps since the last step by a step along a direction conjugate to the last one.
 void ContactSolver::step_along_directions() {
     double last_square = 0.0, product = 0.0, gradient_square = 0.0;
     for (const std::uint32_t member : direction_members_) {
@@ -245,7 +246,7 @@ void ContactSolver::step_along_directions() {
         product += dot(body.direction_, gradient);
         gradient_square += dot(gradient, gradient);
     }
-    // The gradient grows where contacts open or begin to slip: earlier directions are not conjugate any more.
+    // The gradient grows if contacts open or start to slip: then earlier directions are no longer conjugate.
     const bool grows = !(gradient_square < last_gradient_square_);
     if (!grows) turn_directions(last_square > 0.0 ? -product / last_square : 0.0);
     const double length = grows ? 0.0 : best_step_length();

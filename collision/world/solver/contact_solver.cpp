@@ -8,7 +8,8 @@ namespace terrane::internal {
 namespace {
 
 constexpr int kSeparationIterations = 12;
-/// With conjugate directions: most pairs of sweeps, and the share of the largest displacement that ends them.
+/// With conjugate directions: maximum number of sweep pairs, and convergence tolerance relative to the largest
+/// displacement.
 constexpr int kConjugateSeparationIterations = 100;
 constexpr double kSeparationTolerance = 1e-6;
 
@@ -23,8 +24,8 @@ double ContactSolver::energy(std::span<const std::uint32_t> members) const {
     return energy;
 }
 
-/// Scales the velocities relative to that of the common centre of mass; the whole velocities where a contact is with
-/// the ground or a body of infinite mass, where momentum is not conserved.
+/// Scales the velocities relative to the common centre of mass; scales absolute velocities if a contact is with the
+/// ground or a body of infinite mass, because momentum is not conserved then.
 void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, double scale) {
     bool is_free = true;
     for (const ContactRows& contact : contacts()) {
@@ -39,7 +40,7 @@ void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, dou
             drift += body.velocity.linear / body.mass().inverse_mass;
         }
         drift /= mass;
-        // The motion of the centre keeps its energy: the rest has to lose all that the whole loses.
+        // The motion of the centre keeps its energy, so the relative motion must lose the whole difference.
         const double of_drift = 0.5 * mass * dot(drift, drift);
         const double now = energy(members), rest = now - of_drift;
         scale = rest > 0.0 ? std::sqrt(std::max(0.0, scale * scale * now - of_drift) / rest) : 0.0;
@@ -139,7 +140,7 @@ void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members,
     }
 }
 
-/// Whether a contact may add energy: friction drives it, or it is with a body of infinite mass that moves.
+/// Whether a contact may add energy: friction drives it, or it is with a moving body of infinite mass.
 bool ContactSolver::is_driven() const {
     const std::span<const ContactRows> rows = room_.first(count_);
     return std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
@@ -168,7 +169,7 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             continue;
         }
         contact.least_impulse_ = (1.0 + contact.restitution_) * contact.normal_.impulse;
-        // The least restitution is used for all where Poisson's impulses would add energy.
+        // The smallest restitution applies to all if Poisson's impulses would add energy.
         if (contact.restitution_ > 0.0) {
             bounce = bounce > 0.0 ? std::min(bounce, contact.restitution_) : contact.restitution_;
         }
@@ -187,7 +188,7 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             }
         }
     }
-    // Opening for a curved path may add energy here: it is taken from all velocities.
+    // Opening for a curved path may add energy, which is removed from all velocities.
     const double energy_after = energy(members);
     if (energy_after > energy_before) {
         scale_velocities(members, std::sqrt(energy_before / energy_after));
@@ -198,7 +199,7 @@ void ContactSolver::solve_separation(double max_distance, bool may_turn) {
     for (ContactRows& contact : contacts()) {
         const double wanted =
             std::clamp(0.5 * (contact.target_gap_ - contact.gap_), 0.0, max_distance);
-        // A contact with a larger gap may close by half of the excess.
+        // Contacts with a larger gap may close by half of the excess.
         contact.allowed_closing_ =
             wanted > 0.0 ? -wanted : 0.5 * (contact.gap_ - contact.target_gap_);
         contact.least_impulse_ = 0.0;
@@ -224,16 +225,16 @@ void ContactSolver::solve_separation(double max_distance, bool may_turn) {
 
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses).
 //             Saad. Iterative methods for sparse linear systems. 2003, chapter 11 (level scheduling).
-// Deviations: the levels are for the processor, not for threads: a contact has to wait for the one before it only where
-//             they share a body, and the contacts of a level share none. Each body meets its contacts in the order in
-//             which they were added, so that the levels change no result.
+// Deviations: levels serve instruction-level parallelism, not threads: contacts of a level share no body, so they do
+//             not depend on each other. Each body's contacts are solved in the order in which they were added, so that
+//             levels change no result.
 
 namespace {
 
-/// A contact is solved from the start if it closes at this share of its allowed speed.
+/// Contacts that close at more than this share of their allowed speed are active from the start.
 constexpr double kActiveShare = 0.5;
 
-/// Speed of a row whose bodies' changes are a and b.
+/// Speed of a row for changes a and b of its bodies.
 template <bool kHasSecond>
 inline double speed_of(const auto& row, const Vector6& a, const Vector6& b) {
     Vector6::Pair sum = products(row.first, a);
@@ -273,7 +274,7 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
     double wanted_v = v.impulse - v.effective_mass * speed_v;
     const double limit_square = limit * limit;
     if (wanted_u * wanted_u + wanted_v * wanted_v > limit_square) {
-        // Sliding: one effective mass for both rows, so that friction opposes the slip.
+        // Sliding: one effective mass for both rows makes friction oppose the slip.
         const double mass = std::min(u.effective_mass, v.effective_mass);
         wanted_u = u.impulse - mass * speed_u;
         wanted_v = v.impulse - mass * speed_v;
@@ -294,11 +295,11 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
                     std::abs(change_v) * v.inverse_effective_mass);
 }
 
-/// Sorts the contacts: those of two moving bodies first, then by level. Contacts of one level have no body in common,
-/// and each is in a higher level than those with its bodies that were added before it.
+/// Sorts the contacts: those of two moving bodies first, then by level. Contacts of a level have no body in common, and
+/// each has a higher level than earlier contacts of its bodies.
 void ContactSolver::sort_by_level() {
     const std::span<ContactRows> rows = contacts();
-    // Number of contacts of each kind and level, then where the next of them goes.
+    // Number of contacts of each kind and level; then the slot of the next one.
     const auto slot = [&](const ContactRows& contact) -> std::uint32_t& {
         return rows[contact.level_].slots_[contact.second_ != nullptr ? 0 : 1];
     };
@@ -334,8 +335,8 @@ void ContactSolver::list_active() {
     pair_count_ = pairs;
 }
 
-/// Contacts that have an impulse, or that close at half of their allowed speed. Most contacts of a moving body cannot
-/// close in a substep: they are solved only if the others make them.
+/// Activates contacts that have an impulse or close at half of their allowed speed. Most contacts of a moving body
+/// cannot close in a substep; they are solved only if other contacts make them close.
 void ContactSolver::activate_closing() {
     for (ContactRows& contact : contacts()) {
         const bool has_impulse = contact.normal_.impulse != 0.0 ||
@@ -347,7 +348,7 @@ void ContactSolver::activate_closing() {
     list_active();
 }
 
-/// Adds the contacts that close faster than allowed. Returns whether there are any.
+/// Activates contacts that close faster than allowed. Returns whether there are any.
 bool ContactSolver::activate_violated() {
     if (active_count_ == count_) return false;
     bool is_violated = false;
@@ -362,8 +363,8 @@ bool ContactSolver::activate_violated() {
     return is_violated;
 }
 
-/// Calls solve_pair for the active contacts of two moving bodies, then solve_single for the others; or backwards.
-/// Returns the largest change of a speed.
+/// Calls solve_pair for the active contacts of two moving bodies, then solve_single for the others, or in reverse
+/// order. Returns the largest change of speed.
 double ContactSolver::visit(bool is_forward, const auto& solve_pair, const auto& solve_single) {
     ContactRows* const rows = room_.data();
     double change = 0.0;
@@ -392,8 +393,8 @@ double ContactSolver::sweep_normals(bool is_forward) {
         [](ContactRows& contact) { return solve_normal<false>(contact); });
 }
 
-/// @param duration of the motion ahead: the impulses change the spin, and with it the targets, which are set anew once;
-///                 0 where they are fixed
+/// @param duration of the motion ahead; the targets are updated once, because impulses change the spin on which they
+///                 depend. 0: fixed targets
 void ContactSolver::iterate(double duration, const StoppingRule& rule, double tolerance) {
     activate_closing();
     restart_directions();
@@ -401,7 +402,7 @@ void ContactSolver::iterate(double duration, const StoppingRule& rule, double to
     int next_check = 1;
     double change_before = std::numeric_limits<double>::infinity();
     for (int iteration = 1; iteration <= rule.iterations; ++iteration) {
-        // Alternating order: a sweep propagates a load through a stack in one direction only.
+        // Alternating order, because a sweep propagates loads through a stack in one direction only.
         const bool is_forward = iteration % 2 == 1;
         const double slip = sweep_friction(is_forward);
         const double change = std::max(slip, sweep_normals(is_forward));

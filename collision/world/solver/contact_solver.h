@@ -11,16 +11,15 @@
 
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (sequential impulses, warm start).
 //             Stewart. Rigid-body dynamics with friction and impact. SIAM Review 2000, section 2
-//             (Poisson's restitution, and when it adds energy).
-// Deviations: a plastic solve comes first and restitution after it, so that the energy can be checked: where Poisson's
-//             impulses would add energy, the plastic impulses are scaled by 1 + restitution instead, which
-//             provably adds none.
+//             (Poisson's restitution, and conditions under which it adds energy).
+// Deviations: restitution follows a plastic solve, so that its energy can be checked: if Poisson's impulses would add
+//             energy, the plastic impulses are scaled by 1 + restitution instead, which provably adds none.
 namespace terrane::internal {
 
 inline constexpr double kClosingSlack =
-    1e-11;  // m/s: closing too fast by less than this is rounding
+    1e-11;  // m/s: a smaller excess of closing speed is rounding
 
-/// A contact of a body with the ground, or with another body.
+/// A contact of a body with the ground or another body.
 struct SolverContact {
     static constexpr std::uint32_t kGround = ~std::uint32_t{0};
     static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
@@ -32,60 +31,61 @@ struct SolverContact {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit
     double rounding = 0.0;    ///< radius of a's surface at the contact, metres; 0 for a corner
     double gap = 0.0;         ///< metres; negative: overlap
-    double rest_gap = 0.0;    ///< the contact may close to this gap, metres
+    double rest_gap = 0.0;    ///< contacts may close to this gap, metres
     double target_gap = 0.0;  ///< separation opens the contact to this gap, metres
     double friction = 0.0;
     double max_friction_impulse = kNoLimit;  ///< N s
-    /// Tangential velocity of a relative to b that friction drives them to, m/s: a belt's. Its normal part is not used.
+    /// Target tangential velocity of a relative to b for friction, such as of a belt, m/s. The normal component is
+    /// ignored.
     Eigen::Vector3d slip_velocity = Eigen::Vector3d::Zero();
     double restitution = 0.0;
     Eigen::Vector3d initial_impulse = Eigen::Vector3d::Zero();  ///< warm start: on a, N s
 };
 
-/// When the solver stops: converged, i.e. no velocity changes by more than `tolerance` of the fastest approach in a
-/// sweep; or `iterations` sweeps; or that change has fallen by less than a tenth in `patience` sweeps.
+/// Stopping rule of the solver: converged (no velocity changes by more than `tolerance` of the fastest approach in a
+/// sweep), `iterations` sweeps done, or that change improved by less than a tenth in `patience` sweeps.
 struct StoppingRule {
     int iterations = 0;
     double tolerance = 0.0;
     int patience = std::numeric_limits<int>::max();
 };
 
-/// The constraint rows of a contact, one normal and two tangential; made by ContactSolver::add().
+/// The constraint rows of a contact, one normal and two tangential; filled by ContactSolver::add().
 class alignas(64) ContactRows {
     friend class ContactSolver;
     /// Impulses along one direction, in the coordinates of SolverBody.
     struct Row {
         Vector6 first,
-            second;          // change of each body by a unit impulse; the transpose gives the speed
-        double start_speed;  // of the contact along the direction when the solve began, m/s
-        double inverse_effective_mass;  // relative speed of a unit impulse, m/s
+            second;          // change of each body per unit impulse; its transpose gives the speed
+        double start_speed;  // of the contact along the direction at the start of the solve, m/s
+        double inverse_effective_mass;  // relative speed per unit impulse, m/s
         double effective_mass;
         double impulse;
     };
-    // What sweeps read comes first.
+    // Members read in sweeps come first.
     Row normal_, tangent_, bitangent_;
     SolverBody* first_;
-    SolverBody* second_;  // null for the ground and where the other body has infinite mass
+    SolverBody* second_;  // null for the ground and for a body of infinite mass
     double friction_, max_friction_impulse_;
     double allowed_closing_;  // closing speed, m/s
     double least_impulse_;    // of the normal row
     std::uint32_t level_;     // see ContactSolver::sort_by_level()
-    std::uint32_t slots_[2];  // its scratch
-    std::uint32_t sorted_;    // in element i: index of the i-th contact in the order of solution
-    std::uint32_t visit_;     // the same of the active contacts only
+    std::uint32_t slots_[2];  // scratch of sort_by_level()
+    std::uint32_t sorted_;    // in element i: index of the i-th contact in solution order
+    std::uint32_t visit_;     // as sorted_, for active contacts only
     bool is_active_;
     const SolverBody* a_;
     const SolverBody* b_;            // null for the ground
     Eigen::Vector3d direction_[3];   // of the rows, world
     Eigen::Vector3d arm_a_, arm_b_;  // from the bodies' centres to the contact points, world
-    Eigen::Vector3d core_arm_;  // from a's centre to the contact point moved inside by the rounding
-    double slip_[2];            // tangential speeds that friction drives to, m/s
+    Eigen::Vector3d core_arm_;  // from a's centre to the contact point moved inward by `rounding`
+    double slip_[2];            // target tangential speeds of friction, m/s
     double gap_, rest_gap_, target_gap_;
     double restitution_;
     double approach_speed_;  // before the solve, m/s
 };
 
-/// What conjugate directions keep of a contact's normal, tangential and bitangential impulse, N s.
+/// State of the conjugate directions for a contact's normal, tangential and bitangential impulses, N s.
 struct ContactDirection {
     std::array<double, 3> impulses{};   ///< after the last step
     std::array<double, 3> direction{};  ///< of the last step
@@ -99,11 +99,11 @@ public:
     ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> room)
         : bodies_(bodies), room_(room) {}
 
-    /// Adds a contact; ignored where the room is full.
+    /// Adds a contact; ignored if the storage is full.
     void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
-    /// Makes the solver step along conjugate directions between sweeps. Sweeps alone converge slowly where a body bears
-    /// others of many times its mass. Called after all contacts were added.
+    /// Enables steps along conjugate directions between sweeps. Sweeps alone converge slowly if a body bears others of
+    /// many times its mass. Call after adding all contacts.
     ///
     /// @param members the moving bodies of the contacts; they outlive the solver
     /// @param room    storage, [contacts]
@@ -112,12 +112,12 @@ public:
         direction_members_ = members;
         directions_ = room;
     }
-    /// Changes the gap of a contact; all else of it stays, and the next solve starts with the impulses of the last.
+    /// Changes only the gap of a contact; the next solve starts from the impulses of the last.
     void set_gap(std::size_t contact, double gap) { room_[contact].gap_ = gap; }
-    /// Moves the contact points with the bodies of infinite mass that spin, for a time, to first order: half a substep
-    /// gives contacts the velocity of the substep's middle, so that a body on a turntable hardly drifts outward.
+    /// Moves the contact points on spinning bodies of infinite mass forward in time, to first order. Half a substep
+    /// gives contacts the velocity at the middle of the substep, so that a body on a turntable hardly drifts outward.
     void turn_fixed_bodies(double time);
-    /// Distance that a contact may close, metres; negative: it is below its rest gap.
+    /// Distance that a contact may close, metres; negative below its rest gap.
     double gap_to_rest(std::size_t contact) const {
         return room_[contact].gap_ - room_[contact].rest_gap_;
     }
@@ -125,27 +125,27 @@ public:
     bool is_below_target(std::size_t contact) const {
         return room_[contact].gap_ < room_[contact].target_gap_;
     }
-    /// Speed at which the changes of the bodies' velocities close a contact, m/s.
+    /// Closing speed of a contact due to the changes of the bodies' velocities, m/s.
     /// @param before_a, before_b velocities before the change; null: not changed
     double closing_speed(std::size_t contact, const Twist* before_a, const Twist* before_b) const;
 
-    /// Changes the velocities so that no contact closes to less than its rest gap within `duration` seconds; contacts
-    /// with a smaller gap do not close at all. The kinetic energy never grows.
+    /// Changes the velocities so that no contact closes below its rest gap within `duration` seconds; contacts already
+    /// below it do not close at all. The kinetic energy never grows.
     ///
     /// @param members      the moving bodies of the contacts
-    /// @param bounce_speed contacts that approach more slowly do not bounce, m/s
+    /// @param bounce_speed slower contacts do not bounce, m/s
     void solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
                         double duration, const StoppingRule& rule);
 
     /// The plastic part of solve_velocity(): no contact bounces.
     ///
-    /// @param removed_out the kinetic energy that it has removed, J, >= 0
-    /// @return false where no contact closes faster than allowed: all impulses are zero
+    /// @param removed_out kinetic energy removed, J, >= 0
+    /// @return false if no contact closes faster than allowed: all impulses are zero
     bool solve_plastic(std::span<const std::uint32_t> members, double duration,
                        const StoppingRule& rule, double& removed_out);
 
-    /// Changes the velocities after solve_plastic() so that contacts separate at given speeds. Where the kinetic
-    /// energy would grow by more than `max_energy` J the change is made in part.
+    /// Changes the velocities after solve_plastic() so that contacts separate at given speeds. The change is scaled
+    /// down if the kinetic energy would grow by more than `max_energy` J.
     ///
     /// @param separating_speeds [contacts] m/s; negative: the contact does not bounce
     void solve_restitution(std::span<const std::uint32_t> members,
@@ -153,18 +153,18 @@ public:
                            const StoppingRule& rule);
 
     /// Scales the velocities down so that the kinetic energy is at most `most` J, unless a moving body of infinite mass
-    /// drives the others.
+    /// or friction drives a contact.
     void limit_kinetic_energy(std::span<const std::uint32_t> members, double most);
 
-    /// Speed at which the bodies of a contact approached before the last solve, m/s; and its normal impulse, N s.
+    /// Approach speed of a contact before the last solve, m/s, and its normal impulse, N s.
     double approach_speed(std::size_t contact) const { return room_[contact].approach_speed_; }
     double normal_impulse(std::size_t contact) const { return room_[contact].normal_.impulse; }
 
     /// Impulse of a contact on its body a in the last solve, N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
 
-    /// Writes displacements into the velocities, which must be zero: they open every contact below its target gap by
-    /// half of what is missing, and by at most `max_distance` metres.
+    /// Writes displacements into the velocities, which must be zero. They open every contact below its target gap by
+    /// half of the missing distance, at most `max_distance` metres.
     /// @param may_turn false: translations only
     void solve_separation(double max_distance, bool may_turn);
 
@@ -208,9 +208,9 @@ private:
     std::size_t count_ = 0;
     bool is_sorted_ = false;
     std::size_t active_count_ = 0;  // contacts that sweep() visits
-    std::size_t pair_count_ = 0;    // those of two moving bodies, which come first
+    std::size_t pair_count_ = 0;    // contacts of two moving bodies, which come first
     std::span<const std::uint32_t> direction_members_;
-    std::span<ContactDirection> directions_;  // [contacts], or empty: sweeps alone
+    std::span<ContactDirection> directions_;  // [contacts]; empty: sweeps only
     double last_gradient_square_ = 0.0;       // of the change of all bodies, J
 };
 

@@ -38,7 +38,7 @@ double greatest_lift(const RigidBody& body, const Ground& ground) {
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
     if (lift <= at_least) return at_least;
     if (may_meet_volume(ground, body.pose.translation, body.radius))
-        return lift;  // it is the depth
+        return lift;  // near volumes the lift is the depth
     return std::max(at_least, compute_depth(body, ground).depth);
 }
 
@@ -55,21 +55,21 @@ constexpr std::array<double, kOffsetCount> make_offset_depths() {
     return depths;
 }
 constexpr std::array<double, kOffsetCount> kOffsetDepths = make_offset_depths();
-/// Distance that a body may move before its contacts are found anew, in tolerances.
+/// Reuse distance: motion after which contacts are found anew, in tolerances.
 constexpr double kReuseDistance = 1.0 / 32.0;
-/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances: ground beyond the
-/// margin was then as far away, and has come nearer by at most the reuse distance.
+/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances: then ground beyond the
+/// margin was at least as far away, and has approached by at most the reuse distance.
 constexpr double kReusableGap = 1.0 / 8.0;
-/// Least cosine between the normals of a contact in two refreshes.
+/// Least cosine between normals of the same contact in two refreshes.
 constexpr double kSameNormal = 0.95;
-/// Largest difference of the components of normals that count as unchanged.
+/// Largest component difference of normals that count as unchanged.
 constexpr double kSameDirection = 1e-9;
 /// Share of a gap that a body may cross without a cast.
 constexpr double kClearShare = 0.5;
-/// Bodies that extend over more cells than this along an axis are always cast.
+/// Bodies over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
-/// The cells that a body and a margin around it, metres, may overlap.
+/// The cells that a body with a margin, metres, may overlap.
 CellRange cells_around(const RigidBody& body, const Ground& ground, double margin) {
     const double reach = body.radius + margin;
     const WorldPos& centre = body.pose.translation;
@@ -77,16 +77,16 @@ CellRange cells_around(const RigidBody& body, const Ground& ground, double margi
             ground.column_at(centre.x() + reach), ground.row_at(centre.y() + reach)};
 }
 
-/// Whether all cells below and above a body and its margin are ground: then it can only meet the surface that the
-/// refresh has examined, not the side of the ground.
+/// Whether all cells below and above a body with a margin are ground: then it can only touch the surface examined in
+/// the refresh, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
     const double around = body.tolerance + margin;
     if (!(2.0 * (body.radius + around) < kMaxCells * ground.spacing())) return false;
     return GroundReader(ground).is_all_ground(cells_around(body, ground, around));
 }
 
-/// Friction and restitution of a body on the ground: its own, or, where the ground has a surface map, as between two
-/// bodies.
+/// Friction and restitution of a body on the ground: combined as for two bodies if the ground has a surface map, else
+/// the body's own.
 SurfaceProperties combined_surface(const RigidBody& body, std::uint32_t part, const Ground& ground,
                                    double x, double y) {
     SurfaceProperties combined{.friction = friction_of(body, part),
@@ -110,8 +110,8 @@ Pose raised(Pose pose, double height) {
 }
 
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
-    // A rotation moves a point by at most its distance times the spectral norm of the rotations' difference, which is
-    // at most the Frobenius norm.
+    // A rotation moves a point by at most its distance times the spectral norm of the difference of the rotations,
+    // which is bounded by the Frobenius norm.
     double turn = 0.0;
     for (int column = 0; column < 3; ++column) {
         const Eigen::Vector3d difference = to.rotation.col(column) - from.rotation.col(column);
@@ -195,7 +195,7 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
         contacts_.push_back(contact);
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
-    // Contacts that were cut off may be nearer than those kept of another part: then nothing is known.
+    // If contacts were truncated, those omitted may be nearer than those kept of another part.
     is_exhaustive_ = !is_on_mesh_ && is_complete && !contacts_.empty() &&
                      has_ground_around(body, ground, margin_);
     is_reusable_ = is_complete && offset_index == 0 && reach == 0.0 &&
@@ -206,7 +206,7 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     }
 }
 
-/// The contacts beside volumes, where the shrunk body is clear; none where it is clear at no offset.
+/// The contacts near volumes at the first offset at which the shrunk body is clear; none if there is no such offset.
 ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Ground& ground,
                                                int offset_index, std::span<Contact> contacts_out,
                                                std::span<double> openings_out) {
@@ -242,7 +242,7 @@ MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int fro
     found.index = from;
     found.distance = distance_at(from);
     if (found.is_missing || found.distance >= clear) return found;
-    // Shrunk bodies contain each other, so that those that are clear come last.
+    // Shrunk bodies are nested, so clearance is monotonic in the offset: bisection.
     int deep = from;
     found.index = kOffsetCount - 1;
     found.distance = distance_at(found.index);

@@ -57,23 +57,23 @@ void SeparatedPairs::end() {
 
 namespace {
 
-/// Contacts are found up to this gap, in tolerances, plus the distance that the bodies close in a collision step.
+/// Contacts are searched up to this gap, in tolerances, plus the closing distance of the bodies in a collision step.
 constexpr double kMargin = 1.0 / 2.0;
 /// Relative motion up to which contacts are reused, in tolerances.
 constexpr double kReach = 1.0 / 32.0;
 /// Overlap that is not separated, in tolerances.
 constexpr double kSlop = 1.0 / 16.0;
-/// Gaps up to this count as touching, in tolerances: casts stop within them, and bodies may rest in them.
+/// Largest gap that counts as touching, in tolerances: casts stop, and bodies may rest, within it.
 constexpr double kTouchingGap = 1.0 / 8.0;
-constexpr double kMostTurn = 6.0;  // radians: faster spins are cast as if slower
-/// Largest closing distance for which nearest points predict the contact, in smallest half extents.
+constexpr double kMostTurn = 6.0;  // radians: limit on the rotation of casts
+/// Largest closing distance for which the nearest points predict the contact, in smallest half extents.
 constexpr double kMarginOfExtent = 0.5;
 
 double tolerance_of(const RigidBody& a, const RigidBody& b) {
     return std::min(a.tolerance, b.tolerance);
 }
 
-/// The motion of a body in a time, with at most kMostTurn: the cost of a cast grows with it.
+/// The motion of a body over `duration`, with its rotation limited to kMostTurn, which bounds the cost of a cast.
 Motion predicted_motion(const RigidBody& body, double duration) {
     const Eigen::Vector3d turn = body.velocity.angular * duration;
     const double angle = length(turn);
@@ -81,7 +81,8 @@ Motion predicted_motion(const RigidBody& body, double duration) {
             angle > kMostTurn ? Eigen::Vector3d(turn * (kMostTurn / angle)) : turn};
 }
 
-/// What a body must not move through in a step. A thin wall is not moved: there the thickness of the other body counts.
+/// Thickness that a pair must not tunnel through in a step. Against a body that is not dynamic, such as a thin wall,
+/// the thicker body counts.
 double least_thickness(const RigidBody& a, const RigidBody& b) {
     return is_dynamic(a) && is_dynamic(b) ? std::min(a.thickness, b.thickness)
                                           : std::max(a.thickness, b.thickness);
@@ -91,8 +92,8 @@ Eigen::Vector3d velocity_at(const RigidBody& body, const Eigen::Vector3d& arm) {
     return body.velocity.linear + cross(body.velocity.angular, arm);
 }
 
-/// Upper bound of the speed that rotation adds anywhere on a body's surface, m/s: a sphere or a capsule does not move
-/// where it turns about an axis of symmetry.
+/// Upper bound of the surface speed due to rotation, m/s; rotation of a sphere or capsule about an axis of symmetry
+/// does not move its surface.
 double turning_speed(const RigidBody& body) {
     const Eigen::Vector3d& spin = body.velocity.angular;
     const Shape& shape = *body.shape;
@@ -103,7 +104,7 @@ double turning_speed(const RigidBody& body) {
     return body.radius * length(spin);
 }
 
-/// Upper bound of the distance by which two bodies approach each other in a time, metres.
+/// Upper bound of the distance by which two bodies approach within `duration`, metres.
 double closing_distance(const RigidBody& a, const RigidBody& b, double duration) {
     return duration *
            (length(a.velocity.linear - b.velocity.linear) + turning_speed(a) + turning_speed(b));
@@ -140,7 +141,7 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
 
     const double thickness = least_thickness(a, b);
     const double ahead = margin + std::min(closing, thickness);
-    // The larger buffer only for compounds.
+    // Only compounds need the larger buffer.
     if (manifolds.size() == 1) {
         std::array<PairContact, kMaxCount> room;
         collide(manifolds, a, b, ahead, room);
@@ -148,8 +149,8 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
         std::array<PairContact, kMaxManifolds * kMaxCount> room;
         collide(manifolds, a, b, ahead, room);
     }
-    // Nearest points do not predict the contact of bodies that may pass through each other in a step, unless they touch
-    // and turn slowly.
+    // Nearest points do not predict the contact of bodies that may tunnel in a step, unless they touch and rotate
+    // slowly.
     if (closing > kMarginOfExtent * thickness) {
         const double turning = duration * (turning_speed(a) + turning_speed(b));
         const bool touches = manifolds[0].count_ > 0 && manifolds[0].least_gap() <= margin;
@@ -175,10 +176,9 @@ void PairManifold::warm_start(std::span<const PairManifold> before) {
     }
 }
 
-/// Whether two bodies have moved relative to each other by more than the reuse distance since their contacts were
-/// found.
+/// Whether the relative motion of two bodies since their contacts were found exceeds the reuse distance.
 bool PairManifold::has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before) {
-    // The motion of b relative to a: a common translation changes no contact.
+    // Motion of b relative to a: a common translation changes no contact.
     Pose b_with_a = before.pose_b_;
     b_with_a.translation += a.pose.translation - before.pose_a_.translation;
     Pose a_turned = before.pose_a_;
@@ -193,7 +193,7 @@ void PairManifold::follow(const RigidBody& a, const RigidBody& b) {
     }
 }
 
-/// Distance of a contact's core points along the normal.
+/// Distance between a contact's core points along the normal.
 double PairManifold::core_separation(const RigidBody& a, const RigidBody& b,
                                      const Point& point) const {
     const Eigen::Vector3d arm_a = rotated(a.pose.rotation, point.core_a_body);
@@ -230,8 +230,8 @@ double PairManifold::least_gap() const {
     return least;
 }
 
-/// Finds the contact of fast bodies by a cast. Its gap is the distance that its points close until then, so that the
-/// bodies meet at the time of impact.
+/// Finds the contact of fast bodies by a cast. Its gap is the distance that its points close until the time of impact,
+/// so that the solver lets the bodies meet then.
 void PairManifold::predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
                                   const RigidBody& b, double duration) {
     const Motion motion_a = predicted_motion(a, duration);
@@ -247,7 +247,7 @@ void PairManifold::predict_impact(std::span<PairManifold> manifolds, const Rigid
     const WorldPos then_b = motion_b.at(hit.fraction).translation;
     for (std::size_t i = 0; i < hit.count; ++i) {
         if (!(hit.contacts[i].normal == first.normal_)) continue;
-        // Arms at the time of impact, in the bodies' present frames.
+        // Arms at the time of impact, in the bodies' current frames.
         const Arms arms = first.arms_of(hit.contacts[i], then_a, then_b);
         const double closing = -dot(first.normal_, velocity_at(a, arms.a) - velocity_at(b, arms.b));
         const double left = std::max(0.0, -hit.contacts[i].depth);

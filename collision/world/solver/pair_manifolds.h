@@ -15,23 +15,23 @@
 
 namespace terrane::internal {
 
-/// Pairs that were found separated, with a lower bound of their distance that decreases as the bodies move: while it
-/// exceeds the reach of contacts, a pair needs no narrowphase. All pairs are given in ascending order.
+/// Cache of separated pairs with a lower bound of their distance, which decreases as the bodies move. A pair needs no
+/// narrowphase while the bound exceeds the reach of contacts. All pairs are passed in ascending order.
 class SeparatedPairs {
 public:
-    /// Begins a collision step: bodies may have moved, or been placed anew.
+    /// Starts a collision step: bodies may have moved or been placed anew.
     void begin(std::span<const RigidBody> bodies);
 
-    /// Whether a pair is known to be farther apart than `reach` metres. It is then kept for the next step.
+    /// Whether a pair is known to be farther apart than `reach` metres; if so, it is kept for the next step.
     bool is_clear(const BodyPair& pair, double reach);
 
-    /// Adds a pair that was found separated in this step, by at least `distance` metres.
+    /// Adds a pair found separated by at least `distance` metres in this step.
     void add(const BodyPair& pair, double distance);
 
     /// Ends the step.
     void end();
 
-    /// Forgets the pairs of a body whose shape may have changed.
+    /// Removes the pairs of a body whose shape may have changed.
     void forget(std::uint32_t body) {
         std::erase_if(entries_, [body](const Entry& entry) {
             return entry.pair.a == body || entry.pair.b == body;
@@ -41,39 +41,39 @@ public:
 private:
     struct Entry {
         BodyPair pair;
-        double travel;  // of both bodies, at which their distance may be 0, metres
+        double travel;  // total travel of both bodies at which they may touch, metres
     };
     double travel_of(const BodyPair& pair) const { return travel_[pair.a] + travel_[pair.b]; }
 
     std::vector<Entry> entries_, kept_, added_;
     std::size_t next_ = 0;  // of entries_
     std::vector<double>
-        travel_;               // [bodies] sum of upper bounds of how far a point has moved, metres
+        travel_;  // [bodies] upper bound of the distance travelled by any point, metres
     std::vector<Pose> poses_;  // [bodies] at the last begin()
 };
 
-/// Contact manifold of two bodies: up to four contacts of one normal, touching now or within a collision step. Two
-/// convex bodies have one manifold, compounds several in consecutive elements. Contacts are reused while the relative
-/// motion is below the reuse distance; impulses are kept from substep to substep for the warm start.
+/// Contact manifold of two bodies: up to four contacts with a common normal that touch now or may touch within a
+/// collision step. Two convex bodies have one manifold, compounds several in consecutive elements. Contacts are reused
+/// while the relative motion is below the reuse distance; impulses are kept between substeps for warm starting.
 class PairManifold {
 public:
     static constexpr std::size_t kMaxCount = 4;
-    /// Manifolds of one pair; those with the deepest contacts are kept.
+    /// Maximum number of manifolds of a pair; those with the deepest contacts are kept.
     static constexpr std::size_t kMaxManifolds = 8;
 
     BodyPair pair;
 
-    /// Number of manifolds that a pair needs room for.
+    /// Number of manifolds to reserve for a pair.
     static std::size_t max_count(const RigidBody& a, const RigidBody& b);
 
     /// Finds the contacts of two bodies, or updates the gaps of the previous ones.
-    /// @param manifolds of this pair; unused ones come last, without contacts
-    /// @param before    those of the same pair in the previous collision step, or none
+    /// @param manifolds manifolds of this pair; unused ones come last and have no contacts
+    /// @param before    manifolds of the pair in the previous collision step, or none
     /// @param duration  of the motion ahead, seconds
     static void update(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
                        std::span<const PairManifold> before, double duration);
 
-    /// Updates the gaps for bodies that have moved since update(): each contact keeps its normal and its points.
+    /// Updates the gaps after the bodies have moved since update(): contacts keep their normals and points.
     void follow(const RigidBody& a, const RigidBody& b);
 
     std::size_t count() const { return count_; }
@@ -82,29 +82,29 @@ public:
     /// Contacts with at most this gap touch, metres.
     static double touching_gap(const RigidBody& a, const RigidBody& b);
 
-    /// Where update() has found no contacts: a lower bound of the bodies' distance, metres, <= 0 where it is unknown.
+    /// Lower bound of the bodies' distance if update() found no contacts, metres; <= 0 if unknown.
     double least_distance() const { return least_distance_; }
 
-    /// Gap beyond which bodies cannot touch in a time, and update() finds no contacts, metres.
+    /// Gap beyond which bodies cannot touch within `duration`, and update() finds no contacts, metres.
     static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
 
-    /// Gap of contact i for a solver since the last follow(), metres: at most 0 where the bodies touch.
+    /// Gap of contact i for the solver as of the last follow(), metres: at most 0 if the bodies touch.
     double solved_gap(std::size_t i, const RigidBody& a, const RigidBody& b) const;
-    /// Contact i for a solver that names bodies by the indices of `pair`.
+    /// Contact i for a solver that indexes bodies as in `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;
 
     void set_impulse(std::size_t i, const Eigen::Vector3d& impulse) {
         points_[i].impulse = impulse;
     }
 
-    /// The fields that a copy needs, for a stream that writes or reads them (world/world_bytes.h).
-    /// @param manifold a PairManifold, const where the stream writes
+    /// Serialises the fields that a copy needs. See world/world_bytes.h.
+    /// @param manifold a PairManifold, const for writing
     template <class Stream, class Manifold>
     static void list_fields(Stream& stream, Manifold& manifold);
 
 private:
     struct Point {
-        // Core points: the contact's points moved inside by the radius of a sphere or capsule; body frames.
+        // Core points: the contact points moved inward by the radius of a sphere or capsule; body frames.
         Eigen::Vector3d core_a_body, core_b_body;
         ShapeFeature feature_a, feature_b;
         std::uint32_t part_a = 0, part_b = 0;
@@ -112,7 +112,7 @@ private:
         double gap_offset = 0.0;  // gap less the core points' separation when the contact was found
         Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // of the last substep, on a, N s
     };
-    /// From the bodies' centres to the core points, world.
+    /// Vectors from the bodies' centres to the core points, world.
     struct Arms {
         Eigen::Vector3d a, b;
     };
@@ -135,7 +135,7 @@ private:
     bool is_predicted_ = false;  // found by a cast: valid for one collision step
     double rounding_a_ = 0.0, rounding_b_ = 0.0;
     Eigen::Vector3d normal_ = Eigen::Vector3d::UnitZ();  // out of b
-    Pose pose_a_, pose_b_;                               // where the contacts were found
+    Pose pose_a_, pose_b_;                               // at which the contacts were found
     std::array<Point, kMaxCount> points_;
 };
 

@@ -10,17 +10,17 @@
 
 namespace terrane::internal {
 
-/// The state of a body that steps change.
+/// The part of a body's state that steps change.
 struct BodyMotion {
     Pose pose;
     Twist velocity;
-    bool started_deep = false;  ///< was placed deeper than its tolerance and is still recovering
-    bool is_fresh = true;       ///< was placed, and has not been stepped since
+    bool started_deep = false;  ///< was placed deeper than its tolerance, still recovering
+    bool is_fresh = true;       ///< not stepped since it was placed
     /// Remaining recovery translation of a body that penetrates too deeply, metres.
     Eigen::Vector3d escape_translation = Eigen::Vector3d::Zero();
 };
 
-/// Everything that one substep of a rigid body reads and writes.
+/// The state that a substep of a rigid body reads and writes.
 struct RigidBody : BodyMotion {
     static constexpr std::uint32_t kNoPart = ~std::uint32_t{0};
 
@@ -33,13 +33,13 @@ struct RigidBody : BodyMotion {
     double tolerance = 0.01;  ///< largest penetration depth, metres, > 0
     CollisionFilter filter;
     bool is_sensor = false;
-    /// Parts of a compound from this one on are wheels: they roll, so that their contacts have no friction.
+    /// Compound parts from this index on are wheels: they roll, so their contacts have no friction.
     std::uint32_t first_wheel_part = kNoPart;
-    /// By gravity and the forces of the step, m/s^2.
+    /// Acceleration by gravity and the forces of the step, m/s^2.
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
 
-/// Radius of a sphere or capsule, 0 for shapes with corners; of a compound that of the part.
+/// Radius of a sphere or capsule, 0 for shapes with corners; for a compound, that of the part.
 inline double rounding_of(const auto& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
     if (const auto* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
@@ -52,7 +52,7 @@ inline double rounding_of(const Shape& shape, std::uint32_t part) {
     return rounding_of(shape);
 }
 
-/// Friction and restitution of a contact from those of its two surfaces.
+/// Combines the friction and restitution of two surfaces.
 inline double combined_friction(double a, double b) { return std::sqrt(a * b); }
 inline double combined_restitution(double a, double b) { return std::max(a, b); }
 

@@ -5,7 +5,7 @@
 //             Chan, Golub, LeVeque. Updating formulae and a pairwise algorithm for computing sample variances.
 //             1979 (sums about moving centres, without cancellation).
 //             Golub, Van Loan. Matrix Computations. Section 8.5 (Jacobi's rotations).
-// Deviations: one formula for simplices of every dimension, so that plates, rods and points have mass too.
+// Deviations: one formula for simplices of any dimension, so that plates, rods and points also have mass.
 #include "world/solver/solver_body.h"
 
 #include "base/vector_math.h"
@@ -21,7 +21,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Share of a shape's size below which an offset or an off-diagonal moment is rounding and is ignored.
+/// Relative size below which an offset or an off-diagonal moment is treated as rounding.
 constexpr double kRounding = 1e-12;
 
 bool is_identity(const Pose& pose) {
@@ -41,7 +41,7 @@ struct Moments {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  ///< integral of d d^T, d from the centre
 
-    /// Sets of fewer dimensions have no content.
+    /// Sets of lower dimension have no content.
     void add(const Moments& other) {
         if (other.dimension < dimension || !(other.content > 0.0)) return;
         if (other.dimension > dimension) {
@@ -58,7 +58,7 @@ struct Moments {
     }
 };
 
-/// Of a simplex: a point, a segment, a triangle or a tetrahedron.
+/// Moments of a simplex: a point, segment, triangle or tetrahedron.
 template <std::size_t N>
 Moments simplex_moments(const std::array<Eigen::Vector3d, N>& v, double content) {
     Moments moments{.dimension = static_cast<int>(N) - 1, .content = content};
@@ -83,7 +83,7 @@ Moments moments_of(const ConvexHull& hull) {
         const Eigen::Vector3d& end = shape.vertices[1];
         sum.add(simplex_moments(std::array{apex, end}, length(end - apex)));
     }
-    // A flat hull has two faces, back to back: counting the area twice changes no ratio.
+    // A flat hull has two faces back to back: counting the area twice changes no ratio.
     for (const Polyhedron::Face& face : shape.faces) {
         const auto at = [&](std::uint32_t i) -> const Eigen::Vector3d& {
             return shape.vertices[shape.loops[face.first + i]];
@@ -126,7 +126,7 @@ Eigen::Vector3d inertia_of(const Box& box, double mass) {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Dimension and content alone.
+/// Dimension and content only.
 Moments content_of(const Sphere& sphere) {
     const double r = sphere.radius;
     if (!(r > 0.0)) return {.dimension = 0, .content = 1.0};
@@ -172,7 +172,7 @@ Moments moments_of(const Compound& compound) {
     return sum;
 }
 
-/// Eigenvectors of a symmetric matrix, as the columns of a rotation, by Jacobi's method.
+/// Eigenvectors of a symmetric matrix by Jacobi's method, as the columns of a rotation.
 Eigen::Matrix3d find_axes(Eigen::Matrix3d m) {
     constexpr int kMaxSweeps = 30;  // convergence is quadratic: four or five sweeps are usual
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
@@ -246,7 +246,7 @@ Eigen::Vector3d inertia_of(const Made& shape, double mass) {
     for (int axis = 0; axis < 3; ++axis) {
         inertia[axis] = density * (trace(moments.spread) - moments.spread(axis, axis)) +
                         mass * (dot(c, c) - c[axis] * c[axis]);
-        // A rod has none about its own axis: what is left there is rounding.
+        // A rod has no inertia about its own axis: a remainder is rounding.
         if (inertia[axis] <= kRounding * density * trace(moments.spread)) inertia[axis] = 0.0;
     }
     return inertia;

@@ -9,17 +9,17 @@
 
 namespace terrane::internal {
 
-/// Mass of a body; inertia about its principal axes, kg m^2. An inverse inertia of 0: a shape without extent around
-/// that axis, whose spin never changes. An inverse mass of 0: infinite mass.
+/// Mass of a body, and inertia about its principal axes, kg m^2. Inverse inertia 0: a shape without extent around that
+/// axis, whose spin never changes. Inverse mass 0: infinite mass.
 struct MassProperties {
     double inverse_mass = 1.0;
     Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
     Eigen::Vector3d inverse_inertia = Eigen::Vector3d::Zero();
 };
 
-/// Mass properties of a centred shape (see make_centred()) of uniform density. Shapes without volume have their mass on
-/// their area, those without area on their length. A compound is the sum of its parts: overlaps count twice, and beside
-/// solid parts flat ones have no mass.
+/// Mass properties of a centred shape (see make_centred()) of uniform density. Shapes without volume distribute their
+/// mass over their area, shapes without area over their length. A compound is the sum of its parts: overlaps count
+/// twice, and flat parts next to solid ones have no mass.
 ///
 /// Cost: linear in the faces of a hull and in the parts of a compound
 MassProperties make_mass_properties(const Shape& shape, double mass);
@@ -27,20 +27,19 @@ MassProperties make_mass_properties(const Shape& shape, double mass);
 /// A shape whose origin is its centre of mass and whose axes are its principal axes.
 struct CentredShape {
     Shape shape;
-    Pose
-        body_from_centred;  ///< identity where the shape was centred already: then it shares its data
+    Pose body_from_centred;  ///< identity if already centred: then the data is shared
 };
 
-/// Fails with invalid_argument where a hull or compound reaches farther from its centre of mass than create() allows.
+/// Fails with invalid_argument if a hull or compound extends farther from its centre of mass than create() allows.
 ///
 /// Allocates: a copy of a hull or compound that is not centred
 Result<CentredShape> make_centred(const Shape& shape);
 
-/// The pose of a body's centred shape, and back; bit for bit the same pose where body_from_centred is the identity.
+/// Converts between the poses of a body and of its centred shape; bit-identical if body_from_centred is the identity.
 Pose to_centred(const Pose& world_from_body, const Pose& body_from_centred);
 Pose from_centred(const Pose& world_from_centred, const Pose& body_from_centred);
 
-/// Velocity or small displacement of a rigid body: of its centre of mass, and about it, in world axes.
+/// Velocity or small displacement of a rigid body, linear at and angular about its centre of mass, world axes.
 struct Twist {
     Eigen::Vector3d linear = Eigen::Vector3d::Zero();
     Eigen::Vector3d angular = Eigen::Vector3d::Zero();
@@ -48,13 +47,13 @@ struct Twist {
 
 double kinetic_energy(const MassProperties& mass, const Pose& pose, const Twist& velocity);
 
-/// Six numbers in pairs. Loads and stores are of whole pairs: a load that spans two stores would wait for both.
+/// Six numbers in pairs, loaded and stored as whole pairs: a load that spans two stores would stall.
 struct Vector6 {
     using Pair = double __attribute__((vector_size(16)));
     Pair pairs[3] = {};
 };
 
-/// Products of the numbers at the same place, summed over the pairs.
+/// Element-wise products, summed over the pairs.
 inline Vector6::Pair products(const Vector6& a, const Vector6& b) {
     return a.pairs[0] * b.pairs[0] + a.pairs[1] * b.pairs[1] + a.pairs[2] * b.pairs[2];
 }
@@ -75,11 +74,11 @@ inline void add_scaled(Vector6& to, const Vector6& a, double factor_a, const Vec
 }
 inline bool is_zero(const Vector6& a) { return dot(a, a) == 0.0; }
 
-/// The solver's copy of a body. While contacts are solved it holds the change of its velocity in coordinates in which
-/// the body has mass 1 and unit inertia: M^(1/2) times the change, with its rotation in body axes.
+/// The solver's copy of a body. During a solve it stores the change of velocity scaled by M^(1/2), in coordinates of
+/// unit mass and inertia, with the angular part in body axes.
 class alignas(64) SolverBody {
 public:
-    /// @param pose at which the contact points were computed
+    /// @param pose pose at which the contact points were computed
     void set(const MassProperties& mass, const Pose& pose, const Twist& start_velocity);
     /// A body of infinite mass.
     void set_fixed(const Pose& pose, const Twist& constant_velocity);
@@ -93,10 +92,10 @@ private:
 
     /// M^(-1/2) times a force and a moment; the transpose of unscaled().
     Vector6 scaled(const Eigen::Vector3d& force, const Eigen::Vector3d& moment) const;
-    /// A velocity from a change in the solver's coordinates.
+    /// Converts a change in the solver's coordinates to a velocity.
     Twist unscaled(const Vector6& change) const;
 
-    Vector6 change_;           // of the velocity since the solve began
+    Vector6 change_;           // of the velocity since the start of the solve
     std::uint32_t level_ = 0;  // of the body's next contact, see ContactSolver::sort_by_level()
     double root_inverse_mass_ = 0.0;
     Eigen::Vector3d root_inverse_inertia_ = Eigen::Vector3d::Zero();  // body axes

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a character touches, and its moves onto steps.
+// Contacts of a character, and its moves onto steps.
 #include "world/vehicle/character_parts.h"
 
 #include "world/solver/body_checks.h"
@@ -15,10 +15,10 @@
 namespace terrane::internal {
 namespace {
 
-/// Feet stand on contacts with gaps up to this beyond the rest gap, in tolerances.
+/// Largest gap of supporting contacts beyond the rest gap, in tolerances.
 constexpr double kStandingGap = 1.0 / 8.0;
 constexpr std::size_t kMaxContactsOfBody = 24;
-constexpr std::size_t kMaxBodies = 32;  // that it touches at once
+constexpr std::size_t kMaxBodies = 32;  // touched at once
 
 QueryFilter filter_of(const RigidBody& body, BodyId self) {
     return {.layers = body.filter.collides_with,
@@ -29,7 +29,7 @@ QueryFilter filter_of(const RigidBody& body, BodyId self) {
 
 }  // namespace
 
-/// Finds the contacts with the ground and with bodies at the body's pose.
+/// Finds the contacts with ground and bodies at the current pose.
 void Character::find_contacts(const RigidBody& body, const Scene& scene) {
     contacts_.clear();
     cache_.invalidate();
@@ -60,12 +60,12 @@ void Character::find_contacts(const RigidBody& body, const Scene& scene) {
     }
 }
 
-/// Largest gap of a contact that feet stand on, metres.
+/// Largest gap of a supporting contact, metres.
 double Character::standing_gap(const RigidBody& body) {
     return (kRestGap + kStandingGap) * body.tolerance;
 }
 
-/// The flattest contact that it stands on; null in the air.
+/// The flattest supporting contact; null in the air.
 const Character::FootContact* Character::find_support(const RigidBody& body) const {
     const FootContact* support = nullptr;
     for (const FootContact& each : contacts_) {
@@ -78,7 +78,7 @@ const Character::FootContact* Character::find_support(const RigidBody& body) con
     return support;
 }
 
-/// Whether a contact that is too steep to stand on is ahead.
+/// Whether a contact too steep to stand on is ahead.
 bool Character::is_blocked(const RigidBody& body, const Eigen::Vector3d& direction) const {
     return std::any_of(contacts_.begin(), contacts_.end(), [&](const FootContact& each) {
         const SolverContact& contact = each.contact;
@@ -87,7 +87,7 @@ bool Character::is_blocked(const RigidBody& body, const Eigen::Vector3d& directi
     });
 }
 
-/// Moves the capsule by a displacement, or until bodies or the ground stop it.
+/// Moves the capsule by a displacement, or until a body or the ground stops it.
 MoveAnswer Character::move(RigidBody& body, const Scene& scene,
                            const Eigen::Vector3d& displacement) {
     const Motion motion{body.pose, displacement, Eigen::Vector3d::Zero()};
@@ -101,8 +101,8 @@ MoveAnswer Character::move(RigidBody& body, const Scene& scene,
     return answer;
 }
 
-/// Finds the height of a step up that leads onto something higher that can be stood on. False where there is none.
-/// Leaves the body where it was.
+/// Finds the height of a step up onto a higher surface that the character can stand on; false if there is none. The
+/// body is left in place.
 bool Character::find_step(RigidBody& body, const Scene& scene, const Eigen::Vector3d& forward) {
     const BodyMotion before = body;
     const Eigen::Vector3d up(0.0, 0.0, settings_.max_step);
@@ -131,29 +131,28 @@ bool Character::find_step(RigidBody& body, const Scene& scene, const Eigen::Vect
     return could;
 }
 
-// A character is a dynamic capsule that does not turn. On what it stands on, friction drives it to the wanted velocity
-// with at most its strength, as a belt does, so that it pushes and is pushed like any body; at all other contacts it is
-// without friction. A standing character that is stopped tests a step from max_step higher up; where it could stand
-// there it moves up and on.
+// A character is a dynamic capsule with locked rotation. At supporting contacts, friction drives it like a belt to the
+// commanded velocity with at most its strength, so that it pushes and is pushed like any body; all other contacts are
+// frictionless. A standing character that is stopped tests for a step from max_step higher up, and moves up and forward
+// if it could stand there.
 
 namespace {
 
-constexpr double kClimb = 2.0;  // speed up steps over the speed on
-/// A character that moves less than this share of the wanted distance is stopped.
+constexpr double kClimb = 2.0;  // speed up a step over forward speed
+/// A character that moves less than this share of the commanded distance is stopped.
 constexpr double kStoppedShare = 0.9;
-/// Friction of feet over that of the surface they stand on: on a surface of the default friction they hold on slopes of
-/// 60 degrees.
+/// Ratio of foot friction to surface friction: with the default friction, feet hold on slopes of 60 degrees.
 constexpr double kFootGrip = 3.0;
 constexpr double kDefaultFriction = SurfaceProperties{}.friction;
 
-/// Cosine with the same bits on every C library.
+/// Cosine, bit-identical with any C library.
 double cosine_of(double angle) {
     const Motion turn{{}, Eigen::Vector3d::Zero(), Eigen::Vector3d(angle, 0.0, 0.0)};
     return turn.at(1.0).rotation(1, 1);
 }
 
 bool is_good(const CharacterControls& controls) {
-    constexpr double kMaxControl = 1e4;  // metres a second
+    constexpr double kMaxControl = 1e4;  // metres per second
     return std::abs(controls.velocity.x()) <= kMaxControl &&
            std::abs(controls.velocity.y()) <= kMaxControl && controls.jump_speed >= 0.0 &&
            controls.jump_speed <= kMaxControl;
@@ -195,7 +194,7 @@ void Character::place(const BodyState& body) {
     cache_ = {};
 }
 
-/// The wanted velocity without its components into contacts that are too steep to climb. Bodies that move are pushed.
+/// The commanded velocity without components into contacts too steep to climb. Movable bodies are pushed instead.
 Eigen::Vector2d Character::velocity_along_walls(const RigidBody& body, const Scene& scene) const {
     double x = controls_.velocity.x(), y = controls_.velocity.y();
     for (const FootContact& wall : contacts_) {
@@ -232,7 +231,7 @@ void Character::begin_collision_step(RigidBody& body, const Scene& scene, double
     state_.support = {};
     state_.normal = Eigen::Vector3d::UnitZ();
     feet_.velocity = {wanted.x(), wanted.y(), 0.0};
-    feet_.standing_gap = -1.0;  // of no contact
+    feet_.standing_gap = -1.0;  // no contact supports
     is_stepping_up_ = is_stepping_up_ && !jumps;
     if (jumps) {
         velocity.z() = std::max(velocity.z(), 0.0) + controls_.jump_speed;
@@ -278,7 +277,7 @@ void Character::end_collision_step(RigidBody& body, const Scene& scene, const Wo
         const Eigen::Vector3d ahead = (2.0 * settings_.radius / speed) * wanted;
         if (!find_step(body, scene, ahead)) return;
     }
-    // Up faster than it would have gone on, then on.
+    // Up, faster than the forward speed, then forward.
     const Eigen::Vector3d on = wanted * duration - gone;
     const double height = body.pose.translation.z();
     const double missing = std::max(0.0, step_height_ - height);

@@ -12,10 +12,10 @@
 
 namespace terrane::internal {
 
-/// Fails with invalid_argument, naming the field, where one is out of range.
+/// Fails with invalid_argument, naming the field, if one is out of range.
 Result<void> check_character(const CharacterSettings& settings);
 
-/// A character of a world, beside the body that its capsule is.
+/// The state of a character beyond the body of its capsule.
 class Character {
 public:
     explicit Character(const CharacterSettings& settings);
@@ -25,12 +25,12 @@ public:
     const CharacterState& state() const { return state_; }
     const FootDrive& feet() const { return feet_; }
 
-    /// Ignored where a value is not finite or out of range. Returns whether they change.
+    /// Ignores controls that are not finite or out of range. Returns whether the controls changed.
     bool set_controls(const CharacterControls& controls);
-    /// Whether it may fall asleep: it is asked for no motion.
+    /// Whether it may fall asleep: no motion is commanded.
     bool is_idle() const { return controls_.velocity.isZero(0.0) && controls_.jump_speed == 0.0; }
 
-    /// What a character reads of its world.
+    /// Data that a character reads of its world.
     struct Scene {
         const QueryScene& query;
         std::span<const RigidBody> bodies;  ///< [slots]
@@ -39,17 +39,15 @@ public:
 
     /// @param acceleration of the step, m/s^2
     void begin_step(const Eigen::Vector3d& acceleration) { acceleration_ = acceleration; }
-    /// Finds what it stands on, and applies the controls for a collision step: the feet's drive, a jump, the control in
-    /// the air.
+    /// Finds the support and applies the controls for a collision step: foot drive, jump and air control.
     void begin_collision_step(RigidBody& body, const Scene& scene, double duration);
-    /// Whether a standing character is blocked, i.e. moved less than its controls demand, or still climbs a step.
-    /// @param before place before the collision step
+    /// Whether a standing character is blocked (moved less than its controls demand) or still climbs a step.
+    /// @param before position before the collision step
     bool is_stopped(const RigidBody& body, const WorldPos& before, double duration) const;
-    /// Steps up where a character that is_stopped() can stand higher up.
+    /// Steps up if a character that is_stopped() can stand higher up.
     void end_collision_step(RigidBody& body, const Scene& scene, const WorldPos& before,
                             double duration);
-    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
-    /// (world/world_bytes.h).
+    /// Serialises the fields that a copy with the same settings needs between two steps. See world/world_bytes.h.
     template <class Stream, class AnyCharacter>
     static void list_fields(Stream& stream, AnyCharacter& character) {
         constexpr double kMost = 1e4;
@@ -63,13 +61,13 @@ public:
         stream.flag("is stepping up", character.is_stepping_up_);
         stream.length("step height", character.step_height_);
     }
-    /// Takes over the state of the body.
+    /// Copies the state of the body.
     void show(const BodyState& body) { state_.body = body; }
-    /// The same where the body has been placed anew.
+    /// As show(), for a body that was placed anew.
     void place(const BodyState& body);
 
 private:
-    /// A contact at a pose, and the body that it is with.
+    /// A contact, and the other body.
     struct FootContact {
         SolverContact contact;
         std::uint32_t body;  // kNone: the ground

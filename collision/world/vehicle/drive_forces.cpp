@@ -6,8 +6,8 @@
 //             rolling resistance).
 //             Gillespie. Fundamentals of vehicle dynamics. 1992, chapter 7 (anti-roll bars).
 //             ISO 2533:1975 (density of the standard atmosphere at sea level).
-// Deviations: tyres have no slip curve: inside the friction circle (an ellipse where side_grip < 1) they stick, on it
-//             they slide.
+// Deviations: tyres have no slip curve: they stick inside the friction circle (an ellipse if side_grip < 1), and slide
+//             on it.
 #include "world/vehicle/drive_forces.h"
 
 #include <terrane/collision/query.h>
@@ -18,12 +18,12 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kStandardGravity = 9.81;  // m/s^2: the weight that the springs are made for
+constexpr double kStandardGravity = 9.81;  // m/s^2: design weight of the springs
 constexpr double kAirDensity = 1.225;      // kg/m^3
-/// Springs act along the contact's normal; their force does not grow where the cosine of its angle with the suspension
-/// axis is below this.
+/// Springs act along the contact normal. Lower limit of the cosine between normal and suspension axis, below which the
+/// force does not grow further.
 constexpr double kLeastAlignment = 0.4;
-/// A wheel whose rolling direction is farther from the contact's plane than this sine has none.
+/// Least length of the rolling direction projected onto the contact plane; below it a wheel has no grip.
 constexpr double kLeastRoll = 0.1;
 constexpr int kTyreIterations = 40;
 constexpr double kTwoPi = 6.283185307179586;
@@ -70,7 +70,7 @@ double WheelSet::speed(const Lever& lever, const SolverBody& chassis) {
 void WheelSet::push(const Lever& lever, SolverBody& chassis, double impulse) {
     chassis.velocity.linear += lever.direction * (impulse * chassis.mass().inverse_mass);
     chassis.velocity.angular += lever.spin * impulse;
-    // Bodies of infinite mass may be shared with other islands and are not written.
+    // Bodies of infinite mass may be shared with other islands, so they are not written.
     if (lever.other == nullptr || !(lever.other->mass().inverse_mass > 0.0)) return;
     lever.other->velocity.linear -= lever.direction * (impulse * lever.other->mass().inverse_mass);
     lever.other->velocity.angular -= lever.other_spin * impulse;
@@ -96,7 +96,7 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
     return lever;
 }
 
-/// Moves the contacts with the bodies: each keeps its normal, and its compression changes by the motion along it.
+/// Moves the contacts with the bodies: each keeps its normal, and its compression follows the motion along it.
 void WheelSet::follow() {
     const Eigen::Vector3d axis = chassis_pose_.rotation.col(2);
     for (WheelContact& contact : contacts_) {
@@ -115,14 +115,14 @@ void WheelSet::follow() {
     }
 }
 
-/// Drag at the centre of mass, implicit in the speed: it never reverses the motion.
+/// Applies drag at the centre of mass, implicit in the speed, so that it never reverses the motion.
 void WheelSet::apply_drag(SolverBody& chassis, double substep) const {
     const double share = 0.5 * kAirDensity * settings_.drag_area * chassis.mass().inverse_mass *
                          length(chassis.velocity.linear) * substep;
     chassis.velocity.linear /= 1.0 + share;
 }
 
-/// Compression of the other wheel of an axle; its own where there is none.
+/// Compression of the other wheel of the axle; the wheel's own if there is none.
 double WheelSet::roll_bar_compression(std::size_t wheel) const {
     const std::size_t left = wheel > 0 && axles_[wheel - 1] == axles_[wheel] ? wheel - 1 : wheel;
     const std::size_t other = left == wheel ? wheel + 1 : left;
@@ -130,8 +130,8 @@ double WheelSet::roll_bar_compression(std::size_t wheel) const {
     return contacts_[other].touches ? contacts_[other].compression_now : 0.0;
 }
 
-/// Springs and dampers, implicit: stable at any stiffness. All wheels use the same velocity of the chassis, so that the
-/// result is symmetric.
+/// Implicit springs and dampers, stable at any stiffness. All wheels use the same chassis velocity, so that the result
+/// is symmetric.
 void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassis, double substep) {
     const double share = settings_.mass / static_cast<double>(count());
     const double omega = kTwoPi * settings_.suspension_hertz;
@@ -152,7 +152,7 @@ void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassi
                              bar * (contact.compression_now - roll_bar_compression(i));
         const double softness = substep * ((spring + bar) * substep + damping) / (lean * lean);
         const double wanted = substep * force / lean - softness * speed(lever, before);
-        // All wheels act at once: each moves its share of the mass, or the equilibrium would be off.
+        // All wheels act simultaneously, so each moves its share of the mass; otherwise the equilibrium would be wrong.
         const double moved_mass = std::min(share, lever.effective_mass);
         contact.load_impulse = std::max(0.0, wanted / (1.0 + softness / moved_mass));
         push(lever, chassis, contact.load_impulse);
@@ -173,7 +173,7 @@ void WheelSet::prepare_tyres(std::span<SolverBody> bodies, const SolverBody& cha
             rotated(chassis_pose_.rotation, steering.at(1.0).rotation.col(0));
         const Eigen::Vector3d in_plane = ahead - contact.normal * dot(contact.normal, ahead);
         const double size = length(in_plane);
-        if (size < kLeastRoll) continue;  // it stands against a wall ahead
+        if (size < kLeastRoll) continue;  // against a wall ahead
         const Eigen::Vector3d roll = in_plane / size;
         tyre.roll = make_lever(bodies, chassis, contact, roll);
         tyre.side = make_lever(bodies, chassis, contact, cross(contact.normal, roll));
@@ -184,10 +184,10 @@ void WheelSet::prepare_tyres(std::span<SolverBody> bodies, const SolverBody& cha
     }
 }
 
-/// Scales the drive impulses of a substep to the power limit: the difference between the tracks (turning) gets its
-/// power first, the common part (driving) the remainder.
+/// Scales the drive impulses of a substep to the power limit: turning (the difference between the tracks) gets its
+/// power first, driving (the common part) the remainder.
 void WheelSet::limit_power(const SolverBody& chassis, double substep) {
-    double drive = 0.0, turn = 0.0;  // watts that the commands ask for
+    double drive = 0.0, turn = 0.0;  // commanded power, watts
     for (std::size_t i = 0; i < count(); ++i) {
         if (!tyres_[i].grips) continue;
         const double roll_speed = speed(tyres_[i].roll, chassis);
@@ -205,7 +205,7 @@ void WheelSet::limit_power(const SolverBody& chassis, double substep) {
     }
 }
 
-/// Drive, brakes and side forces, together within each tyre's friction ellipse.
+/// Solves drive, brake and side forces jointly within each tyre's friction ellipse.
 void WheelSet::solve_tyres(SolverBody& chassis) {
     for (int iteration = 0; iteration < kTyreIterations; ++iteration) {
         for (Tyre& tyre : tyres_) {
@@ -233,7 +233,7 @@ void WheelSet::solve_tyres(SolverBody& chassis) {
     }
 }
 
-/// Kinetic energy of the chassis and the bodies that move under the wheels; one under two wheels counts once.
+/// Kinetic energy of the chassis and of moving bodies under the wheels; a body under several wheels counts once.
 double WheelSet::energy(std::span<const SolverBody> bodies, const SolverBody& chassis) const {
     double energy = kinetic_energy(chassis.mass(), chassis_pose_, chassis.velocity);
     for (std::size_t i = 0; i < count(); ++i) {

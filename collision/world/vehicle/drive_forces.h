@@ -11,28 +11,27 @@
 
 namespace terrane::internal {
 
-/// How a character's feet drive it: by friction at the contacts that it stands on, towards a velocity.
+/// Foot drive of a character: friction at its supporting contacts drives it towards a velocity.
 struct FootDrive {
-    /// Wanted, relative to what it stands on, m/s; horizontal.
+    /// Target horizontal velocity relative to the support, m/s.
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-    double friction = 0.0;   ///< of the feet on what they stand on
-    double max_force = 0.0;  ///< N
-    double least_cosine =
-        0.0;  ///< of the normals of contacts that can be stood on with the vertical
-    double standing_gap = 0.0;  ///< contacts with larger gaps are not stood on, metres
+    double friction = 0.0;      ///< between the feet and the support
+    double max_force = 0.0;     ///< N
+    double least_cosine = 0.0;  ///< least cosine of supporting normals with the vertical
+    double standing_gap = 0.0;  ///< largest gap of supporting contacts, metres
     int contact_count = 1;      ///< contacts that share the force
 
     /// Whether a contact can be stood on.
-    /// @param sign 1 where the character is the contact's body a, else -1
+    /// @param sign 1 if the character is the contact's body a, else -1
     bool stands_on(const SolverContact& contact, double sign) const {
         return sign * contact.normal.z() >= least_cosine && contact.gap <= standing_gap;
     }
 
-    /// Changes a contact that can be stood on: its friction drives the character.
+    /// Makes the friction of a supporting contact drive the character.
     void drive(SolverContact& contact, double sign, double substep) const {
         if (!stands_on(contact, sign)) return;
         const Eigen::Vector3d& n = contact.normal;
-        // Along the surface, with the wanted horizontal components.
+        // Along the surface, with the target's horizontal components.
         const double climb = -(n.x() * velocity.x() + n.y() * velocity.y()) / n.z();
         contact.slip_velocity = sign * Eigen::Vector3d(velocity.x(), velocity.y(), climb);
         contact.friction = friction;
@@ -43,23 +42,23 @@ struct FootDrive {
 /// Commands of a wheel for a step.
 struct WheelCommand {
     double drive_force = 0.0;  ///< newtons, positive forward
-    /// Newtons, positive forward, that a steering differential adds to one side and takes from the other: they cost
-    /// power only as far as one side runs faster.
+    /// Force that a steering differential adds to one side and subtracts from the other, newtons, positive forward. It
+    /// costs power only to the extent that one side runs faster.
     double turn_force = 0.0;
-    double brake_force = 0.0;  ///< newtons at most, against its roll
+    double brake_force = 0.0;  ///< newtons, upper limit, against the roll
     double steer = 0.0;        ///< radians, positive to the left
 };
 
-/// What a wheel's cast has met, and what has become of it in the substeps since.
+/// Contact of a wheel: result of its cast, updated in substeps.
 struct WheelContact {
     bool touches = false;
-    std::uint32_t body = BodyId::kNone;  ///< that it stands on; of the ground: none
-    Pose body_pose;                      ///< of that body in the substep
+    std::uint32_t body = BodyId::kNone;  ///< body under the wheel; none for the ground
+    Pose body_pose;                      ///< pose of that body in the substep
     Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< towards the wheel
     Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
     double compression = 0.0;  ///< metres, as cast
-    double friction = 0.0;     ///< of the tyre on what it stands on
+    double friction = 0.0;     ///< of the tyre on the surface below
     // Set by WheelSet.
     Eigen::Vector3d point_chassis = Eigen::Vector3d::Zero();  ///< the point, body frames
     Eigen::Vector3d point_body = Eigen::Vector3d::Zero();
@@ -70,27 +69,27 @@ struct WheelContact {
     double roll_speed = 0.0, side_slip = 0.0;  ///< m/s
 };
 
-/// The wheels of a vehicle as forces on its chassis and on the bodies that they stand on: springs, dampers, anti-roll
-/// bars and tyres. Wheels have no mass.
+/// Forces of a vehicle's wheels on its chassis and on the bodies below: springs, dampers, anti-roll bars and tyres.
+/// Wheels have no mass.
 class WheelSet {
 public:
     explicit WheelSet(const VehicleSettings& settings);
 
     const VehicleSettings& settings() const { return settings_; }
     std::size_t count() const { return positions_.size(); }
-    /// Centre at the top of its travel, body frame.
+    /// Centre of a wheel at the top of its travel, body frame.
     const Eigen::Vector3d& position(std::size_t wheel) const { return positions_[wheel]; }
     const AxleSettings& axle(std::size_t wheel) const { return settings_.axles[axles_[wheel]]; }
 
     std::span<WheelCommand> commands() { return commands_; }
     std::span<WheelContact> contacts() { return contacts_; }
     std::span<const WheelContact> contacts() const { return contacts_; }
-    /// Angle that a wheel has turned, radians.
+    /// Rotation angles of the wheels, radians.
     std::span<double> spins() { return spins_; }
     std::span<const double> spins() const { return spins_; }
     bool in_contact() const;
 
-    /// Takes over what casts have met.
+    /// Initialises the substeps from the casts.
     /// @param chassis pose at the cast
     /// @param bodies  [bodies]
     template <class Bodies>
@@ -108,15 +107,15 @@ public:
     }
 
     /// Applies the forces of a substep to the velocities.
-    /// @param bodies       the solver's, with the velocities of the substep; those of infinite mass are not written
+    /// @param bodies       solver bodies with the velocities of the substep; bodies of infinite mass are not written
     /// @param chassis      index
-    /// @param chassis_pose in the substep; those of the bodies that wheels stand on are in the contacts
-    /// @return the kinetic energy that was added, J; < 0 where more was taken
+    /// @param chassis_pose in the substep; poses of the bodies below wheels are in the contacts
+    /// @return kinetic energy added, J; < 0 if energy was removed
     double apply(std::span<SolverBody> bodies, std::uint32_t chassis, const Pose& chassis_pose,
                  double substep);
 
 private:
-    /// An impulse direction at a contact of the chassis with what it stands on.
+    /// An impulse direction at a wheel contact, between the chassis and the body below.
     struct Lever {
         Eigen::Vector3d direction = Eigen::Vector3d::Zero();
         Eigen::Vector3d moment = Eigen::Vector3d::Zero(), spin = Eigen::Vector3d::Zero();

@@ -2,9 +2,9 @@
 //
 // Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
 //             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed
-//             along a given path: the limit of its curvature, then backward integration of the braking).
-// Deviations: the steering angle of a curvature is a quotient of polynomials, not an arc tangent, so
-//             that its bits do not depend on the C library.
+//             along a given path: curvature limit, then backward integration of braking).
+// Deviations: the steering angle for a curvature is a rational function instead of an arc tangent, so that its bits do
+//             not depend on the C library.
 #include "base/vector_math.h"
 #include "world/solver/body_checks.h"
 
@@ -22,16 +22,16 @@ constexpr double kLookAheadTime = 0.7;   // seconds
 constexpr double kGravity = 9.81;        // m/s^2
 constexpr double kLeastLookAhead = 5.0;  // metres
 constexpr double kMostLookAhead = 25.0;  // metres
-/// Length of the chords that the path's curvature is computed from, metres; a corner extends as far to both sides.
+/// Length of the chords for computing the path's curvature, metres; a corner extends this far to both sides.
 constexpr double kCornerReach = 5.0;
 constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
 constexpr double kBrakeGain = 0.25;       // brake per m/s above it
-constexpr double kBrakeSlack = 0.5;       // excess that is left to rolling resistance, m/s
+constexpr double kBrakeSlack = 0.5;       // excess left to rolling resistance, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
 constexpr double kLeastDistance = 0.001;  // metres between points
 constexpr double kMostCoordinate = 2e9;   // metres
-/// Share of the accelerations allowed by friction, stability and brakes that the driver uses.
+/// Share that the driver uses of the accelerations allowed by friction, stability and brakes.
 constexpr double kLimitShare = 0.5;
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
@@ -65,7 +65,7 @@ bool has_wheel_in_contact(const VehicleState& vehicle) {
                        [](const WheelState& wheel) { return wheel.in_contact; });
 }
 
-/// From the first axle to the middle of those that do not steer, metres; for tracks, half their length.
+/// Distance from the first axle to the mean of the unsteered axles, metres; for tracks, half their length.
 double wheelbase_of(const VehicleSettings& settings) {
     double first = settings.axles.front().position, last = first, sum = 0.0;
     int fixed_count = 0;
@@ -80,7 +80,7 @@ double wheelbase_of(const VehicleSettings& settings) {
     return std::max(0.1, first - rear);
 }
 
-/// Largest steering angle, radians. Tracks turn on the spot: at full lock as a wheeled vehicle would at one radian.
+/// Largest steering angle, radians. Tracks at full lock are treated as a wheeled vehicle steered by one radian.
 double max_steer_of(const VehicleSettings& settings) {
     if (settings.is_tracked) return 1.0;
     double most = 0.0;
@@ -94,14 +94,14 @@ double track_of(const VehicleSettings& settings) {
     return widest;
 }
 
-/// Accelerations that a vehicle can reach on the slope it stands on.
+/// Available accelerations of a vehicle on its current slope.
 struct Reserve {
-    double lateral = 0.0;  ///< acceleration to either side before it slides or rolls, m/s^2, >= 0
-    double braking = 0.0;  ///< deceleration along its heading, m/s^2, >= 0
+    double lateral = 0.0;        ///< to either side, before sliding or rolling over, m/s^2, >= 0
+    double braking = 0.0;        ///< deceleration along its heading, m/s^2, >= 0
     double braking_share = 0.0;  ///< `braking` over that on level ground, 0 to 1
 };
 
-/// Gravity along the vehicle's axes is subtracted from what friction, stability and brakes give.
+/// Subtracts gravity along the vehicle's axes from the limits of friction, stability and brakes.
 Reserve reserve_of(const VehicleSettings& s, const VehicleState& vehicle) {
     const Eigen::Matrix3d& rotation = vehicle.chassis.pose.rotation;
     const double upright = std::max(0.0, rotation(2, 2));
@@ -155,7 +155,7 @@ Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
 
 PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
     : path_(std::move(path)), settings_(settings) {
-    std::size_t behind_end = 1, ahead_end = 1;  // of the segments where the chords begin and end
+    std::size_t behind_end = 1, ahead_end = 1;  // ends of the segments with the chords' ends
     const auto point_from = [&](double along, std::size_t& end) {
         while (end + 1 < path_.size() && path_[end].along < along) ++end;
         return point_at(along, end);
@@ -165,7 +165,7 @@ PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& setti
         const Eigen::Vector2d ahead = point_from(here.along + kCornerReach, ahead_end);
         const double size_behind = distance_between(behind, here.p_world);
         const double size_ahead = distance_between(here.p_world, ahead);
-        double turn = 0.0;  // of unit chords: the reach times the curvature
+        double turn = 0.0;  // between unit chords: reach times curvature
         if (size_behind > 0.0 && size_ahead > 0.0) {
             turn = distance_between((here.p_world - behind) / size_behind,
                                     (ahead - here.p_world) / size_ahead);
@@ -182,7 +182,8 @@ PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& setti
     }
 }
 
-/// Advances along the path to the vehicle's position, never backwards: a segment ends where the next one is nearer.
+/// Advances along the path to the vehicle's position, never backwards; moves on to the next segment when that is
+/// nearer.
 /// @return metres along the path
 double PathDriver::advance(const Eigen::Vector2d& here) {
     const auto nearest = [&](std::size_t end) {
@@ -204,18 +205,18 @@ double PathDriver::advance(const Eigen::Vector2d& here) {
 }
 
 /// The point at a distance along the path, clamped to its ends.
-/// @param end index where the search starts: of a segment that begins at or before the point
+/// @param end index at which the search starts: the end of a segment that starts at or before the point
 Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
     while (end + 1 < path_.size() && path_[end].along < along) ++end;
     const Vertex& from = path_[end - 1];
     const Vertex& to = path_[end];
     const double length =
-        to.along - from.along;  // 0 where the path is too long for its steps to add up
+        to.along - from.along;  // 0 if rounding absorbs the step on a very long path
     const double share = length > 0.0 ? std::clamp((along - from.along) / length, 0.0, 1.0) : 0.0;
     return from.p_world + share * (to.p_world - from.p_world);
 }
 
-/// Speed from which the vehicle can brake for every corner ahead and for the end, m/s.
+/// Speed from which the vehicle can still brake for all corners ahead and the end, m/s.
 /// @param share of the accelerations of the settings
 double PathDriver::corner_speed(double along, double share) const {
     double square = 2.0 * settings_.deceleration * (path_.back().along - along);
@@ -249,7 +250,7 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
     status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
     if (is_finished_) return kStop;
 
-    // Pure pursuit, seen from the vehicle in the world's plane.
+    // Pure pursuit in the vehicle's frame, projected onto the world's plane.
     const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
     const Eigen::Vector2d target = point_at(along + look_ahead, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());

@@ -4,15 +4,15 @@
 //   Wong. Theory of ground vehicles. 2008, chapters 1, 3 and 4: tyres on dry asphalt, peak friction 0.8 to 0.9 and 0.75
 //     sliding; rolling resistance 0.012 to 0.015 on hard roads, of tracks on firm ground 0.04; drag.
 //   NHTSA. Rating system for rollover resistance. Federal Register 66 FR 3388, 2001: static stability factor track / (2
-//     height of the centre of mass); light trucks are at 1.0 to 1.3. A vehicle slides before it rolls where its tyres'
-//     friction is below that, less what the suspension's roll takes.
+//     height of the centre of mass); light trucks have 1.0 to 1.3. A vehicle slides before it rolls over if its tyre
+//     friction is below this factor less the effect of suspension roll.
 //   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4, 5 and 7: bounce frequencies of 1 to 2 Hz, damping
 //     ratios of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2; anti-roll bars.
 // The drive force is limited by the tyres' grip on a slope, as for trucks in low gear. The default power of the tracked
-// vehicle is that at the tracks of an M113 of 12 t and 158 kW, at an efficiency of 70 %.
-// Deviations: power is given at the wheels, and constant over the speed, as with a gearbox of many ratios. The roll
+// vehicle is that at the tracks of a 12 t M113 with 158 kW, at an efficiency of 70 %.
+// Deviations: power is specified at the wheels and is independent of speed, as with a gearbox of many ratios. The roll
 //     axis lies on the ground: there is no suspension geometry. A track is a row of wheels of equal force; its belt has
-//     no mass and no tension.
+//     neither mass nor tension.
 #include "world/vehicle/vehicle_parts.h"
 
 #include "world/solver/body_checks.h"
@@ -83,15 +83,14 @@ VehicleSettings make_six_wheeler() {
 
 }  // namespace terrane
 
-// Sources: Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on a rigid ground: Coulomb friction across
-//          the tracks is what turning has to overcome).
+// Sources: Wong. Theory of ground vehicles. 2008, section 6.1 (skid-steering on rigid ground: turning must overcome
+//          Coulomb friction across the tracks).
 
 namespace terrane::internal {
 namespace {
 
 constexpr double kRolledOverTime = 1.0;  // seconds
-/// Tilts from the vertical, as cosines, beyond which a vehicle has rolled over: 70 degrees; 45 degrees where no wheel
-/// is in contact.
+/// Cosines of the tilts beyond which a vehicle has rolled over: 70 degrees; 45 degrees if no wheel is in contact.
 constexpr double kOverturned = 0.3420201433256687;
 constexpr double kOverturnedWithoutWheels = 0.7071067811865476;
 constexpr std::size_t kMaxAxles = 32;
@@ -169,7 +168,7 @@ void Vehicle::update_commands() {
     for (std::size_t i = 0; i < wheels_.count(); ++i)
         driven += wheels_.axle(i).is_driven ? 1.0 : 0.0;
     const double force = driven > 0.0 ? s.max_drive_force / driven : 0.0;
-    // Of the tracks; the inner one's throttle is less.
+    // Throttle of each track; less for the inner one.
     const double left = std::clamp(controls_.throttle - controls_.steer, -1.0, 1.0);
     const double right = std::clamp(controls_.throttle + controls_.steer, -1.0, 1.0);
     for (std::size_t i = 0; i < wheels_.count(); ++i) {
@@ -278,7 +277,7 @@ void Vehicle::end_step(const BodyState& chassis, const QueryScene& scene, bool t
         has_wheel = has_wheel || wheel.in_contact;
         touches = touches || contact.touches;
     }
-    // In free flight the time on its side or roof is unchanged.
+    // The time on its side or roof does not change in free flight.
     if (up.z() >= (has_wheel ? kOverturned : kOverturnedWithoutWheels)) {
         rolled_over_time_ = 0.0;
     } else if (touches) {

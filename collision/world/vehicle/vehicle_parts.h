@@ -9,13 +9,13 @@
 
 namespace terrane::internal {
 
-/// Fails with invalid_argument, naming the field, where one is out of range.
+/// Fails with invalid_argument, naming the field, if one is out of range.
 Result<void> check_vehicle(const VehicleSettings& settings);
 
 /// The chassis box, the bodywork, and the wheels at the top of their travel as spheres.
 Result<Compound> make_chassis_shape(const VehicleSettings& settings, const WheelSet& wheels);
 
-/// A vehicle of a world, beside the body that its chassis is.
+/// The state of a vehicle beyond the body of its chassis.
 class Vehicle {
 public:
     explicit Vehicle(const VehicleSettings& settings) : wheels_(settings) {
@@ -27,43 +27,43 @@ public:
     const VehicleState& state() const { return state_; }
     const VehicleControls& controls() const { return controls_; }
 
-    /// That of the chassis box: bodywork and wheels only collide.
+    /// Mass properties of the chassis box: bodywork and wheels only collide.
     MassProperties mass() const {
         return make_mass_properties(Box{settings().chassis_half_extents}, settings().mass);
     }
 
-    /// Of the compound of make_chassis_shape(): box and bodywork come before.
+    /// Index of the first wheel in the compound of make_chassis_shape(), after box and bodywork.
     std::uint32_t first_wheel_part() const {
         return static_cast<std::uint32_t>(1 + settings().bodywork.size());
     }
 
-    /// Ignored where a value is not finite. Returns whether they change.
+    /// Ignores controls that are not finite. Returns whether the controls changed.
     bool set_controls(const VehicleControls& controls);
-    /// Whether it may fall asleep: with the brake on, and no throttle.
+    /// Whether it may fall asleep: brake on and no throttle.
     bool is_braked() const { return controls_.throttle == 0.0 && controls_.brake > 0.0; }
 
     void begin_step();
-    /// Undoes the step, of which nothing remains.
+    /// Undoes the whole step.
     void undo_step();
-    /// Casts the wheels from the top of their travel to its end. False where ground is not resident.
-    /// @param body of the chassis; the wheels do not meet it
+    /// Casts the wheels from the top to the bottom of their travel. False if ground is not resident.
+    /// @param body body of the chassis, excluded from the casts
     bool cast_wheels(const RigidBody& chassis, BodyId body, const QueryScene& scene);
-    /// Ends a step of `dt` seconds: makes the state of the present contacts.
+    /// Ends a step of `dt` seconds: updates the state from the current contacts.
     /// @param touches the chassis touches something
     void end_step(const BodyState& chassis, const QueryScene& scene, bool touches, double dt);
-    /// Takes over the state of the chassis.
+    /// Copies the state of the chassis.
     void show(const BodyState& chassis) { state_.chassis = chassis; }
-    /// The same where the chassis has been placed anew: the wheels hang.
+    /// As show(), for a chassis that was placed anew: the wheels hang.
     void place(const BodyState& chassis);
-    /// Whether a wheel is in contact, as of the last cast.
+    /// Whether a wheel is in contact after the last cast.
     bool is_standing() const { return wheels_.in_contact(); }
-    /// Whether a wheel stands on a body, as of the last cast.
+    /// Whether a wheel stands on a given body after the last cast.
     bool stands_on(std::uint32_t body) const;
     /// Largest penetration depth of a wheel in the ground, metres.
     double wheel_depth(const Ground& ground) const;
 
-    /// The fields that a copy of the same settings needs between two steps, for a stream that writes or reads them
-    /// (world/world_bytes.h). A reader calls restore() after it.
+    /// Serialises the fields that a copy with the same settings needs between two steps. See world/world_bytes.h. Call
+    /// restore() after reading.
     template <class Stream, class AnyVehicle>
     static void list_fields(Stream& stream, AnyVehicle& vehicle);
     void restore() { update_commands(); }

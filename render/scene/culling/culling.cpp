@@ -29,7 +29,7 @@ Aabb bounding_box(std::span<const Eigen::Vector3d> points) {
 
 OrientedBox transform(const Pose& target_from_source, double scale, const Aabb& box_source) {
     const Eigen::Vector3d middle = 0.5 * (box_source.low + box_source.high);
-    // Rounding of the middle is covered by the distances of both ends from it.
+    // Measuring both ends from the computed middle covers its rounding.
     const Eigen::Vector3d half =
         (box_source.high - middle).cwiseMax(middle - box_source.low) * (1.0 + kRounding);
     OrientedBox box;
@@ -50,9 +50,9 @@ BoundingSphere bounding_sphere(const OrientedBox& box) {
     return {box.frame_from_box.translation, box.half_extents.norm() * (1.0 + kRounding)};
 }
 
-// Deviation from the sources: the volume is a pyramid without a near plane, in general infinite. As a convex polyhedron
-// with few faces it is treated like any other: the axes that can separate it from a box are its own normals, those of
-// the box, and products of their edges (the facets of their Minkowski difference).
+// Deviation from the sources: the volume is a pyramid without a near plane, in general infinite. It is treated as any
+// convex polyhedron: the candidate separating axes are its face normals, those of the box, and cross products of their
+// edges (the facets of the Minkowski difference).
 
 namespace {
 
@@ -161,7 +161,7 @@ Containment ViewVolume::test_planes(const OrientedBox& box_world, PlaneState& st
         state);
 }
 
-// Whether a point is on the inner side of all planes but one, up to rounding.
+// Whether a point is on the inner side of all planes except one, up to rounding.
 bool ViewVolume::is_inside_but(int plane, const Eigen::Vector3d& p_eye) const {
     const double margin = kViewMargin * (norm1(p_eye) + far_);
     for (int i = 0; i < plane_count_; ++i) {
@@ -204,11 +204,11 @@ bool ViewVolume::meets(const BoundingSphere& ball_world) const {
     return !(squared_distance(centre) > reach * reach);
 }
 
-// Whether the plane square to the axis through the volume's extreme point separates the two. The volume is infinite
-// along its edges where it has no far plane.
+// Whether the plane perpendicular to the axis through the volume's extreme point separates the two. Without a far plane
+// the volume is infinite along its edges.
 bool ViewVolume::is_separated(const LocalBox& box, const Eigen::Vector3d& axis) const {
     const double squared = dot(axis, axis);
-    // Products of nearly parallel edges have no direction beyond rounding; others cover them.
+    // The direction of the product of nearly parallel edges is lost to rounding; other axes cover it.
     if (!(squared > 1e-20)) return false;
     const double norm = std::sqrt(squared);
     const double at = dot(axis, box.centre);
@@ -297,7 +297,7 @@ bool ViewVolume::meets_triangle(const std::array<Eigen::Vector3d, 3>& corners_ey
 bool ViewVolume::meets_triangles(const Pose& world_from_object, double scale,
                                  std::span<const Eigen::Vector3d> positions,
                                  std::span<const TriangleMesh::Triangle> triangles) const {
-    // Everything is relative to the eye.
+    // all positions are relative to the eye
     const Eigen::Vector3d origin = world_from_object.translation - eye_;
     const Eigen::Matrix3d rotation = scale * world_from_object.rotation;
     for (const TriangleMesh::Triangle& t : triangles) {
@@ -311,8 +311,8 @@ bool ViewVolume::meets_triangles(const Pose& world_from_object, double scale,
 
 // Source: M. Stamminger, G. Drettakis. Perspective Shadow Maps. SIGGRAPH 2002 (casters are in the convex hull of the
 //         receivers and the light).
-// Deviation: a plane is any direction that does not turn away from the sun, through the extreme corner of the receivers
-//            along it, so that no plane excludes a caster however the corners were rounded.
+// Deviation: a plane may have any normal that does not point away from the sun and passes through the extreme corner of
+//            the receivers along it, so that no plane excludes a caster, however the corners are rounded.
 
 namespace {
 
@@ -324,10 +324,11 @@ using internal::reach_along;
 
 // Tolerance of comparisons, relative to the sum of the distance from the eye and the sizes of both volumes.
 constexpr double kCasterMargin = 1e-11;
-// An edge whose sine with the sun's direction is smaller gives no plane: the direction of their product would have a
-// relative rounding error near the margin.
+// An edge at a smaller sine to the sun's direction gives no plane: their cross product would have a relative rounding
+// error near the margin.
 constexpr double kLeastSine = 1e-4;
-// An edge bounds the volume where both of its ends are within this share of the receivers' size of the extreme corner.
+// An edge bounds the volume if both of its ends are within this distance of the extreme corner, relative to the
+// receivers' size.
 constexpr double kEdgeTolerance = 1e-9;
 
 constexpr double kMostDistance = 1e9;
@@ -382,7 +383,7 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
 }
 
 void CasterVolume::add(const Eigen::Vector3d& normal, double least) {
-    // both sides of all 8 edges bound a volume without thickness alone
+    // both sides of all 8 edges bound only a volume without thickness
     if (plane_count_ < kMostPlanes) planes_[plane_count_++] = {normal, least};
 }
 
@@ -429,8 +430,8 @@ namespace {
 
 using internal::AabbNode;
 
-// Exactly one plane crosses a box: as the box is inside of the others, it meets the volume wherever it reaches the
-// inner side of that plane, which the test of planes has found.
+// Whether exactly one plane is left. The box is inside the others, so that reaching the inner side of that plane, as
+// found by the plane test, means meeting the volume.
 bool is_one_plane(std::uint8_t mask) { return (mask & (mask - 1)) == 0; }
 
 }  // namespace

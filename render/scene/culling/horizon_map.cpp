@@ -13,17 +13,17 @@
 
 namespace terrane::internal {
 
-/// Whether a place is above the drawn triangles at its x and y. False where none is drawn there.
+/// Whether a point is above the drawn triangles at its x and y. False if none is drawn there.
 ///
-/// Cost: O(triangles of the chunks at the place)
+/// Cost: O(triangles of the chunks below the point)
 bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place);
 
 namespace {
 
-// Left for rounding: a triangle counts at places this far beyond its edges, in its own area.
+// Rounding margin: a triangle extends this far beyond its edges, relative to its area.
 constexpr double kEdge = 1e-9;
 
-// A place on a chunk, in samples from its south-western one.
+// A position on a chunk, in samples from its south-western one.
 struct ChunkPlace {
     double column, row;
 
@@ -39,7 +39,7 @@ ChunkPlace place_on(const Lattice& lattice, const Chunk& chunk, const WorldPos& 
             (place.y() - lattice.y(chunk.corner.y)) / spacing};
 }
 
-// Height of one triangle, of three samples of a chunk, at a place on it; none beside it.
+// Height at a position on a triangle of three samples of a chunk; none outside the triangle.
 std::optional<double> height_at(const MeshChunk& part, std::span<const std::uint16_t> samples,
                                 double quantum, const ChunkPlace& place) {
     std::array<double, 3> x, y;
@@ -84,20 +84,20 @@ bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
 
 }  // namespace terrane::internal
 
-// Proof that the ground hides what lies below the horizon. A slope is a rise over a horizontal distance from the eye.
-// At distance d the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
-// GroundError::refinable_px over pixels per radian, and f is finest_m. The horizon is that of the lowered surface: the
-// true surface, lowered by f / (1 - e).
+// Proof that the ground hides objects below the horizon. A slope is a rise over a horizontal distance from the eye. At
+// distance d the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
+// GroundError::refinable_px over pixels per radian, and f is finest_m. The horizon is computed for the lowered surface:
+// the true surface, lowered by f / (1 - e).
 //
 //   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
 //      the slope of the lowered surface goes from -infinity below the eye to at least U, continuously: all is ground.
-//   2. So somewhere it has the slope u between t and U with u - e sqrt(1 + u^2) = t. The lowered surface there is
-//      e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
+//   2. Hence it somewhere attains the slope u between t and U with u - e sqrt(1 + u^2) = t. The lowered surface there
+//      is e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
 //   3. The true point above it is farther away by at most f / (1 - e). If it is in view, the drawn ground is at most
 //      e d + e f / (1 - e) + f = e d + f / (1 - e) below it, d being the distance of the lowered point: not below the
 //      ray. Distances are not below near_distance, because the true surface is farther than that from the eye.
-//   4. The ray begins above the drawn ground and is not above it in 3: it has met it, before the object. It has met
-//      the true surface, too, which is above the ray in 3 and below the eye.
+//   4. The ray starts above the drawn ground and is not above it at the point in 3: it has met the drawn ground before
+//      the object. It has also met the true surface, which is above the ray at the point in 3 and below the eye.
 //
 // For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
 
@@ -111,20 +111,20 @@ using internal::ring_of;
 using internal::SectorRange;
 using internal::Wedge;
 
-// Left for rounding to float on the GPU.
+// Margin for rounding to float on the GPU.
 constexpr double kMargin_px = 1.0;
 // Largest error as an angle, radians.
 constexpr double kMostError = 0.25;
-// A direction closer to the vertical has no certain azimuth.
+// The azimuth of a direction closer to the vertical is unreliable.
 constexpr double kLeastHorizontal = 1e-6;
-// Cells along a side of the square below the eye whose errors are read.
+// Largest side, in cells, of the square below the eye whose errors are read.
 constexpr double kMostCells = 64.0;
 
 double cross2(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
 }
 
-// The sectors that a view shows: all where it shows the nadir or the zenith.
+// The sectors that a view shows: all if it shows the nadir or the zenith.
 SectorRange sectors_of(const View& view, const Frustum& frustum) {
     bool shows_nadir = true, shows_zenith = true;
     for (const Eigen::Vector3d& normal : frustum.normals) {
@@ -132,7 +132,7 @@ SectorRange sectors_of(const View& view, const Frustum& frustum) {
         shows_zenith = shows_zenith && normal.z() >= -kLeastHorizontal;
     }
     if (shows_nadir || shows_zenith) return SectorRange::all();
-    // the projection of a convex cone is convex: its ends are those of corners
+    // the projection of a convex cone is convex: its extreme directions are corners
     std::array<Eigen::Vector2d, 4> corners;
     for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Vector3d direction = direction_through(
@@ -153,13 +153,13 @@ SectorRange sectors_of(const View& view, const Frustum& frustum) {
     return wedge.touched();
 }
 
-// Cells of a level around a place.
+// Cells of a level around a position.
 CellRange cells_around(const Ground& ground, const WorldPos& eye, double reach) {
     return {ground.column_at(eye.x() - reach), ground.row_at(eye.y() - reach),
             ground.column_at(eye.x() + reach), ground.row_at(eye.y() + reach)};
 }
 
-// The finest level at which all cells around a place are resident ground, and no more than kMostCells along a side.
+// The finest level at which all cells around a position are resident ground, with at most kMostCells along a side.
 std::optional<int> level_around(const std::shared_ptr<const ResidentSet>& resident,
                                 const WorldPos& eye, double reach) {
     for (int level = resident->lattice().finest_level; level >= 0; --level) {
@@ -193,7 +193,7 @@ bool is_above_ground(const std::shared_ptr<const ResidentSet>& resident, const W
     return highest + static_cast<double>(reader.error(cells)) < eye.z() - distance;
 }
 
-// What the tests need of a bounding volume, relative to the eye.
+// A bounding volume relative to the eye, as needed by the tests.
 struct Occludee {
     Eigen::Vector3d centre;
     double radius = 0.0;  // of its horizontal disc
@@ -228,7 +228,7 @@ bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const 
     const double most_slope = object.high / (object.high >= 0.0 ? nearest : farthest);
     const double least_slope = object.low / (object.low >= 0.0 ? farthest : nearest);
 
-    // most objects are above the horizon of the sector of their centre
+    // early exit: most objects are above the horizon in the sector of their centre
     const HorizonRows::Row& row = rows.row(ring);
     const auto middle = static_cast<std::size_t>(azimuth_of(centre.x(), centre.y())) % kSectors;
     if (!(static_cast<double>(row[middle]) > most_slope)) return false;
@@ -278,7 +278,7 @@ void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const
         return;
     state.view = view;
     state.frustum = make_frustum(view);
-    // seen from a higher eye, the surface is lower by as much
+    // raising the eye is equivalent to lowering the surface
     state.rows.build(*resident, eye + Eigen::Vector3d(0.0, 0.0, state.depth),
                      sectors_of(view, state.frustum));
     state.is_clear = false;

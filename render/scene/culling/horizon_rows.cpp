@@ -12,16 +12,16 @@
 
 namespace terrane::internal {
 
-/// An aligned square of a resident chunk's cells, and what the chunk certifies of the true surface over it.
+/// An aligned square of a resident chunk's cells, over which the chunk certifies bounds of the true surface.
 struct GroundSquare {
     std::int32_t index = 0;                    ///< of the chunk in ResidentSet::chunks()
     int log2_side = SamplePyramid::kCoarsest;  ///< cells along its side
     int column = 0, row = 0;                   ///< of its south-western cell in the chunk
 
-    /// The finest resident description of its four quarters: squares of children, where they are resident.
-    /// Requires can_divide().
+    /// Its four quarters at the finest resident level: squares of children if these are resident. Requires
+    /// can_divide().
     std::array<GroundSquare, 4> quarters(const ResidentSet& resident) const;
-    /// False of the smallest squares whose range of heights a chunk has, and no child is resident.
+    /// False for the smallest squares for which a chunk stores a height range, unless a child is resident.
     bool can_divide() const { return log2_side > SamplePyramid::kFinest; }
 };
 
@@ -94,19 +94,20 @@ bool is_all_ground(const Chunk& chunk, const GroundSquare& square) {
 }
 
 // Source: B. Lloyd, P. Egbert. Horizon occlusion culling for real-time rendering of hierarchical terrains. IEEE
-//         Visualization 2002: the horizon of a quadtree from front to back, and what is below it is culled.
+//         Visualization 2002 (a quadtree is visited from front to back, and nodes below the horizon are culled).
 // Deviations:
-//   - The horizon is kept for each distance, so that what is culled need not be visited from front to back.
-//   - It is a horizon of slopes over azimuth, not of a picture's columns: independent of the camera's roll.
-//   - Occluders are squares with a lower bound of the true surface in place of projected edges of the drawn mesh, which
+//   - The horizon is kept for each distance, so that objects can be tested in any order.
+//   - The horizon is a function of azimuth, not of picture columns, and hence independent of the camera's roll.
+//   - Occluders are squares with a lower bound of the true surface instead of projected edges of the drawn mesh, which
 //     is not known yet. A square is convex, so that every ray with an azimuth between its outermost corners crosses it:
-//     it counts for the sectors that lie wholly between them. Sectors at the seam of two squares get the slope of their
-//     common parent, which is an occluder too.
+//     it covers the sectors entirely between them. Sectors at the seam of two squares get the slope of their common
+//     parent, which is an occluder too.
 
 namespace {
 
-// A square is divided while its side is more than this part of its distance: about thirteen sectors. Measured by
-// horizon_benchmark: 0.05 takes 1.6 times as long, and hides 3 % more from 20 m above the ground and 12 % from 100 m.
+// A square is divided while its side exceeds this share of its distance, about thirteen sectors. Measured by
+// horizon_benchmark: 0.05 takes 1.6 times as long and hides 3 % more from 20 m above the ground and 12 % more from 100
+// m.
 constexpr double kSideShare = 0.08;
 
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
@@ -135,8 +136,8 @@ bool HorizonRows::is_below_horizon(const SectorRange& touched, double slope) con
     return is_below;
 }
 
-// A ray through the square enters it no farther away than the farther one of its outermost corners, and the surface
-// there is at least `rise` above the eye.
+// A ray through the square enters it no farther away than the farther of its outermost corners, and the surface there
+// is at least `rise` above the eye.
 void HorizonRows::add_occluder(const EyeRect& rect, const Wedge& wedge, double rise) {
     const double farthest =
         std::sqrt(std::max(wedge.right.squaredNorm(), wedge.left.squaredNorm()));
@@ -149,7 +150,7 @@ void HorizonRows::add_occluder(const EyeRect& rect, const Wedge& wedge, double r
     });
 }
 
-// No ground from a rectangle on.
+// Ends the ground at a rectangle: nothing beyond it occludes.
 void HorizonRows::limit(const EyeRect& rect) {
     if (rect.contains_eye()) {
         limits_.fill(0.0);
@@ -203,7 +204,7 @@ void HorizonRows::add_volumes() {
     }
 }
 
-// The largest slopes of each ring and the ones before it, up to where the ground ends.
+// Running maximum of slopes over rings, up to the end of the ground.
 void HorizonRows::accumulate() {
     std::array<int, kSectors> ends;
     for (std::size_t sector = 0; sector < kSectors; ++sector)

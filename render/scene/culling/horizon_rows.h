@@ -17,7 +17,7 @@
 // rectangles are horizontal and relative to the eye, metres.
 namespace terrane::internal {
 
-/// Number of sectors: a power of two. A sector has 0.28 to 0.56 degrees.
+/// Number of sectors: a power of two. A sector spans 0.28 to 0.56 degrees.
 inline constexpr int kSectors = 1024;
 
 /// Azimuth in sectors, counter-clockwise from east, 0 to kSectors: the diamond angle, which increases with the angle.
@@ -47,27 +47,27 @@ struct SectorRange {
     }
 };
 
-/// Directions between two others, counter-clockwise, less than half a turn apart.
+/// The directions between two others, counter-clockwise, less than half a turn apart.
 struct Wedge {
-    Eigen::Vector2d right, left;  ///< where it begins and ends; not zero
+    Eigen::Vector2d right, left;  ///< its first and last direction, not zero
 
-    // Azimuths are taken to be exact to this many sectors: 2^-53 of the coordinates relative to the distance from the
-    // eye, of coordinates up to 2e9 m and distances from 1 m, times 163 sectors a radian.
+    // Rounding error of azimuths in sectors: 2^-53 of the coordinates relative to the distance from the eye, for
+    // coordinates up to 2e9 m and distances from 1 m, times 163 sectors per radian.
     static constexpr double kRounding = 0x1p-12;
 
-    /// All sectors with a direction of the wedge.
+    /// All sectors that contain a direction of the wedge.
     SectorRange touched() const {
         return between(std::floor(azimuth_of(right.x(), right.y()) - kRounding),
                        std::floor(azimuth_of(left.x(), left.y()) + kRounding), 0);
     }
-    /// The sectors all of whose directions are in the wedge.
+    /// The sectors that are entirely in the wedge.
     SectorRange covered() const {
         return between(std::floor(azimuth_of(right.x(), right.y()) + kRounding) + 1.0,
                        std::floor(azimuth_of(left.x(), left.y()) - kRounding) - 1.0, -1);
     }
 
 private:
-    // A wedge is narrower than half a turn, so a count modulo kSectors is negative where it is larger than any wedge.
+    // A wedge is narrower than half a turn: a count modulo kSectors that exceeds any wedge is negative.
     static SectorRange between(double first, double last, int least_last) {
         const int from = static_cast<int>(first) & (kSectors - 1);
         const int steps = (static_cast<int>(last) - from) & (kSectors - 1);
@@ -76,7 +76,7 @@ private:
     }
 };
 
-/// A rectangle along the axes.
+/// An axis-aligned rectangle.
 struct EyeRect {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0;
 
@@ -85,7 +85,7 @@ struct EyeRect {
         const double x = std::max({west, -east, 0.0}), y = std::max({south, -north, 0.0});
         return x * x + y * y;
     }
-    /// The directions in which it lies. Requires that it does not contain the eye.
+    /// The directions from the eye to it. Requires that it does not contain the eye.
     Wedge wedge() const {
         if (west > 0.0) {
             if (south > 0.0) return {{east, south}, {west, north}};
@@ -107,7 +107,7 @@ inline constexpr int kRingsPerOctave = 16;
 inline constexpr int kFirstRing_log2 = 1, kLastRing_log2 = 17;  ///< from 2 m to 131 km
 inline constexpr int kRings = 2 + kRingsPerOctave * (kLastRing_log2 - kFirstRing_log2);
 
-/// The ring that contains a distance: exact, so that distances in increasing rings increase. Requires distance >= 0.
+/// The ring that contains a distance. Exact, hence monotonic. Requires distance >= 0.
 inline int ring_of(double distance) {
     constexpr int kMantissaBits = 52, kShift = kMantissaBits - std::bit_width(kRingsPerOctave - 1u);
     constexpr std::int64_t kBase = std::int64_t{1023 + kFirstRing_log2} * kRingsPerOctave - 1;
@@ -122,13 +122,13 @@ class HorizonRows {
 public:
     using Row = std::array<float, kSectors>;
 
-    /// A lower bound of the largest slope of the true surface in every direction of a sector within a ring and the
-    /// ones before it.
+    /// Per sector, a lower bound of the largest slope of the true surface within a ring and all nearer ones, valid for
+    /// every direction of the sector.
     const Row& row(int ring) const { return rows_[static_cast<std::size_t>(ring)]; }
 
-    /// Computes all rows. Requires a set with its roots, all certified, and an eye inside the extent.
+    /// Computes all rows. Requires a set with all its roots, certified chunks, and an eye inside the extent.
     ///
-    /// @param in_view sectors that matter; the others become infinite
+    /// @param in_view sectors to compute; the others become infinite
     void build(const ResidentSet& resident, const Eigen::Vector3d& eye_world,
                const SectorRange& in_view);
 
@@ -143,9 +143,10 @@ private:
     const ResidentSet* resident_ = nullptr;  // while building
     Eigen::Vector3d eye_;
     SectorRange in_view_;
-    std::vector<Row> rows_;                // [kRings]
-    Row highest_;                          // in all rings so far, for pruning
-    std::array<double, kSectors> limits_;  // distance up to which all is ground without volumes
+    std::vector<Row> rows_;  // [kRings]
+    Row highest_;            // in all rings so far, for pruning
+    std::array<double, kSectors>
+        limits_;  // distance up to which there is only ground without volumes
 };
 
 }  // namespace terrane::internal

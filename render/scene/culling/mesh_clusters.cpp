@@ -17,29 +17,28 @@
 
 namespace terrane::internal {
 
-/// A triangle, for split_to_clusters().
+/// A triangle as input of split_to_clusters().
 struct SplitPoint {
     Eigen::Vector3d place;   ///< its centroid
-    Eigen::Vector3d normal;  ///< unit; zero: of no use
+    Eigen::Vector3d normal;  ///< unit; zero: unusable
     std::uint32_t index = 0;
 };
 
-/// Reorders triangles to consecutive clusters of at most `most`, each near in place and normal; triangles without a
-/// normal are in the last ones, apart. A function of the points, and of their indices where they are equal. Within a
-/// cluster indices ascend.
-///
-/// @returns numbers of triangles
+/// Orders triangles into consecutive clusters of at most `most`, close in position and normal; triangles without a
+/// normal form separate clusters at the end. Depends only on the points, and on indices among equal points. Indices
+/// ascend within a cluster.
+///@returns triangle indices
 std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::uint32_t most);
 
-// Halves a set of triangles at the median along the axis of the largest variance, in the space of their places and
-// normals, until the halves are small enough.
+// Splits a set of triangles recursively at the median along the axis of largest variance, in the space of positions and
+// normals, until the parts are small enough.
 //
 // Source:    J. Bentley. Multidimensional binary search trees used for associative searching. CACM 18(9), 1975.
-// Deviation: normals are three more coordinates, because clusters are culled by place and normal.
+// Deviation: normals are three additional coordinates, because clusters are culled by position and normal.
 
 namespace {
 
-// Of the unit of normals over that of places, which is the largest side of the box around a mesh's centroids.
+// Weight of normals relative to positions; positions are divided by the longest side of the box around the centroids.
 constexpr double kNormalWeight = 2.0;
 
 using Coordinates = std::array<double, 6>;
@@ -108,20 +107,20 @@ std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::
 
 }  // namespace terrane::internal
 
-// Splits a mesh into clusters of triangles, and finds those that can face an eye.
+// Splits a mesh into clusters of triangles, and culls clusters that face away from the eye.
 //
 // Source:     L. Shirman, S. Abi-Ezzi. The Cone of Normals Technique for Fast Processing of Curved Patches. Computer
-//             Graphics Forum 12(3), 1993 (a cone of normals, and a cone of eyes that see back faces only).
-// Deviations: the apex of the cone of eyes is as near to the triangles' planes as they allow, along the axis through
-//             the middle of the cluster. Vertices may be drawn elsewhere than they are, within bounds.
+//             Graphics Forum 12(3), 1993 (a cone of normals, and a cone of eye positions that see only back faces).
+// Deviations: the apex of the cone of eyes is as close to the triangles' planes as possible, on the axis through the
+//             cluster's centre. Drawn vertices may be displaced within bounds.
 //
-// An eye E is behind a triangle of unit normal n and corner a by s = n (a - E). With a point q behind the planes of all
-// triangles, s >= n (q - E), and with the angle of the cone between n and the axis, s >= x cosine - y sine, where x and
-// y are the components of q - E along the axis and square to it, x > 0.
+// An eye E is behind a triangle with unit normal n and corner a by s = n (a - E). For a point q behind the planes of
+// all triangles, s >= n (q - E). As n is within the cone's angle of the axis, s >= x cosine - y sine, where x and y are
+// the components of q - E along the axis and perpendicular to it, x > 0.
 //
-// Vertices that move by up to e change the triple product of the corners about E, which is s times twice the area A, by
-// at most e d (p + 3 e) with the perimeter p and d = e + the largest distance of a corner: all terms of its expansion
-// have an edge or e, a distance or e, and e as factors. It keeps its sign where s > e d (p + 3 e) / 2A.
+// The triple product of the corners about E equals s times twice the area A. Displacing vertices by up to e changes it
+// by at most e d (p + 3 e), with the perimeter p and d = e + the largest distance of a corner: each term of its
+// expansion has the factors e, an edge or e, and a distance or e. It keeps its sign if s > e d (p + 3 e) / 2A.
 
 namespace terrane {
 namespace {
@@ -131,18 +130,19 @@ using internal::dot;
 using internal::length;
 using internal::norm1;
 
-// Error of a computed unit normal: 14 roundings of 2^-53 of the product of two sides, which is at most 2^20 areas.
+// Error of a computed unit normal: 14 roundings of 2^-53 of the product of two sides, which is at most 2^20 times the
+// area.
 constexpr double kThinnest = 0x1p-20;
 constexpr double kNormalError = 0x1p-28;
 constexpr double kLeastArea = 1e-150;  // its square is a normal number
-// Normals of a wider cone are spread over more than a hemisphere less 3 degrees.
+// A wider cone spans more than a hemisphere less 3 degrees.
 constexpr double kLeastCosine = 0.05;
 // Relative rounding of sums of a few products, with a margin.
 constexpr double kSums = 0x1p-48;
 
 struct Face {
     std::array<Eigen::Vector3d, 3> corners;
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero: not certain
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero: unreliable
     double perimeter = 0.0;
     double area = 0.0;  // twice the area
 };
@@ -159,8 +159,8 @@ Face make_face(std::span<const Eigen::Vector3d> positions, const TriangleMesh::T
     return face;
 }
 
-// Moves towards the farthest normal by ever smaller steps (M. Badoiu, K. Clarkson, Smaller core-sets for balls, SODA
-// 2003).
+// Moves the axis towards the farthest normal by decreasing steps (M. Badoiu, K. Clarkson, Smaller core-sets for balls,
+// SODA 2003).
 Eigen::Vector3d cone_axis(std::span<const Face> faces) {
     Eigen::Vector3d axis = Eigen::Vector3d::Zero();
     for (const Face& face : faces) axis += face.normal;
@@ -200,7 +200,7 @@ void bound_normals(std::span<const Face> faces, MeshCluster& cluster) {
     for (const Face& face : faces) {
         const double along = dot(face.normal, axis);
         const double height = dot(face.normal, face.corners[0] - cluster.bounds.centre);
-        // the quotient that is rounded upward
+        // the quotient, rounded upward
         const auto over_along = [&](double number) {
             return number / (along + (number > 0.0 ? -1.0 : 1.0) * 4.0 * kNormalError);
         };
@@ -296,8 +296,8 @@ bool can_face(const MeshCluster& cluster, const FacingView& view) {
     if (cluster.cosine == 0.0) return true;
     if (!(view.vertex_error >= 0.0 && view.angle_error >= 0.0)) return true;
     const Eigen::Vector3d& centre = cluster.bounds.centre;
-    // The offset leads from the eye to the apex. A mirrored mesh has its triangles' other sides in front: the axis and
-    // with it the offset change their sign.
+    // The offset points from the eye to the apex. Mirroring swaps front and back: the axis, and with it the offset,
+    // changes sign.
     const double along_axis = view.is_mirrored ? cluster.ahead : -cluster.behind;
     Eigen::Vector3d offset = centre + along_axis * cluster.axis - view.eye_mesh;
     if (view.is_mirrored) offset = -offset;

@@ -15,7 +15,7 @@ namespace {
 // Lattice::finest_level is at most this.
 constexpr int kMostLevel = 24;
 
-/// A chunk without a node, and how soon it gets one.
+/// A chunk without a node, with its priority.
 struct WaitingChunk {
     double squared_distance = 0.0;
     const ResidentChunk* chunk = nullptr;
@@ -29,7 +29,7 @@ double squared_distance(const ChunkKey& key, const Lattice& lattice, const World
     return x * x + y * y;
 }
 
-/// The chunks of a level: they are consecutive in a set.
+/// The chunks of a level, which are consecutive in a set.
 std::span<const ResidentChunk> chunks_of(const ResidentSet& resident, int level) {
     const std::span<const ResidentChunk> all = resident.chunks();
     const auto begin = std::partition_point(

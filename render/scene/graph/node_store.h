@@ -18,11 +18,11 @@ struct GraphNode {
     NodePlace place;
     NodeContent content;
     std::size_t level = 0;       ///< of a switch in the last frame
-    bool is_current = false;     ///< whether bounds are; if not, those of no node above are
-    std::optional<Aabb> bounds;  ///< of all below it, in its frame
+    bool is_current = false;     ///< whether `bounds` is up to date; if not, no ancestor's is
+    std::optional<Aabb> bounds;  ///< of its subtree, in its frame
 };
 
-/// The nodes of a graph, with bounds that follow.
+/// The nodes of a graph, with lazily updated bounds.
 class NodeStore {
 public:
     static constexpr int kMostDepth = 256;
@@ -30,19 +30,19 @@ public:
     NodeStore();
     NodeId root() const { return NodeId{1}; }
     std::size_t size() const { return nodes_.size(); }
-    /// Null where there is none.
+    /// Null for an unknown id.
     GraphNode* find(NodeId node);
     const GraphNode& at(NodeId node) const { return nodes_.at(node); }
     GraphNode& at(NodeId node) { return nodes_.at(node); }
 
-    /// Requires a parent that exists, of a depth below kMostDepth.
+    /// Requires an existing parent of a depth below kMostDepth.
     NodeId add(NodeId parent, const NodePlace& place, NodeContent content);
-    /// Requires a node that exists and is not the root.
+    /// Requires an existing node other than the root.
     void remove(NodeId node);
-    /// Bounds of the node, and of all above it, are not current from now on.
+    /// Marks the bounds of the node and of its ancestors as out of date.
     void invalidate(NodeId node);
 
-    /// Bounds of a node and all below it, in its frame.
+    /// Bounds of a node's subtree, in its frame; updates them if necessary.
     const std::optional<Aabb>& bounds(NodeId node);
 
 private:

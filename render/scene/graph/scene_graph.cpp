@@ -28,15 +28,15 @@ struct SwitchChoice {
 ///
 /// @param distance     from the eye to the bounding sphere, metres, > 0
 /// @param factor       pixels per metre of error there
-/// @param threshold_px of errors, pixels
-/// @param before       level of the frame before, for hysteresis
+/// @param threshold_px largest screen error, pixels
+/// @param before       level of the previous frame, for hysteresis
 SwitchChoice choose_level(const SwitchNode& levels, double distance, double factor,
                           double threshold_px, std::size_t before);
 
 /// The first geometry that a segment meets: see SceneGraph::ray().
 ///
 /// @param nodes updates their bounds
-/// @param view  that billboards face; null: what is below them is not met
+/// @param view  view that billboards face; null: nodes below billboards are ignored
 std::optional<NodeHit> find_hit(NodeStore& nodes, const View* view, const WorldPos& from_world,
                                 const WorldPos& to_world);
 
@@ -47,7 +47,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
                           double threshold_px, std::size_t before) {
     SwitchChoice choice;
     for (std::size_t i = 0; i < levels.limits.size(); ++i) {
-        // By which ratio the limit is passed: not increasing in i.
+        // Ratio by which the limit is passed: not increasing with i.
         const double limit = levels.limits[i];
         const double passed = levels.by == SwitchNode::By::distance
                                   ? distance / limit
@@ -57,7 +57,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
         if (levels.fade_ratio > 1.0 && passed < levels.fade_ratio) {
             const float share = 1.0f - log2_of(static_cast<float>(passed)) /
                                            log2_of(static_cast<float>(levels.fade_ratio));
-            // A share of 0 and of 1 would draw one of the two without pixels.
+            // With a share of 0 or 1 one of the two would be drawn without pixels.
             return {i, true, std::clamp(share, 0x1p-10f, 1.0f - 0x1p-10f)};
         }
         choice.level = i + 1;
@@ -67,7 +67,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
 
 namespace {
 
-// Of the coordinates: added to boxes, above the rounding of transforms down the deepest tree.
+// Margin of boxes relative to the coordinates, above the rounding of transforms down the deepest tree.
 constexpr double kNodeMargin = 0x1p-40;
 
 /// A segment, and the first node on it so far.
@@ -170,7 +170,7 @@ struct SceneGraph::State {
         auto operator<=>(const DrawKey&) const = default;
     };
 
-    // What a node takes over from those above it.
+    // State inherited from ancestors.
     struct Above {
         PlaneState planes = {};
         float coverage = 1.0f;
@@ -203,7 +203,7 @@ struct SceneGraph::State {
     SceneDraws draws() const;
 };
 
-// Whether a node is in view, or casts shadows into it: sets which of the two.
+// Whether a node is in view or casts shadows into it; sets Above::is_caster.
 bool SceneGraph::State::is_wanted(const OrientedBox& box, Above& above) {
     if (!above.is_caster) {
         if (volume->test_planes(box, above.planes) != Containment::outside) {
@@ -249,7 +249,7 @@ void SceneGraph::State::visit_switch(GraphNode& node, const SwitchNode& levels,
         internal::choose_level(levels, distance, place.scale * view.pixels_per_radian() / distance,
                                threshold_px, node.level);
     node.level = choice.level;
-    // Fades do not nest: below a node that fades, the inner switch draws its finer level with the outer coverage.
+    // Fades do not nest: below a fading node, an inner switch draws its finer level with the outer coverage.
     const bool is_outermost = above.coverage == 1.0f;
     const auto show = [&](std::size_t level, float share) {
         if (level >= node.children.size()) return;

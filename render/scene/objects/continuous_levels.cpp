@@ -7,7 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-// log2(9 / 8): so much nearer must an object be that takes the place of another one.
+// log2(9 / 8): an object must be nearer by this ratio to replace another one.
 constexpr float kNearer = 0.169925f;
 
 }  // namespace
@@ -32,7 +32,7 @@ void NearObjects::select() {
         ranked_.resize(most_);
         std::sort(ranked_.begin(), ranked_.end(),
                   [](const Ranked& a, const Ranked& b) { return a.candidate < b.candidate; });
-        // candidates only move down
+        // candidates only move to lower indices
         for (std::size_t i = 0; i < most_; ++i) objects_[i] = objects_[ranked_[i].candidate];
         objects_.resize(most_);
     }
@@ -42,7 +42,7 @@ void NearObjects::select() {
 
 namespace {
 
-// Levels of a model that are kept for objects to come. One has 12 bytes a triangle of the finest level.
+// Levels kept per model for objects that become near later; 12 bytes per triangle of the finest level each.
 constexpr std::size_t kMostKept = 4;
 
 }  // namespace
@@ -67,7 +67,7 @@ void ContinuousLevels::follow(std::span<const NearObject> objects) {
     former_.clear();
 }
 
-// The kept level with the fewest contractions to go.
+// The kept level with the fewest contractions from `count`.
 ProgressiveMesh ContinuousLevels::take(std::uint32_t model, std::uint32_t count) {
     std::vector<ProgressiveMesh>& kept = models_[model].kept;
     if (kept.empty()) return models_[model].mesh->share();

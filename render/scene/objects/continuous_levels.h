@@ -16,23 +16,23 @@
 
 namespace terrane::internal {
 
-/// Names an object of a scene for as long as its group is there.
+/// Identifies an object of a scene during the lifetime of its group.
 struct ObjectKey {
-    std::uint64_t cluster_order = 0;  ///< ObjectCluster::order, which is not given twice
+    std::uint64_t cluster_order = 0;  ///< ObjectCluster::order, never reused
     std::uint32_t index = 0;          ///< in the cluster
     auto operator<=>(const ObjectKey&) const = default;
 };
 
-/// An object of a frame that may have a level of its own.
+/// An object of a frame that is a candidate for a continuous level.
 struct NearObject {
     ObjectKey key;
     std::uint32_t model = 0;
-    std::size_t place = 0;     ///< among all objects of the frame
-    float log2_factor = 0.0f;  ///< of pixels per metre of error at scale 1
+    std::size_t place = 0;     ///< index among all objects of the frame
+    float log2_factor = 0.0f;  ///< log2 of pixels per metre of error at scale 1
 };
 
-/// The nearest of the objects in view: those with the most pixels a metre of their models. One that was near stays
-/// until another one has an eighth more, so that equally near ones do not take turns.
+/// Selects the nearest objects in view: those with the most pixels per metre of their models. A selected object stays
+/// until another one exceeds it by an eighth, so that equally near objects do not alternate.
 class NearObjects {
 public:
     /// @param most objects, above 0
@@ -40,9 +40,9 @@ public:
 
     /// Begins a frame without candidates.
     void clear() { objects_.clear(); }
-    /// Adds a candidate; they come in the order of their keys, which is that of their places.
+    /// Adds a candidate. Candidates must be added in the order of their keys, which is that of their places.
     void add(const NearObject& object) { objects_.push_back(object); }
-    /// Keeps the nearest candidates, in the same order. Ties are decided by keys.
+    /// Keeps the nearest candidates, in the same order. Keys break ties.
     ///
     /// Cost: O(candidates)
     void select();
@@ -62,15 +62,15 @@ private:
     std::vector<Ranked> ranked_;        // scratch
 };
 
-/// The triangles of near objects: each has a level of its own, which is kept from frame to frame and changed by the
+/// The triangles of near objects: each object has its own level, which persists between frames and is changed by the
 /// contractions between two levels.
 class ContinuousLevels {
 public:
-    /// Adds the next model, whose number is how many there were before.
+    /// Adds a model; models are numbered in the order in which they are added.
     void add_model(const ObjectModel& model) { models_.push_back({model.continuous, {}}); }
 
-    /// From now on there are levels for these objects. Those of others are kept for objects of the same model that
-    /// become near later, a few of each.
+    /// Sets the objects that have levels. A few levels of former objects are kept per model, for objects of that model
+    /// that become near later.
     ///
     /// @param objects in the order of their keys
     void follow(std::span<const NearObject> objects);
@@ -79,8 +79,8 @@ public:
     ///
     /// @param object of follow()
     /// @param count  of a level of ObjectModel::continuous
-    /// Cost: proportional to the contractions since the object's last level, or since a kept level of the model; of
-    ///       an object that finds no kept one, a copy of the triangles in addition
+    /// Cost: proportional to the contractions since the object's last level, or since a kept level of the model; an
+    ///       object without a kept level also copies the triangles
     std::span<const TriangleMesh::Triangle> triangles(std::size_t object, std::uint32_t count);
 
 private:
@@ -99,45 +99,45 @@ private:
     std::vector<Level> levels_, former_;  // in the order of keys
 };
 
-/// A near object of which a mesh is drawn.
+/// A near object that is drawn as a mesh.
 struct NearDraw {
     std::size_t object = 0;      ///< among the near objects
     std::uint32_t instance = 0;  ///< in SceneDraws::instances
 };
 
-/// Continuous levels of detail of a scene's nearest objects: which they are, what they need at every threshold, and the
-/// draws of a frame.
+/// Continuous levels of detail of a scene's nearest objects: their selection, their triangle demands, and the draws of
+/// a frame.
 class StreamedList {
 public:
     /// @param most objects with continuous levels
     explicit StreamedList(std::size_t most) : most_(most), near_(most) {}
 
-    /// Adds the next model, whose number is how many there were before.
+    /// Adds a model; models are numbered in the order in which they are added.
     void add_model(const ObjectModel& model, double fade_ratio);
 
-    /// Whether any object may have a level of its own.
+    /// Whether any object may have a continuous level.
     bool is_needed() const { return is_needed_; }
 
-    /// The frame has no objects until begin() and select().
+    /// Removes the frame's objects; there are none until begin() and select().
     void clear();
-    /// Begins a frame. @param log2_least of the least threshold in pixels that the frame can have
+    /// Begins a frame. @param log2_least log2 of the frame's least threshold in pixels
     void begin(float log2_least);
-    /// Adds an object of the frame, if it may have a level of its own; in the order of keys and places.
+    /// Adds an object of the frame if it may have a continuous level; in the order of keys and places.
     void add(const NearObject& object) {
         const std::optional<ContinuousModel>& model = models_[object.model];
         if (model && model->draws_mesh(object.log2_factor, log2_least_)) near_.add(object);
     }
-    /// Selects the nearest of them, and adds what they need.
+    /// Selects the nearest objects, and adds their triangle demands.
     void select(DemandHistogram& histogram);
     /// The nearest objects, in the order of their places.
     std::span<const NearObject> near() const { return near_.objects(); }
 
-    /// Makes the draws of near objects at a threshold.
+    /// Creates the draws of near objects at a threshold.
     ///
     /// @param models as added
     void make(std::span<const NearDraw> near, std::span<const ObjectModel> models,
               float log2_threshold);
-    /// Of the last make().
+    /// Draws of the last make().
     std::span<const StreamedDraw> draws() const { return draws_; }
     std::size_t triangle_count() const { return triangle_count_; }
 

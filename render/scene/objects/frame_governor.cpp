@@ -9,23 +9,23 @@
 namespace terrane {
 namespace {
 
-// Weight of a frame relative to the one after it: some ten frames count.
+// Forgetting factor: weight of a frame relative to the next one, about ten frames of memory.
 constexpr double kForgetting = 0.9;
-// A frame whose time differs from the expected one by more than this many standard deviations of the noise, within
-// these ratios, has met another scene: what was learnt before counts little.
+// A frame time that differs from the prediction by more than this many standard deviations of the noise, limited to
+// these ratios, indicates another scene: past frames then get little weight.
 constexpr double kSurpriseDeviations = 3.0;
 constexpr double kLeastSurprise = 1.1, kMostSurprise = 1.6;
 constexpr double kSurpriseForgetting = 0.1;
-// Standard deviation of the first frames' times, relative, and how much of the estimate each frame replaces.
+// Initial relative standard deviation of frame times, and the share of the variance estimate that each frame replaces.
 constexpr double kFirstDeviation = 0.03;
 constexpr double kVarianceShare = 0.05;
-// Share of the first frame that is taken for constant.
+// Share of the first frame's time assumed constant.
 constexpr double kGuessedConstant = 0.2;
-// Relative standard deviation that a known slope is taken to have, squared.
+// Prior relative variance of a known slope.
 constexpr double kSlopeVariance = 0.09;
-// A frame below this share of the time lets the budget grow by the third power of its ratio.
+// After a frame below this share of the time limit the budget grows by the third power of most_growth.
 constexpr double kFarBelow = 0.5;
-// From this relative difference of triangles on, the times of two frames tell the slope.
+// Relative difference of triangle counts from which the times of two frames determine the slope.
 constexpr double kOtherTriangles = 0.5;
 // Least ratio of the slopes of successive frames.
 constexpr double kLeastSlope = 0.05;
@@ -56,8 +56,8 @@ Result<FrameGovernor> FrameGovernor::create(const GovernorSettings& settings,
     return governor;
 }
 
-// A line through the frames by least squares. Where they all have about the same triangles, or none, they do not tell
-// its slope: then it is the one that was known.
+// Fits a line to the frames by least squares. If all have nearly equal triangle counts, or none, they do not determine
+// the slope, and the known slope is kept.
 void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, double variance) {
     double known = model.ms_per_triangle;
     if (known == 0.0 && triangles > 0.0) {
@@ -71,8 +71,8 @@ void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, d
     const double mean_n = model.n / model.weight, mean_t = model.t / model.weight;
     const double spread = model.nn / model.weight - mean_n * mean_n;
     const double together = model.nt / model.weight - mean_n * mean_t;
-    // Frames tell the slope in as far as their triangles differ: the weight of the measured slope is the variance of
-    // the known one over the sum of both.
+    // Blends the measured and the known slope by their variances: the weight of the measured slope is the variance of
+    // the known one divided by the sum of both.
     const double noise = variance / (kSlopeVariance * model.weight);
     const double tells = spread / (spread + noise * mean_n * mean_n + 1.0);
     const double measured = spread > 0.0 ? together / spread : known;
@@ -82,9 +82,9 @@ void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, d
     model.constant_ms = std::max(0.0, mean_t - model.ms_per_triangle * mean_n);
 }
 
-// Adapts the model to another scene: scales the costs of the past frames to that of this one, or shifts them where most
-// of the time is not that of triangles, and gives them little weight. Where this frame has far more or fewer triangles
-// than those before, the slope may be wrong instead of the costs: then they stay, and the next fit decides.
+// Adapts the model to another scene: scales the costs of past frames to that of this one, or shifts them if most of the
+// time does not depend on triangles, and gives them little weight. If this frame has far more or fewer triangles than
+// those before, the slope rather than the costs may be wrong: then they stay, and the next fit decides.
 void FrameGovernor::rescale(CostModel& model, double frame_ms, double triangles) {
     const double expected = model.cost_ms(triangles);
     const double mean_n = model.n / model.weight;
@@ -115,7 +115,8 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
     const double surprising = std::log(std::clamp(1.0 + kSurpriseDeviations * std::sqrt(variance_),
                                                   kLeastSurprise, kMostSurprise));
     if (before_surprise_) {
-        // The frame before was an outlier if the model before it predicts this one, and better than the one after it.
+        // The previous frame was an outlier if the model before it predicts this frame, and better than the model after
+        // it.
         const double as_before = misfit(before_surprise_->model, frame_ms, drawn);
         if (as_before < surprising && as_before < misfit(model_, frame_ms, drawn)) {
             model_ = before_surprise_->model;
@@ -123,7 +124,7 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
         }
         before_surprise_.reset();
     }
-    // Before the first frame with triangles the model does not know their cost, so that their time is no surprise.
+    // Before the first frame with triangles their cost is unknown, so that no time is a surprise.
     const bool is_first = model_.weight == 0.0 || (model_.ms_per_triangle == 0.0 && drawn > 0.0);
     const double difference = is_first ? 0.0 : misfit(model_, frame_ms, drawn);
     const bool is_surprise = difference > surprising;
@@ -131,7 +132,7 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
         before_surprise_ = {model_, proven_};
         rescale(model_, frame_ms, drawn);
     }
-    // Clipped, so that one outlier does not widen what counts as noise by much, and many do.
+    // Clipped, so that a single outlier raises the noise estimate little, while many raise it.
     if (!is_first) {
         variance_ += kVarianceShare * (squared(std::min(difference, surprising)) - variance_);
     }
@@ -145,15 +146,15 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
         proven_ = std::min(proven_, drawn * allowed / frame_ms);
     }
     const double wanted = (allowed - model_.constant_ms) / std::max(model_.ms_per_triangle, 1e-12);
-    // A budget that is not used says nothing of its cost: growth starts from what has been drawn in time, or from the
-    // budget where that kept more from being drawn.
+    // An unused budget gives no information about its cost: growth starts from the triangles drawn in time, or from the
+    // budget if that was the limiting factor.
     const double from = std::max(proven_, wants_more ? static_cast<double>(budget_) : drawn);
     const double ratio = settings_.most_growth;
     const double growth = frame_ms < kFarBelow * allowed ? ratio * ratio * ratio : ratio;
     const double most = growth * std::max(from, static_cast<double>(settings_.least_budget));
     double next = std::min(wanted, most);
-    // A frame that is too long by more than noise reduces the triangles at least in proportion, also where the constant
-    // part alone exceeds the time.
+    // A frame that is late by more than noise reduces the triangles at least proportionally, even if the constant part
+    // alone exceeds the limit.
     if (is_late && is_surprise) next = std::min(next, drawn * allowed / frame_ms);
     budget_ = static_cast<std::size_t>(std::clamp(next, static_cast<double>(settings_.least_budget),
                                                   static_cast<double>(settings_.most_budget)));

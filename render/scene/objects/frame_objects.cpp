@@ -29,8 +29,8 @@ void FrameObjects::begin(const View& view, float log2_least) {
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
 }
 
-// Upper bound of the factors of a cluster: that of its largest object at the nearest point of its box, with a margin
-// for rounding.
+// Upper bound of the factors of a cluster: the factor of its largest object at the nearest point of its box, with a
+// rounding margin.
 float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
     const Aabb& box = cluster.bounds_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);
@@ -55,7 +55,7 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
     }
 }
 
-// is_wanted(index): whether an object of the cluster is one of them, if the ground does not hide it.
+// is_wanted(index): whether to add an object of the cluster, unless the ground hides it.
 template <class IsWanted>
 void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
                              const HorizonMap* horizon, const IsWanted& is_wanted) {
@@ -130,8 +130,7 @@ void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {
 
 namespace {
 
-// Takes the meshes out of what is drawn of an object, and returns the coverage of what is drawn in their place: 0 where
-// there is none among them.
+// Removes the meshes from an object's chosen levels and returns their coverage, 0 if there are none.
 float take_meshes(const ObjectModel& model, ChosenLevels& levels) {
     const auto is_mesh = [&](std::uint32_t level) {
         return level != ChosenLevels::kNone && !model.levels[level].is_impostor;

@@ -17,28 +17,28 @@
 
 namespace terrane::internal {
 
-/// Objects of one frame: those in view, or those that cast shadows from out of view.
+/// Objects of one frame: those in view, or those out of view that cast shadows into it.
 class FrameObjects {
 public:
-    /// Forgets all objects.
+    /// Removes all objects.
     void clear();
-    /// @param log2_least of the least threshold in pixels: objects that are not drawn above it are left out
+    /// @param log2_least log2 of the least threshold in pixels: objects that are not drawn above it are omitted
     void begin(const View& view, float log2_least);
 
-    /// Adds those of a cluster that are in view and that the ground does not hide.
-    /// @param horizon null: it hides none
+    /// Adds the objects of a cluster that are in view and not hidden by the ground.
+    /// @param horizon null: none is hidden
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
              const HorizonMap* horizon);
 
-    /// Adds those of a cluster that can cast a shadow into the view, and that add() of the view does not take.
+    /// Adds the objects of a cluster that can cast a shadow into the view and are not added by add() of the view.
     /// @param is_in_view whether add() has been called for the cluster
     void add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
 
     std::size_t size() const { return object_count_; }
-    /// Objects in view, as far as known, that are not drawn above the least threshold.
+    /// Number of objects in view, as far as known, that are not drawn above the least threshold.
     std::size_t left_out() const { return left_out_; }
-    /// Objects that the ground hides.
+    /// Number of objects hidden by the ground.
     std::size_t occluded() const { return occluded_; }
 
     /// Counts the factors of each model's objects. @param counts_out [models]
@@ -82,36 +82,36 @@ private:
     std::array<float, kClusterObjects> cluster_factors_{};
 };
 
-/// The draws of some objects of a frame: one for each level of a model that is drawn.
+/// The draws of a set of objects of a frame: one for each drawn level of a model.
 class DrawList {
 public:
-    /// Adds the next model, whose number is how many there were before.
+    /// Adds a model; models are numbered in the order in which they are added.
     void add_model(const ObjectModel& model);
 
     /// Chooses the levels of the objects, and appends their instances.
     ///
     /// @param models, choices [models] that were added
-    /// @param near            objects whose meshes are drawn by others, in the order of their places
+    /// @param near objects whose meshes are drawn by StreamedList, in the order of their places
     void make(const FrameObjects& objects, std::span<const ObjectModel> models,
               std::span<const LevelChoice> choices, float log2_threshold,
               std::span<const NearObject> near, std::vector<ObjectInstance>& instances_out);
 
-    /// Of the last make(). Objects that change levels have instances in two draws.
+    /// Draws of the last make(). Objects that change levels have instances in two draws.
     std::span<const MeshDraw> meshes() const { return meshes_; }
     std::span<const ImpostorDraw> impostors() const { return impostors_; }
-    /// Those of the near objects of which a mesh is drawn, with instances that no draw names.
+    /// The near objects that are drawn as meshes; no draw refers to their instances.
     std::span<const NearDraw> near() const { return near_; }
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
 
 private:
-    // Instances that are drawn with one call.
+    // Instances drawn with one call.
     struct Bucket {
         std::uint32_t model = 0, level = 0;
         std::uint32_t count = 0, first = 0;
     };
 
-    // A near object of which a mesh is drawn.
+    // A near object that is drawn as a mesh.
     struct NearPlace {
         std::size_t place = 0;  // among the objects
         float coverage = 1.0f;

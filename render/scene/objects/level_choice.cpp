@@ -34,7 +34,7 @@ void DemandHistogram::append_to(std::vector<TriangleDemand>& demands_out) const 
     std::int64_t drawn = 0, most = 0;
     for (int bin = ErrorBins::kCount - 1; bin >= 0; --bin) {
         drawn += changes_[static_cast<std::size_t>(bin)];
-        // A demand has 32 bits: more triangles than that fit into no budget.
+        // Demands have 32 bits, enough for any budget: larger ones are split.
         for (; drawn > most;) {
             const std::int64_t step =
                 std::min<std::int64_t>(drawn - most, std::numeric_limits<std::uint32_t>::max());
@@ -47,8 +47,8 @@ void DemandHistogram::append_to(std::vector<TriangleDemand>& demands_out) const 
 // Sources: D. Luebke et al. Level of Detail for 3D Graphics. 2003, sections 4.3 (screen-space error) and 5.3 (fades).
 //          T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
 //          Complex Virtual Environments. SIGGRAPH 1993 (a budget over the objects of a frame).
-// Deviation: objects share one threshold of screen error with the ground in place of a ratio of benefit and cost, so
-//            that a frame has a largest error.
+// Deviation: objects share one screen-error threshold with the ground instead of a ratio of benefit to cost, so that a
+//            frame has a largest error.
 
 LevelChoice::LevelChoice(const ObjectModel& model, double fade_ratio)
     : log2_ratio_(fade_ratio > 1.0 ? log2_of(static_cast<float>(fade_ratio)) : 0.0f) {
@@ -81,7 +81,7 @@ ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const 
     };
     const float over = steps_[i].log2_error + log2_ratio_ - most;
     if (i == 0 || !(over > 0.0f)) return {index(i), ChosenLevels::kNone, 1.0f};
-    // A share of 0 and of 1 would draw one of the two without pixels.
+    // With a share of 0 or 1 one of the two would be drawn without pixels.
     const float share = std::clamp(over / log2_ratio_, 0x1p-10f, 1.0f - 0x1p-10f);
     if (steps_[i - 1].morphs) return {index(i - 1), ChosenLevels::kNone, 2.0f - share};
     return {index(i - 1), index(i), share};
@@ -89,12 +89,12 @@ ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const 
 
 // Source: H. Hoppe. Smooth View-dependent Level-of-Detail Control. IEEE Visualization 1998, section 5 (a tolerance in
 //         pixels chooses the contractions).
-// Deviation: a level is a place in the sequence of contractions, not a front in their tree: all of an object has one
-//            error. It costs nothing to find, and its certified error holds.
+// Deviation: a level is a position in the sequence of contractions, not a front in their tree: the whole object has one
+//            error. It is found at no cost, and its certified error holds.
 
 namespace {
 
-// Contractions of nearly the same error are one demand.
+// Contractions with nearly equal errors are merged into one demand.
 constexpr float kStepsPerOctave = 128.0f;
 
 float end_of_step(float log2_error) {
@@ -128,7 +128,7 @@ ContinuousModel::ContinuousModel(const ObjectModel& model, double fade_ratio) {
             {log2_error_of(level + 1) + log2_ratio, model.levels[level].triangles});
     }
 
-    // Each contraction is a demand of the triangles that it takes away, and the coarsest mesh of its own.
+    // Each contraction is a demand for the triangles that it removes; the coarsest mesh is a separate demand.
     std::size_t i = 0;
     for (; i + 1 < triangles_.size() && log2_errors_[i + 1] < most_log2_error_; ++i) {
         const std::int64_t gone = std::int64_t{triangles_[i]} - triangles_[i + 1];

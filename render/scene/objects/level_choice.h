@@ -14,11 +14,11 @@
 
 namespace terrane::internal {
 
-/// Logarithms of demands are moved by more than the rounding of sums and of log2_of(), so that no level is drawn that
-/// was not counted.
+/// Margin on the logarithms of demands, larger than the rounding of sums and of log2_of(), so that every drawn level
+/// has been counted.
 inline constexpr float kDemandMargin = 0x1p-12f;
 
-/// Histogram of objects over the factor, pixels per metre of error, on a logarithmic scale.
+/// Histogram of objects by their factor, pixels per metre of error, on a logarithmic scale.
 class FactorCounts {
 public:
     void clear() { counts_.fill(0); }
@@ -26,7 +26,7 @@ public:
     /// Requires a factor that was added.
     void remove(float log2_factor) { --counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
 
-    /// Visits the bins that have objects.
+    /// Visits the bins that are not empty.
     /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the
     ///              scale
     template <class Visit>
@@ -57,53 +57,52 @@ private:
 /// Upper bound of the triangles of many objects as a function of the threshold.
 ///
 /// An object that draws n triangles while the threshold is in [a, b) pixels adds n at b and removes n at a. Additions
-/// are moved up to the end of a bin and removals down to the end of one, so that the sum is never too small.
+/// are moved up to a bin boundary and removals down to one, so that the sum is never too small.
 class DemandHistogram {
 public:
     void clear() { changes_.fill(0); }
-    /// Triangles are drawn below a threshold.
+    /// Adds triangles that are drawn below a threshold.
     void add(float log2_px, std::int64_t triangles) {
         changes_[static_cast<std::size_t>(ErrorBins::bin_above(log2_px))] += triangles;
     }
-    /// They are not drawn below a smaller threshold.
+    /// Removes triangles that are not drawn below a smaller threshold.
     void remove(float log2_px, std::int64_t triangles) {
         const int bin = ErrorBins::bin_below(log2_px);
         if (bin >= 0) changes_[static_cast<std::size_t>(bin)] -= triangles;
     }
 
-    /// Appends steps of the smallest bound that does not increase with the threshold.
+    /// Appends the steps of the smallest upper bound that does not increase with the threshold.
     void append_to(std::vector<TriangleDemand>& demands_out) const;
 
 private:
     std::array<std::int64_t, ErrorBins::kCount> changes_{};
 };
 
-/// Levels of one object in a frame: one, or two that fade into each other.
+/// Levels of one object in a frame: one, or two during a cross-fade.
 struct ChosenLevels {
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
     std::uint32_t finer =
         kNone;  ///< index in ObjectModel::levels, drawn with coverage `share`; kNone: nothing
     std::uint32_t coarser = kNone;  ///< drawn with coverage share - 1; kNone: nothing
-    float share = 1.0f;  ///< ObjectInstance::coverage: above 1 where the finer one morphs
+    float share = 1.0f;             ///< ObjectInstance::coverage: above 1 if the finer level morphs
 };
 
 /// The levels of a model on a logarithmic scale.
 ///
-/// Level i + 1 gives way to level i while its screen error goes from the threshold over the fade ratio to the
+/// Level i + 1 is replaced by level i as its screen error rises from the threshold divided by the fade ratio to the
 /// threshold: both are drawn with complementary coverage, or level i morphs into level i + 1. Errors of consecutive
-/// levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn" is the last level, without
-/// triangles.
+/// levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn" is represented by the last
+/// level, without triangles.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
 
     /// Adds the triangles of many objects at every threshold.
     ///
-    /// @param factors how many objects have which log2 of pixels per metre of error: scale times pixels per radian over
-    ///                distance
+    /// @param factors histogram of log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(const FactorCounts& factors, DemandHistogram& histogram) const;
 
-    /// Whether anything of an object is drawn.
+    /// Whether an object is drawn at any level.
     bool is_drawn(float log2_factor, float log2_threshold) const {
         return steps_.back().log2_error + log2_ratio_ + log2_factor > log2_threshold;
     }
@@ -117,13 +116,13 @@ private:
         std::uint32_t triangles;  // of this level
         bool morphs;              // into the next one
     };
-    std::vector<Step> steps_;  // [levels + 1] finest first; the last one is not drawn
+    std::vector<Step> steps_;  // [levels + 1] finest first; the last means not drawn
     float log2_ratio_;
 };
 
-/// The levels of an object with continuous levels of detail, on a logarithmic scale: in place of the meshes of
-/// ObjectModel::levels those of ObjectModel::continuous, of which neighbouring ones differ by one contraction. The
-/// impostor and the absence fade in as of other objects (LevelChoice).
+/// The levels of an object with continuous levels of detail, on a logarithmic scale: the levels of
+/// ObjectModel::continuous, which differ by one contraction each, replace the meshes of ObjectModel::levels. Impostor
+/// and absence fade in as for other objects (LevelChoice).
 class ContinuousModel {
 public:
     /// @param model with ObjectModel::continuous
@@ -134,7 +133,7 @@ public:
     /// @param log2_factor of pixels per metre of error: scale times pixels per radian over distance
     void add_to(float log2_factor, DemandHistogram& histogram) const;
 
-    /// Whether a mesh is drawn at a threshold, as LevelChoice decides it, or may be by rounding.
+    /// Whether a mesh is drawn at a threshold by the rule of LevelChoice, or may be, given rounding.
     bool draws_mesh(float log2_factor, float log2_threshold) const {
         return most_log2_error_ + log2_factor + kDemandMargin > log2_threshold;
     }
@@ -143,7 +142,7 @@ public:
     std::uint32_t triangle_count(float log2_factor, float log2_threshold) const;
 
 private:
-    /// Triangles that are drawn below an error, and are not drawn below another one.
+    /// Triangles that are drawn below one error and not drawn below another.
     struct Change {
         float log2_error;
         std::int64_t triangles;
@@ -151,7 +150,7 @@ private:
 
     std::vector<float> log2_errors_;        // [levels] finest first; they do not decrease
     std::vector<std::uint32_t> triangles_;  // [levels]
-    float most_log2_error_ = 0.0f;          // no mesh is drawn from here on
+    float most_log2_error_ = 0.0f;          // no mesh is drawn at or above it
     std::vector<Change> additions_, removals_;
 };
 

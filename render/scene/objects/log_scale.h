@@ -8,8 +8,8 @@
 
 namespace terrane::internal {
 
-/// Base-2 logarithm of a positive normal number, without libm, so that bits are the same everywhere; a loop of it
-/// becomes vector instructions.
+/// Base-2 logarithm of a positive normal number, without libm, so that results are bit-identical everywhere; loops over
+/// it vectorise.
 ///
 /// Source: the series of the inverse hyperbolic tangent, log(m) = 2 artanh((m - 1) / (m + 1)), for a mantissa m in
 /// [1/sqrt(2), sqrt(2)). Accuracy: 2e-6 absolute.
@@ -27,7 +27,7 @@ inline float log2_of(float x) {
     return static_cast<float>(exponent) + series;
 }
 
-/// log2_of() of an error, >= 0: minus infinity of 0, infinity from 1e30 on.
+/// log2_of() of an error >= 0: minus infinity for 0, infinity from 1e30 on.
 inline float log2_of_error(double error_m) {
     if (error_m == 0.0) return -std::numeric_limits<float>::infinity();
     if (error_m >= 1e30) return std::numeric_limits<float>::infinity();
@@ -35,14 +35,14 @@ inline float log2_of_error(double error_m) {
 }
 
 /// Bins of screen errors on a logarithmic scale: bin b holds pixels whose log2 is in ((b - 1) / kBinsPerOctave,
-/// b / kBinsPerOctave], from kFirstOctave on; the first has no lower end, and the last no upper end.
+/// b / kBinsPerOctave], from kFirstOctave on; the first bin has no lower end, and the last no upper end.
 struct ErrorBins {
     static constexpr int kBinsPerOctave = 32;
     static constexpr int kFirstOctave = -10;  ///< 1/1024 pixel
     static constexpr int kLastOctave = 20;    ///< beyond any picture
     static constexpr int kCount = (kLastOctave - kFirstOctave) * kBinsPerOctave + 1;
 
-    /// The bin of a logarithm of pixels; its upper_px() is not below, up to 1e-6 of it.
+    /// The bin of log2_px: its upper_px() is not below the value, up to a relative 1e-6.
     static int bin_above(float log2_px) {
         const float at = (log2_px - static_cast<float>(kFirstOctave)) * kBinsPerOctave;
         if (!(at > 0.0f)) return 0;
@@ -50,7 +50,7 @@ struct ErrorBins {
         const int whole = static_cast<int>(at);
         return static_cast<float>(whole) < at ? whole + 1 : whole;
     }
-    /// The last bin whose upper_px() is not above, up to 1e-6 of it; -1 if there is none.
+    /// The last bin whose upper_px() is not above the value, up to a relative 1e-6; -1 if there is none.
     static int bin_below(float log2_px) {
         const float at = (log2_px - static_cast<float>(kFirstOctave)) * kBinsPerOctave;
         if (!(at >= 0.0f)) return -1;

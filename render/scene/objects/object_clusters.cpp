@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-// Rounded up: offsets have been rounded to float.
+// Rounded up, to cover the rounding of offsets to float.
 float radius_in_float(double radius, double offset) {
     const double margin = radius * 0x1p-20 + offset * 0x1p-22;
     return static_cast<float>(radius + margin);
@@ -106,7 +106,7 @@ std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds
 
 namespace {
 
-// The hierarchy is built again where more clusters than this, and more than an eighth, have changed.
+// The hierarchy is rebuilt after more clusters than this, and more than an eighth of them, have changed.
 constexpr std::size_t kLeastChanges = 64;
 
 // The order of insertion does not depend on the hierarchy, so that frames do not depend on earlier changes.

@@ -14,14 +14,14 @@
 
 namespace terrane::internal {
 
-/// Most objects of a cluster: the unit of the hierarchy of bounding volumes.
+/// Largest number of objects in a cluster, the unit of the bounding volume hierarchy.
 inline constexpr std::size_t kClusterObjects = 256;
 
-/// Neighbouring objects of one model, as arrays.
+/// Neighbouring objects of one model, as a structure of arrays.
 struct ObjectCluster {
     std::uint32_t model = 0;
-    std::uint64_t order = 0;                   ///< among the clusters of a scene
-    std::size_t tree_index = 0;                ///< in the hierarchy that has it
+    std::uint64_t order = 0;                   ///< order of insertion into the scene
+    std::size_t tree_index = 0;                ///< index in the hierarchy that contains it
     WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
     Aabb bounds_world;
     float most_log_scale = 0.0f;  ///< largest of log_scale
@@ -45,8 +45,8 @@ Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion);
 std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
                                          std::span<const PlacedObject> objects);
 
-/// The clusters of all groups, and a hierarchy over most of them. What comes and goes is kept beside the hierarchy
-/// until an eighth has changed, so that a group costs little.
+/// The clusters of all groups, with a hierarchy over most of them. Changes are kept outside the hierarchy until an
+/// eighth of the clusters has changed, so that adding or removing a group is cheap.
 class ClusterSet {
 public:
     /// Requires a group that is not in the set.
@@ -66,7 +66,8 @@ public:
     void cull(const ViewVolume& volume, CullTest test,
               std::vector<const ObjectCluster*>& visible_out);
 
-    /// Replaces casters_out by the clusters that meet the volume, in the same order. After cull() of the same frame.
+    /// Replaces casters_out by the clusters that meet the volume, in the same order. Call after cull() of the same
+    /// frame.
     void find_casters(const CasterVolume& volume, std::vector<const ObjectCluster*>& casters_out);
 
 private:
@@ -75,9 +76,9 @@ private:
     std::map<GroupId, std::vector<ObjectCluster>> groups_;
     std::size_t object_count_ = 0;
     std::uint64_t last_order_ = 0;
-    std::vector<const ObjectCluster*> in_tree_;  // by their index in the hierarchy; null: gone
+    std::vector<const ObjectCluster*> in_tree_;  // by index in the hierarchy; null: removed
     std::size_t gone_ = 0;
-    std::vector<const ObjectCluster*> beside_;  // clusters that the hierarchy does not have
+    std::vector<const ObjectCluster*> beside_;  // clusters outside the hierarchy
     std::optional<CullTree> tree_;
     CullMemory memory_;
     std::vector<std::uint32_t> visible_;  // scratch

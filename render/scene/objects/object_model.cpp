@@ -16,10 +16,10 @@ namespace {
 
 using internal::AabbNode;
 
-// Of the largest coordinate: added to boxes, above the rounding of their tests.
+// Margin of boxes relative to the largest coordinate, above the rounding of their tests.
 constexpr double kBoxMargin = 0x1p-45;
 
-/// The transformation that turns a segment into the z axis, from 0 to 1: a permutation of the axes and a shear.
+/// The transformation that maps a segment to the z axis from 0 to 1: a permutation of the axes and a shear.
 class SegmentAxes {
 public:
     SegmentAxes(const Eigen::Vector3d& from, const Eigen::Vector3d& displacement) : from_(from) {
@@ -42,7 +42,7 @@ private:
     double shear_x_ = 0.0, shear_y_ = 0.0, scale_ = 0.0;
 };
 
-/// Fraction at which the segment meets a triangle; infinity: never.
+/// Fraction at which the segment meets a triangle; infinity: none.
 double meet(const SegmentAxes& axes, const std::array<Eigen::Vector3d, 3>& corners) {
     const Eigen::Vector3d a = axes(corners[0]), b = axes(corners[1]), c = axes(corners[2]);
     const double u = c.x() * b.y() - c.y() * b.x();

@@ -19,7 +19,7 @@
 
 namespace terrane::internal {
 
-/// The first object that a segment meets; of several at once, the first one in the order of groups and clusters.
+/// The first object that a segment meets; ties go to the first one in the order of groups and clusters.
 ///
 /// @param models by ObjectCluster::model
 std::optional<SceneHit> find_hit(const ClusterSet& clusters, std::span<const ObjectModel> models,
@@ -161,7 +161,7 @@ struct Scene::State {
     void find_casters(const View& view, const ViewVolume& volume, const SunShadows& shadows);
 };
 
-// Those of the objects in view that have continuous levels are not counted with the others.
+// Excludes objects in view with continuous levels from the counts of the others.
 void Scene::State::find_nearest() {
     if (!streamed.is_needed()) return;
     streamed.begin(log2_of_threshold(least_threshold_px));

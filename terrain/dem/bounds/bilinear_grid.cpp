@@ -17,15 +17,15 @@ std::string in_metres(double value) {
     return text;
 }
 
-/// The largest number of eight significant bits that is at most `value`: less than a hundredth
-/// below it, and its multiples are exact.
+/// The largest number with eight significant bits that is at most `value`: less than 1 % below it, and its multiples
+/// are exact.
 double round_down_to_eight_bits(double value) {
     int exponent = 0;
     const double mantissa = std::frexp(value, &exponent);
     return std::ldexp(std::floor(mantissa * 256.0), exponent - 8);
 }
 
-/// The finest quantum that holds all heights in 32 bits, with a reserve for detail, but not below 2^-12 m, or a 4096th
+/// The finest quantum for which all heights, with a reserve for detail, fit in 32 bits; at least 2^-12 m, or a 4096th
 /// of spacings below 2^-7 m (8 mm).
 double choose_quantum(const DemInfo& info, double spacing) {
     constexpr double kFinestQuantum = 0x1p-12, kSmallSpacing = 0x1p-7;
@@ -38,7 +38,7 @@ double choose_quantum(const DemInfo& info, double spacing) {
     return quantum;
 }
 
-/// Root squares along an axis of `length` finest spacings for a root of `root`.
+/// Number of root squares along an axis; lengths in finest spacings.
 std::int64_t roots_along(std::int64_t length, std::int64_t root) {
     return (length + root - 1) / root;
 }
@@ -82,8 +82,8 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
         if (++grid.cell_log2 > kFinestLevel) return tl::unexpected(too_fine);
     }
 
-    // Lengths in finest spacings. Aligned: the lattice's origin is a sample beyond the south-western
-    // one, so that every sample is a lattice point and the outer edges are covered.
+    // Lengths in finest spacings. If aligned, the lattice starts one sample beyond the south-western one, so that every
+    // sample is a lattice point and the outer edges are covered.
     const std::int64_t step = grid.base_step();
     const auto spacings = [&](int count, double cell) {
         if (grid.aligned) return count * step + (step + 1) / 2;
@@ -106,7 +106,7 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
     const std::int64_t spare_x = root * lattice.root_count_x - width;
     const std::int64_t spare_y = root * lattice.root_count_y - height;
     if (grid.aligned) {
-        // Centres the raster, to a whole cell.
+        // Centres the raster to a whole cell.
         grid.first = {step * (1 + spare_x / (2 * step)), step * (1 + spare_y / (2 * step))};
         lattice.origin_x = grid.west - spacing * static_cast<double>(grid.first.x);
         lattice.origin_y = grid.south - spacing * static_cast<double>(grid.first.y);

@@ -19,16 +19,16 @@ struct SamplePlace {
 
 /// Positions of a raster's samples relative to lattice and world; rows count from the south.
 ///
-/// *Aligned*: cells are square and a cell is 2^cell_log2 finest spacings, so that every sample is a
-/// lattice point. Otherwise 2^cell_log2 finest spacings are the *base spacing*, the largest such
-/// that is no longer than a cell's shorter side.
+/// *Aligned*: cells are square and a cell is 2^cell_log2 finest spacings, so that every sample is a lattice point.
+/// Otherwise 2^cell_log2 finest spacings are the *base spacing*, the largest such multiple that is no longer than a
+/// cell's shorter side.
 struct BilinearGrid {
     int columns = 0, rows = 0;
     double cell_x = 0.0, cell_y = 0.0;
-    double west = 0.0, south = 0.0;  ///< world place of the south-western sample
+    double west = 0.0, south = 0.0;  ///< world position of the south-western sample
     bool aligned = false;
     int cell_log2 = 0;
-    /// Lattice point of the south-western sample; aligned only, a multiple of 2^cell_log2.
+    /// Lattice point of the south-western sample, a multiple of 2^cell_log2; only if aligned.
     LatticePoint first;
     Lattice lattice;
 
@@ -37,8 +37,8 @@ struct BilinearGrid {
 
     SamplePlace column_at(double x) const { return split((x - west) / cell_x); }
     SamplePlace row_at(double y) const { return split((y - south) / cell_y); }
-    /// Sample positions of lattice indices; not decreasing in the index, so that a region inside another one covers a
-    /// subset of its samples.
+    /// Sample position of a lattice index; non-decreasing, so that a region inside another one covers a subset of its
+    /// samples.
     SamplePlace column_at_index(std::int64_t ix) const {
         return aligned ? split_index(ix - first.x) : column_at(lattice.x(ix));
     }
@@ -58,15 +58,15 @@ private:
     }
 };
 
-/// Lays a lattice over a raster.
+/// Defines the lattice over a raster.
 ///
-/// @param finest_spacing, spacing_tolerance as of DemSettings
+/// @param finest_spacing, spacing_tolerance as in DemSettings
 ///
-/// Fails: invalid_argument where the finest spacing is out of range
+/// Fails: invalid_argument if the finest spacing is out of range
 Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
                                double spacing_tolerance = 1.0);
 
-/// Bilinear height between four samples. Exact at the samples and on constant ground.
+/// Bilinear height between four samples. Exact at the samples and over constant ground.
 inline double bilinear(double south_west, double south_east, double north_west, double north_east,
                        double fx, double fy) {
     const double south = south_west + fx * (south_east - south_west);
@@ -74,7 +74,7 @@ inline double bilinear(double south_west, double south_east, double north_west, 
     return south + fy * (north - south);
 }
 
-/// A rectangle of samples, metres from the store's base, repeated beyond the raster's edge.
+/// A rectangle of samples, metres relative to the store's base; beyond the raster its edge is repeated.
 struct RasterPatch {
     std::int64_t column = 0, row = 0;  ///< of the south-western sample
     int columns = 0, rows = 0;
@@ -84,7 +84,7 @@ struct RasterPatch {
         return samples[static_cast<std::size_t>(r - row) * static_cast<std::size_t>(columns) +
                        static_cast<std::size_t>(c - column)];
     }
-    /// Second differences over a sample's neighbours.
+    /// Second differences at a sample.
     double bend_x(std::int64_t c, std::int64_t r) const {
         return at(c - 1, r) - 2.0 * at(c, r) + at(c + 1, r);
     }

@@ -19,7 +19,7 @@
 
 namespace terrane::internal {
 
-/// Tiles, the cells of the first tier, along the side of a block.
+/// Side of a block in tiles, which are the cells of the first tier.
 inline constexpr int kBlockTiles = 8;
 
 /// Heights over a square: at its south-western corner and how they rise from tile to tile.
@@ -30,19 +30,19 @@ struct Plane {
     }
 };
 
-/// The plane of a triangle and the output of its deviation; null: not needed.
+/// The plane of a triangle and the output for its deviation; null: not needed.
 struct Target {
     Plane plane;
     float* deviation = nullptr;
     double found = 0.0;  ///< in this block
-    float known = 0.0f;  ///< so far, rounded outward
+    float known = 0.0f;  ///< largest so far, rounded outward
 };
 
-/// The half of a tile with its right angle at this corner, or the whole tile.
+/// The half of a tile whose right angle is at this corner, or the whole tile.
 enum class Part { whole, south_west, south_east, north_west, north_east };
 
-/// A square of a level, cut into the two triangles of its cell, and into four from its centre, which are halves of the
-/// diamonds of the midpoints of its sides: vertices of half its side.
+/// A square of a level, divided into the two triangles of its cell, and into four around its centre. The latter are
+/// halves of the diamonds of the midpoints of its sides, which are vertices of half its side.
 struct Square {
     std::int64_t west = 0, south = 0, side = 0;  ///< tiles
     bool is_cut_north_east = false;
@@ -56,13 +56,14 @@ struct Square {
 
 /// The square of a level whose south-western corner has the indices i, j.
 ///
-/// @param levels  as find_deviations()
+/// @param levels as in find_deviations()
 Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::size_t level,
                    std::int64_t i, std::int64_t j);
 
-/// Surface minus plane at the corners of a part of a tile, the tile at (x, y) of the plane's square.
+/// Range of surface minus plane at the corners of a part of a tile; (x, y) is the tile's position in the plane's
+/// square.
 ///
-/// @param heights  south-west, south-east, north-west, north-east
+/// @param heights south-west, south-east, north-west, north-east
 Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std::int64_t x,
                    std::int64_t y, Part part);
 
@@ -75,7 +76,7 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     const auto add = [&](Target& target, Part part) {
         if (target.deviation != nullptr) visit(part, target);
     };
-    // Above 0: north of the diagonal.
+    // Positive: north of the diagonal.
     const std::int64_t rising = y - x, falling = y + x - (square.side - 1);
     const std::int64_t cut = square.is_cut_north_east ? rising : falling;
     if (cut != 0) {
@@ -98,10 +99,10 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     }
 }
 
-/// Visits the tiles of a square within a block, for each triangle that contains them or a half.
+/// Visits the tiles of a square within a block, for each triangle that contains the tile or half of it.
 ///
-/// @param block  its south-western tile
-/// @param visit  called with column and row in the block, Part, Target&
+/// @param block its south-western tile
+/// @param visit called with column and row in the block, Part, Target&
 template <typename Visit>
 void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
     const auto begin = [](std::int64_t of_block, std::int64_t of_square) {
@@ -122,15 +123,14 @@ void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
     }
 }
 
-// Beyond the raster the surface repeats the raster's edge: it is constant along x beyond its western
-// and eastern edges, along y beyond the others. A plane is linear. So on a row of tiles beyond the
-// western or eastern edge, surface minus plane is monotone in x over each triangle, and its
-// extremes lie at the ends of the row and where the row meets the diagonals of the square;
-// beyond a corner of the raster, at the vertices of the part of the triangle that lies there. Rounded
-// sums and products are monotone, too: along a row or a column nothing is lost to rounding.
+// Beyond the raster the surface repeats the raster's edge: it is constant along x beyond the western and eastern edges,
+// and along y beyond the others. A plane is linear. So on a row of tiles beyond the western or eastern edge, surface
+// minus plane is monotone in x over each triangle, and its extremes lie at the ends of the row and where the row meets
+// the diagonals of the square; beyond a corner of the raster, they lie at the vertices of the part of the triangle
+// there. Rounded sums and products are monotone, too, so rounding does not invalidate this along a row or column.
 //
-// A square of n x n tiles beyond the raster thus costs O(n) tiles, or O(1), instead of n^2, and a
-// sweep over the squares around a long narrow raster is linear in its length.
+// A square of n x n tiles beyond the raster thus costs O(n) tiles, or O(1), instead of n^2, and a sweep over the
+// squares around a long narrow raster is linear in its length.
 
 /// A rectangle of tiles; the end is excluded.
 struct Tiles {
@@ -145,7 +145,7 @@ struct Tiles {
 
 namespace beyond {
 
-/// The positions in [begin, end) of the interval's ends and of a line's intersections with a square's diagonals.
+/// The positions in [begin, end) of the interval's ends and of the intersections of a line with a square's diagonals.
 template <typename Visit>
 void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, std::int64_t side,
                       Visit&& visit) {
@@ -161,15 +161,15 @@ void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, s
 
 }  // namespace beyond
 
-/// Visits tiles of a square beyond `core`, including all where surface minus plane is extreme over the part beyond
-/// `core` of any triangle of the square.
+/// Visits tiles of a square beyond `core`, including all in which surface minus plane is extreme over the part of any
+/// triangle of the square beyond `core`.
 ///
 /// @param core   a rectangle of tiles outside of which the surface repeats the raster's edge
 /// @param visit  called with the tile's position x, y in the square; some tiles twice
 template <typename Visit>
 void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visit) {
     const std::int64_t side = square.side;
-    // In tiles of the square: before the core, along it, after it.
+    // Tiles of the square before the core, along it and after it.
     const auto cuts = [side](std::int64_t begin, std::int64_t end, std::int64_t first) {
         return std::array<std::int64_t, 4>{0, std::clamp<std::int64_t>(begin - first, 0, side),
                                            std::clamp<std::int64_t>(end - first, 0, side), side};
@@ -251,7 +251,7 @@ Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::siz
         if (!middles.contains(x, y)) return;
         target.deviation = &middles.bounds[middles.at(x, y)];
         const double along = (end - begin) / whole;
-        // From the side to the centre; `up` is 1 for the sides in the south and the west.
+        // From the side to the centre; `up` is 1 for the southern and western sides.
         const double across = up * (centre - 0.5 * (begin + end)) / half;
         const double corner = up > 0.0 ? begin : begin - whole * across;
         target.plane = along_x ? Plane{corner, along, across} : Plane{corner, across, along};
@@ -279,16 +279,16 @@ Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std
 
 // Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the longest
 // side cuts from corner to corner. The deviation over a tile has an upper bound: its corners minus the plane, plus
-// cell_high. Only tiles whose bound is above the deviation found so far are evaluated exactly, for all triangles at
-// once, block by block, while their part of the raster is in memory (branch and bound).
+// cell_high. Branch and bound: only tiles whose bound exceeds the deviation found so far are evaluated exactly, for all
+// triangles at once, block by block, while their part of the raster is in memory.
 //
-// Which tiles are pruned depends on the order, the result does not: a pruned tile is not above the maximum. Beyond the
-// raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles where it can be
-// extreme are visited (deviation_sweep.cpp).
+// The order decides which tiles are pruned, but not the result: a pruned tile does not exceed the maximum. Beyond the
+// raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles in which it can be
+// extreme are visited (for_each_extreme_tile()).
 
 namespace {
 
-/// Covers the rounding of sums in another order.
+/// Covers the rounding of sums in a different order.
 constexpr double kSumRounding = 1e-9;
 
 /// Exact: the maximum does not depend on the order.
@@ -305,7 +305,7 @@ public:
         : fine_(fine), first_(first), levels_(levels) {
         for (const BoundTier& level : levels) {
             const std::int64_t side = level.step / first.step;
-            // A centre has one square, a midpoint two.
+            // A centre belongs to one square, a midpoint to two.
             tiles_.push_back({(level.first_x - 1) * side, (level.first_y - 1) * side,
                               (level.first_x + level.columns + 1) * side,
                               (level.first_y + level.rows + 1) * side});
@@ -346,16 +346,16 @@ private:
     Result<void> evaluate_block(Block& block) const;
     /// Adds the bounds of the tiles beyond the core to the squares of a row of a level.
     void add_beyond(std::size_t level, std::int64_t row) const;
-    /// Upper bound of surface minus plane over a whole tile: at its corners, plus the deviation between them.
+    /// Upper bound of surface minus plane over a whole tile: the value at its corners plus the deviation between them.
     ///
-    /// @param x, y  position of the tile in the plane's square
+    /// @param x, y position of the tile in the plane's square
     static double most(const std::array<double, 4>& corners, float low, float high,
                        const Plane& plane, std::int64_t x, std::int64_t y);
     /// Whether a tile lies beyond the raster.
     bool is_beyond(std::int64_t column, std::int64_t row) const;
     Result<DiamondWindow> read_window(const Block& block) const;
-    /// Surface minus plane over a part of a tile of a block whose window was read.
-    /// @param in_square  position of the tile in the plane's square
+    /// Range of surface minus plane over a part of a tile of a block whose window has been read.
+    /// @param in_square position of the tile in the plane's square
     void add_part(const Block& block, const Plane& plane, LatticePoint in_square, int column,
                   int row, Part part, Range& range) const;
 
@@ -363,7 +363,7 @@ private:
     const BoundTier& first_;
     std::span<BoundTier> levels_;
     std::vector<Tiles> tiles_;  ///< of each level
-    /// Blocks that contain all tiles over the raster; outside of it the surface repeats the edge.
+    /// Blocks that contain all tiles over the raster; outside of them the surface repeats the edge.
     Tiles core_;
     mutable std::atomic<std::int64_t> visits_{0};
 };
@@ -428,7 +428,7 @@ void Sweep::add_corners(const Block& block) const {
 
 double Sweep::most(const std::array<double, 4>& corners, float low, float high, const Plane& plane,
                    std::int64_t x, std::int64_t y) {
-    // Over the whole tile: along a cut the surface may bow beyond its ends.
+    // Over the whole tile: along a diagonal the surface may exceed its ends.
     Range range = corner_range(corners, plane, x, y, Part::whole);
     range.low += static_cast<double>(low);
     range.high += static_cast<double>(high);
@@ -544,7 +544,7 @@ void Sweep::add_part(const Block& block, const Plane& plane, LatticePoint in_squ
 }
 
 Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
-    // Beyond the raster first: a larger deviation found there prunes more tiles.
+    // Beyond the raster first: a large deviation found there prunes more tiles.
     for (std::size_t level = 0; level < levels_.size(); ++level) {
         const std::int64_t side = levels_[level].step / first_.step;
         const std::int64_t south = tiles_[level].south / side, north = tiles_[level].north / side;

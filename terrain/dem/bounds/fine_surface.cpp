@@ -20,9 +20,9 @@ constexpr int kMaxLeg = 128;
 
 /// Range of surface minus plane over a triangle.
 ///
-/// A cell inside: the surface's bilinear part minus a plane is extreme at the cell's corners. A cell
-/// that the hypotenuse cuts from corner to corner: at its three corners inside, or on the hypotenuse,
-/// where it is a parabola.
+/// In a cell inside the triangle, a bilinear surface minus a plane is extreme at the corners. In a cell that the
+/// hypotenuse cuts from corner to corner, it is extreme at the three corners inside, or on the hypotenuse, where it is
+/// a parabola.
 void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
     if (window.kinked) {
         window.kinked->add_triangle(t, range);
@@ -33,7 +33,7 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const std::ptrdiff_t stride_y = static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
 
-    // Two rows of differences; uninitialised, because most triangles are small.
+    // Two rows of differences; not initialised, because most triangles are small.
     std::array<double, kMaxLeg + 2> first_row, second_row;
     double* here = first_row.data();
     double* above = second_row.data();
@@ -44,7 +44,7 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     };
     differences(0, t.leg + 1, here);
     for (int j = 0; j < t.leg; ++j) {
-        const int whole = t.leg - 1 - j;  // cells of this row before the one that is cut
+        const int whole = t.leg - 1 - j;  // cells of this row before the cut one
         differences(j + 1, whole + 2, above);
         Range cut;
         cut.add(here[whole]);
@@ -63,8 +63,8 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     range.add(here[0]);
 }
 
-/// The same for legs of one cell, the most frequent case: only the corner leaves the plane, and the hypotenuse bows
-/// by a quarter of the cell's twist.
+/// The same for legs of one cell, the most frequent case: only the right-angled corner and the hypotenuse can deviate,
+/// the latter by a quarter of the cell's twist.
 void add_small_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const double* beyond = corner + static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
@@ -80,8 +80,8 @@ bool is_cut_north_east(const DiamondWindow& window, int x, int y, int n) {
     return (((window.first_x + x) / n + (window.first_y + y) / n) & 1) == 0;
 }
 
-/// The two triangles that share the edge from (x - n, y) to (x + n, y), or from (x, y - n) to
-/// (x, y + n), as four right triangles around its midpoint.
+/// Largest deviation over the two triangles that share the edge from (x - n, y) to (x + n, y), or from (x, y - n) to
+/// (x, y + n), evaluated as four right triangles around its midpoint.
 float edge_deviation(const DiamondWindow& window, int x, int y, int n, bool along_x) {
     const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
     const double west = height(x - n, y), east = height(x + n, y);
@@ -117,7 +117,7 @@ float largest_around(const DiamondWindow& window, int x, int y, int n) {
                              window.middle_bounds[window.cell_at(x, y)]));
 }
 
-/// The least window coordinate >= n whose index is a multiple of n, of the parity wanted.
+/// The smallest window coordinate >= n whose index is an even or odd multiple of n.
 int first_multiple(std::int64_t first_index, int n, bool odd) {
     const std::int64_t side = 2 * static_cast<std::int64_t>(n);
     const std::int64_t wanted = odd ? n : 0;
@@ -133,7 +133,7 @@ float round_outward(double deviation) {
     const double wanted = deviation + kRounding;
     const float nearest = static_cast<float>(wanted);
     if (static_cast<double>(nearest) >= wanted) return nearest;
-    // The next float up.
+    // The next larger float.
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + 1u);
 }
 
@@ -242,7 +242,7 @@ std::vector<SamplePlace> FineSurface::places(std::int64_t first, std::int64_t st
 }
 
 Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
-    // Clamped, so that indices far beyond the raster, where the edge is repeated, fit.
+    // Clamped, so that indices far beyond the raster, where the edge is repeated, fit in an int.
     constexpr std::int64_t kBeyond = 8;
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);
@@ -308,36 +308,36 @@ DiamondWindow FineSurface::make_window(const RasterPatch& patch, const SampleGri
 
 // A-priori bounds of the deviation of a piecewise bilinear surface from the triangles of a lattice.
 //
-// Aligned: a lattice cell of side s lies in one raster cell of side c. The surface in it is a plane
-// plus xy times the twist T / c^2, which leaves either diagonal's triangles by |T| / 4 (s / c)^2.
+// Aligned: a lattice cell of side s lies in one raster cell of side c. The surface in it is a plane plus xy times the
+// twist T / c^2, which deviates from either diagonal's triangles by |T| / 4 (s / c)^2.
 //
-// Not aligned: a triangle of the lattice, legs a <= a raster cell, crosses at most one grid line along each
-// axis. Across a vertical line the slope jumps by at most Jx, across a horizontal one by Jy; t is the
-// largest |twist| / (cell_x cell_y). On a segment of length L that crosses a kink of J, ends taken
-// from the surface, the chord is off by at most J L w (1 - w), w the point's place along it. A point
-// of the triangle lies on a chord along x that ends on a leg (one kink: a tau (1 - tau) Jy) and on
-// the hypotenuse (both kinks and the twist: a tau (1 - tau) (Jx + Jy + a t)), L = a tau:
+// Not aligned: a triangle of the lattice with legs a <= a raster cell crosses at most one grid line along each axis.
+// Across a vertical line the slope jumps by at most Jx, across a horizontal one by Jy; t is the largest |twist| /
+// (cell_x cell_y). On a segment of length L that crosses a kink J, with its ends on the surface, the chord is off by at
+// most J L w (1 - w), where w is the relative position along it. A point of the triangle lies on a chord along x that
+// ends on a leg (one kink: a tau (1 - tau) Jy) and on the hypotenuse (both kinks and the twist: a tau (1 - tau) (Jx +
+// Jy + a t)), with L = a tau:
 //     a Jx tau w (2 - w - tau) + a Jy tau (1 - tau) + a^2 t w tau (1 - tau)
 //  <= 8/27 a Jx + 1/4 a Jy + 1/4 a^2 t
-// and the same with x and y exchanged: the lesser is 1/4 a (Jx + Jy) + 5/108 a min(Jx, Jy)
-// + 1/4 a^2 t. With J and t as maxima over all descendants of a vertex these bounds are nested. That of the
-// centre of a square of side a holds for all its descendants.
+// and the same with x and y exchanged: the smaller is 1/4 a (Jx + Jy) + 5/108 a min(Jx, Jy) + 1/4 a^2 t. With J and t
+// as maxima over all descendants of a vertex these bounds are nested. The bound of the centre of a square of side a
+// holds for all its descendants.
 
 namespace {
 
-/// The last raster cell that a region with this end overlaps.
+/// The last raster cell that a region ending here overlaps.
 std::int64_t last_cell(const SamplePlace& end) {
     return end.fraction > 0.0 ? end.index : end.index - 1;
 }
 /// The first sample at or after a position.
 std::int64_t sample_after(const SamplePlace& place) { return last_cell(place) + 1; }
 
-/// Off the lattice, deviations are computed for vertices of the requested spacing and of half of it; the a-priori bound
-/// of the kinks nearby covers all finer ones.
+/// If not aligned, deviations are computed for vertices of the requested spacing and of half of it; the a-priori bound
+/// of nearby kinks covers all finer ones.
 constexpr std::int64_t kFinerStep = 2;
 constexpr double kRounding = 1e-9;
 
-/// Whether an index, a multiple of step, is an odd one.
+/// Whether an index, a multiple of step, is an odd multiple.
 bool is_odd_multiple(std::int64_t index, std::int64_t step) {
     return (index & (2 * step - 1)) != 0;
 }
@@ -365,7 +365,7 @@ float FineSurface::aligned_bound(const RasterPatch& patch, LatticePoint v,
     }
     const double part =
         static_cast<double>(centre ? 2 * step : step) / static_cast<double>(grid_.base_step());
-    // Other raster cells are covered by vertices of half this spacing.
+    // Vertices of half this spacing cover the other raster cells.
     return round_outward(0.25 * part * part * std::max(own, 0.25 * other));
 }
 
@@ -415,7 +415,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 std::max(line[i].bend_y, std::fabs(patch.bend_y(columns[i].end_sample, r)));
         }
     }
-    // This order of operations is monotone, so that rounding keeps the bounds nested.
+    // Every operation in this order is monotone, so that rounding keeps the bounds nested.
     const double s = grid_.lattice.spacing * static_cast<double>(vertex_step);
     const double jump_x = 1.0 / grid_.cell_x, jump_y = 1.0 / grid_.cell_y;
     const double warp = s * s / (grid_.cell_x * grid_.cell_y);
@@ -431,7 +431,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 if (r > row.first_cell) largest.bend_y = std::max(largest.bend_y, line.bend_y);
             }
             const double x = s * (largest.bend_x * jump_x), y = s * (largest.bend_y * jump_y);
-            // At least the exact deviation at a single kink, computed in another order of operations.
+            // At least the exact deviation at a single kink, which is computed in another order of operations.
             const double t = warp * largest.twist + kRounding;
             bounds_out[at] = round_outward((0.5 * (x + y) + 5.0 / 54.0 * std::min(x, y)) + t);
         }
@@ -458,7 +458,7 @@ Result<void> FineSurface::aligned_vertex_bounds(const SampleGrid& grid,
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column, ++at) {
-            if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+            if (((row | column) & 1) == 0) continue;  // a vertex of a coarser spacing
             const LatticePoint v{grid.corner.x + column * grid.step,
                                  grid.corner.y + row * grid.step};
             bounds_out[at] = aligned_bound(*patch, v, grid.step);

@@ -14,28 +14,28 @@
 
 namespace terrane::internal {
 
-/// Rounds a deviation outward to float, plus a nanometre for the rounding of the sums before. Not decreasing; 0 at 0.
+/// Rounds a deviation outward to float, plus a nanometre for the rounding of previous sums. Non-decreasing; 0 at 0.
 float round_outward(double deviation);
 
-/// A rectangle of lattice points with the surface between them, and the bounds of the triangulation's vertices at the
+/// A rectangle of lattice points with the surface between them and the bounds of the triangulation's vertices at the
 /// points.
 ///
-/// Distances are in the window's spacing. The bound of a vertex depends only on what lies within three times its
-/// spacing (a centre) or twice (a midpoint): two windows that contain that agree bit for bit.
+/// Distances are in units of the window's spacing. The bound of a vertex depends only on the surface within three times
+/// its spacing (a centre) or twice (a midpoint): two windows that contain this region agree bit for bit.
 struct DiamondWindow {
     std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point
     int columns = 0, rows = 0;              ///< points
     std::vector<double> heights;            ///< [rows * columns]
 
     /// The surface over the window if its cells may overlap several raster cells; null if the surface is the bilinear
-    /// interpolation of each cell's corners.
+    /// interpolant of each cell's corners.
     std::shared_ptr<KinkedSurface> kinked;
 
-    /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, one of a finer lattice. Empty if
-    /// there is none.
+    /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, which belongs to a finer lattice.
+    /// May be empty.
     std::vector<float> middle_bounds;
 
-    /// [rows * columns] e(v) of the vertices up to the spacing that was computed; elsewhere 0.
+    /// [rows * columns] e(v) of the vertices up to the spacing that was computed; otherwise 0.
     std::vector<float> bounds;
 
     std::size_t at(int x, int y) const {
@@ -59,20 +59,20 @@ void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Rang
 void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
                 double at_y_end, Range& range);
 
-/// Range of the true surface minus the bilinear interpolation of the corners of the square of side n whose
-/// south-western corner is window point (x, y).
+/// Range of the true surface minus the bilinear interpolant of the corners of the square of side n whose south-western
+/// corner is window point (x, y).
 HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n);
 
-/// Computes the bounds of the vertices of spacing 1, 2, 4 ... last_n. Those of vertices whose dependencies leave the
+/// Computes the bounds of the vertices of spacing 1, 2, 4 ... last_n. Bounds of vertices with dependencies outside the
 /// window are too small.
 void compute_bounds(DiamondWindow& window, int last_n);
 
-/// Margin of samples around a grid that bounds need: the descendants of a vertex extend one and a half cells, second
-/// differences one sample more.
+/// Margin of samples around a grid that its bounds depend on: the descendants of a vertex extend one and a half cells,
+/// second differences one sample more.
 inline constexpr int kBoundsMargin = 4;
 
-/// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres from
-/// the store's base.
+/// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres relative to the
+/// store's base.
 class FineSurface {
 public:
     FineSurface(const BilinearGrid& grid, std::shared_ptr<const RasterStore> store)
@@ -84,7 +84,7 @@ public:
     /// One height; fails with io.
     Result<double> height(SamplePlace column, SamplePlace row) const;
 
-    /// Reads the samples around a grid of lattice points, `margin` more on every side.
+    /// Reads the samples around a grid of lattice points, with a margin on every side.
     Result<RasterPatch> patch(const SampleGrid& grid, int margin) const;
 
     /// Heights of the lattice points of a grid.
@@ -97,20 +97,20 @@ public:
     /// As HeightSource::cell_bounds, up to 128 base spacings.
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
-    /// A window of a lattice of at most base spacing, indices in its steps: heights, and the surface between them.
+    /// A window of a lattice with at most base spacing, indices in its steps: heights and the surface between them.
     Result<DiamondWindow> surface_window(const SampleGrid& grid) const;
-    /// The same with bounds of the vertices in the middle of its cells that cover all their descendants.
+    /// The same with bounds of the vertices in the middle of its cells, which cover all their descendants.
     Result<DiamondWindow> bounds_window(const SampleGrid& grid) const;
 
 private:
     struct Reach;
     DiamondWindow make_window(const RasterPatch& patch, const SampleGrid& grid) const;
-    /// Positions of equally spaced lattice indices between the samples.
+    /// Sample positions of equally spaced lattice indices.
     std::vector<SamplePlace> places(std::int64_t first, std::int64_t step, int count,
                                     bool along_x) const;
     std::vector<Reach> reaches(std::int64_t first, std::int64_t step, int count, std::int64_t reach,
                                bool along_x) const;
-    /// Bounds of the vertices of spacing grid.step < base step, if samples are lattice points.
+    /// Bounds of the vertices of spacing grid.step < base step, for aligned grids.
     Result<void> aligned_vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     float aligned_bound(const RasterPatch& patch, LatticePoint v, std::int64_t step) const;
     /// Bounds of a grid of vertices of one spacing and kind: all centres, or all midpoints of edges

@@ -123,7 +123,7 @@ Range KinkedSurface::diagonal(int x, int y, int n, bool north, double begin_heig
             next < end ? height(c, r, x0 + next, next_y) - (begin_height + slope * next)
                        : last_difference;
         range.add(next_difference);
-        // Four times the parabola's height above the middle of its chord.
+        // Four times the height of the parabola above the middle of its chord.
         const double length = next - t;
         const double twist =
             sample(c, r) - sample(c + 1, r) - sample(c, r + 1) + sample(c + 1, r + 1);
@@ -173,7 +173,7 @@ void KinkedSurface::add_legs_and_inside(const RightTriangle& t, Range& range) co
     const int x_end = t.x + t.sign_x * t.leg, y_end = t.y + t.sign_y * t.leg;
     range.add(point_height(t.x, t.y) - t.at_corner);
 
-    // Surface minus plane, from the corner, in steps.
+    // The plane relative to the corner, in steps.
     const double x0 = x_.point(t.x), y0 = y_.point(t.y);
     const double slope_x = t.sign_x * ((t.at_x_end - t.at_corner) / t.leg);
     const double slope_y = t.sign_y * ((t.at_y_end - t.at_corner) / t.leg);
@@ -188,7 +188,7 @@ void KinkedSurface::add_legs_and_inside(const RightTriangle& t, Range& range) co
         range.add(on_row(t.y, c) - (t.at_corner + along * slope_x));
     }
     for (int i = 0; i < r_end - r_begin; ++i) {
-        // Away from the corner: rows get shorter.
+        // Rows are visited away from the corner and get shorter.
         const int r = north ? r_begin + i : r_end - 1 - i;
         const double up = y_.lines[static_cast<std::size_t>(r)] - y0;
         const double base = t.at_corner + up * slope_y;

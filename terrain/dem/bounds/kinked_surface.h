@@ -10,7 +10,7 @@
 
 namespace terrane::internal {
 
-/// Range of the values added.
+/// Range of the added values.
 struct Range {
     double low = std::numeric_limits<double>::infinity();
     double high = -std::numeric_limits<double>::infinity();
@@ -25,8 +25,8 @@ struct Range {
     double deviation() const { return std::max(high, -low); }
 };
 
-/// A right triangle with its legs along the axes: corner, signs of the legs, their length, and the
-/// plane's heights at the corner and at the ends of the leg along x and of the one along y.
+/// A right triangle with legs along the axes: corner, signs and length of the legs, and the plane's heights at the
+/// corner and at the ends of the legs along x and y.
 struct RightTriangle {
     int x, y;
     int sign_x, sign_y;
@@ -34,25 +34,24 @@ struct RightTriangle {
     double at_corner, at_x_end, at_y_end;
 };
 
-/// The bilinear surface of a raster whose samples are no lattice points, evaluated over a grid of lattice points.
-/// Points count from the grid's corner, in its steps; values depend on the address alone.
+/// The bilinear surface of a raster whose samples are not lattice points, evaluated over a grid of lattice points.
+/// Points count from the grid's corner, in its steps; values depend only on the address.
 ///
 /// *Lines* separate the raster cells; samples are their intersections.
 /// Threads: const calls from several at once; keep_diagonals() alone.
 class KinkedSurface {
 public:
-    /// @param patch the samples around `points`, one more line on every side
+    /// @param patch the samples around `points`, with one more line on every side
     KinkedSurface(const BilinearGrid& grid, const SampleGrid& points, RasterPatch patch);
 
-    /// Caches the surface along the diagonals, between corners of even index sum, of the squares of side n at
-    /// multiples of n. Afterwards a triangle with legs of n must be half of such a square. Call in order n = 1, 2, 4
-    /// ...
+    /// Caches the surface along the diagonals of the squares of side n at multiples of n, between corners of even index
+    /// sum. Afterwards a triangle with legs of n must be half of such a square. Call in order n = 1, 2, 4 ...
     void keep_diagonals(int n);
 
-    /// Adds the range of surface minus plane over a triangle. Requires them to be equal at the hypotenuse's ends.
+    /// Adds the range of surface minus plane over a triangle. Requires both to be equal at the ends of the hypotenuse.
     void add_triangle(const RightTriangle& t, Range& range) const;
 
-    /// The same without that requirement: for a part of a larger triangle.
+    /// The same without that requirement, for a part of a larger triangle.
     void add_part(const RightTriangle& t, Range& range) const;
 
     /// The same over the square of side n whose south-western corner is point (x, y); the plane's
@@ -60,8 +59,8 @@ public:
     void add_square(int x, int y, int n, double at_corner, double at_x_end, double at_y_end,
                     Range& range) const;
 
-    /// Range of the surface minus the bilinear interpolation of the corners of the square of side n
-    /// whose south-western corner is point (x, y).
+    /// Range of the surface minus the bilinear interpolant of the corners of the square of side n whose south-western
+    /// corner is point (x, y).
     Range bilinear_deviation(int x, int y, int n) const;
 
 private:
@@ -71,17 +70,17 @@ private:
         int columns = 0;
         std::vector<Range> ranges;
     };
-    /// The lines along one axis, in steps from the lattice's origin, and among the points.
+    /// The lines along one axis: positions in steps from the lattice's origin, and indices at the points.
     struct Axis {
         std::int64_t first = 0;     ///< the first point
         double per_cell = 1.0;      ///< raster cells in a step
         std::vector<double> lines;  ///< increasing
         std::vector<int> at_or_after,
-            after;  ///< [points] first line at or after, and after, the point
+            after;  ///< [points] first line at or after the point, and after it
 
         double point(int i) const { return static_cast<double>(first + i); }
     };
-    /// @param place_of  position of the line of an index, in steps from the lattice's origin
+    /// @param place_of position of a line by index, in steps from the lattice's origin
     template <typename PlaceOf>
     static Axis make_axis(std::int64_t first, int points, std::int64_t first_line, int lines,
                           double per_cell, PlaceOf&& place_of);
@@ -111,7 +110,7 @@ private:
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +
                         static_cast<std::size_t>(x)];
     }
-    /// Without the hypotenuse, except for crossings on a leg.
+    /// All but the hypotenuse, except its crossings with lines on a leg.
     void add_legs_and_inside(const RightTriangle& t, Range& range) const;
     /// Range of the surface minus a chord along the diagonal from (x, y) to n steps east and n north or south, given
     /// the chord's heights at both ends.

@@ -18,7 +18,7 @@ double base_points(const BilinearGrid& grid) {
     return (grid.columns * grid.cell_x / base) * (grid.rows * grid.cell_y / base);
 }
 
-/// A first tier in proportion to the raster: at most about 2^22 points.
+/// Ratio of the first tier's step to the base spacing, chosen for at most about 2^22 points.
 int first_ratio(const BilinearGrid& grid) {
     constexpr double kMostPoints = 0x1p22;
     constexpr int kMaxRatio = 64;
@@ -96,7 +96,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
     tier.cell_high.resize(tier.bounds.size());
     constexpr int kWindowSide = 512;
     const int side = std::max(8, kWindowSide / ratio);
-    // Each square writes its own entries: any number of threads gives the same tier.
+    // Squares write disjoint entries, so the tier does not depend on the number of threads.
     const int across = (tier.columns + side - 1) / side;
     const int count = across * ((tier.rows + side - 1) / side);
     progress.begin(0.85, count);
@@ -110,7 +110,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
         low = std::min(low, tier.heights[i]);
         high = std::max(high, tier.heights[i]);
     }
-    // Bound of the surface's distance from the interpolation of a cell's corners.
+    // Adds the bound of the surface's distance from the interpolant of a cell's corners.
     low += static_cast<double>(*std::ranges::min_element(tier.cell_low));
     high += static_cast<double>(*std::ranges::max_element(tier.cell_high));
     largest_ = round_outward(high - low);
@@ -119,7 +119,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
 }
 
 Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
-    // Roots own the vertices of half their side, too.
+    // A root also has the vertices of half its side.
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
@@ -134,7 +134,7 @@ Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
 void BoundTiers::nest(std::size_t level) {
     BoundTier& tier = tiers_[level];
     if (level + 1 == tiers_.size()) {
-        // The coarsest tier's deviations are not computed, and not needed.
+        // The deviations of the coarsest tier are neither computed nor needed.
         std::ranges::fill(tier.bounds, largest_);
         return;
     }
@@ -341,7 +341,7 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
     const int north =
         cell(std::floor((rect.north - grid_.south) / grid_.cell_y + margin), grid_.rows);
 
-    // The finest level on which that is at most 8 x 8 nodes.
+    // The finest level on which the rectangle covers at most 8 x 8 nodes.
     std::size_t k = 0;
     int side = kBlockSide;
     while (k + 1 < levels_.size() &&
@@ -376,8 +376,8 @@ double HeightPyramid::rise_bound(double distance) const {
     return std::min(rise, slope_ * reach * (1.0 + 1e-9)) + kHeightRounding;
 }
 
-// Serialisation of what opening a raster computes. Sizes follow from the grid and are not written, so no file can
-// give wrong ones.
+// Serialisation of the bounds of an opening. Sizes follow from the grid and are not written, so no file can give wrong
+// ones.
 
 namespace {
 

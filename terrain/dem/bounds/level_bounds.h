@@ -18,20 +18,20 @@
 namespace terrane::internal {
 
 /// Points of a tier beyond the raster: a vertex there depends on three points around it, and all four residues modulo 4
-/// must occur.
+/// are needed.
 inline constexpr std::int64_t kBeyondRaster = 6;
 
 /// A decimated lattice over a raster with bounds of the surface at its spacing. Beyond the raster the surface repeats
-/// its edge, so that a point out there has the values of the one just beyond the edge with the same index modulo 4:
-/// their squares are cut along the same diagonals.
+/// its edge, so a point there has the values of the point just beyond the edge whose index is equal modulo 4: their
+/// squares are cut along the same diagonals.
 struct BoundTier {
     std::int64_t step = 1;                  ///< finest spacings between its points
     std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point, in steps
     int columns = 0, rows = 0;
-    std::vector<float> bounds;       ///< [rows * columns] of the vertices of spacing `step`; else 0
+    std::vector<float> bounds;  ///< [rows * columns] of the vertices of spacing `step`; otherwise 0
     std::vector<float> cell_bounds;  ///< of the two triangles of the cell north-east of a point
 
-    // First tier only.
+    // Only in the first tier.
     std::vector<double> heights;  ///< [rows * columns]
     /// [rows * columns] range of the surface minus the bilinear interpolation of the corners, over the cell
     /// north-east of a point.
@@ -54,12 +54,12 @@ private:
     }
 };
 
-/// Finds the greatest deviation of the surface over every triangle that is larger than a cell of the
-/// first tier.
+/// Finds the greatest deviation of the surface over every triangle that is larger than a cell of the first tier.
 ///
 /// @param first   with heights, cell_low and cell_high
-/// @param levels  of two, four, eight ... times the first tier's step, with zeros: receives cell_bounds of all, and in
-///                bounds, at the midpoints of all but the last, the deviation over their diamonds
+/// @param levels  tiers of two, four, eight ... times the first tier's step, initialised with zeros: receives
+///                cell_bounds of all, and in bounds, at the midpoints of all but the last, the deviation over their
+///                diamonds
 ///
 /// @return visited tiles, summed over passes and triangles
 ///
@@ -68,8 +68,8 @@ private:
 Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
                                      std::span<BoundTier> levels, OpeningProgress& progress);
 
-/// Bounds that are computed once and kept. The first tier is eight times coarser than the base spacing (more for huge
-/// rasters): finer bounds need a window of at most about 500 points a side, and are computed on demand.
+/// Bounds that are computed once and stored. The first tier is eight times coarser than the base spacing (more for huge
+/// rasters): finer bounds need a window of at most about 500 points a side and are computed on demand.
 class BoundTiers {
 public:
     /// Computes all tiers: two passes over the raster.
@@ -77,33 +77,33 @@ public:
     static Result<std::unique_ptr<BoundTiers>> create(std::shared_ptr<const FineSurface> fine,
                                                       OpeningProgress& progress);
 
-    /// Approximate number of points of the first tier.
+    /// Approximate number of points in the first tier.
     static double first_points(const BilinearGrid& grid);
 
-    /// For opening_cache; read() fails with bad_data if the bytes are not of this surface.
+    /// Serialisation for OpeningCache; read() fails with bad_data if the bytes do not match this surface.
     void write(ByteWriter& out) const;
     static Result<std::unique_ptr<BoundTiers>> read(std::shared_ptr<const FineSurface> fine,
                                                     ByteReader& in);
 
-    /// Heights of a grid whose corner is a multiple of its step, a multiple of the first tier's.
+    /// Heights of a grid whose corner is a multiple of its step, and its step of the first tier's.
     bool has_heights(const SampleGrid& grid) const;
     void sample(const SampleGrid& grid, std::span<double> heights_out) const;
 
-    /// As HeightSource; both require grid.step >= first_step().
+    /// As in HeightSource; both require grid.step >= first_step().
     void vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     void cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     std::int64_t first_step() const { return first().step; }
 
-    /// Work of computing the tiers above the first one: visited tiles, summed over triangles.
+    /// Work done for the tiers above the first: visited tiles, summed over triangles.
     std::int64_t tile_visits() const { return tile_visits_; }
 
 private:
     explicit BoundTiers(std::shared_ptr<const FineSurface> fine) : fine_(std::move(fine)) {}
 
     const BoundTier& first() const { return tiers_.front(); }
-    /// The tier of a spacing; null if coarser than a root square.
+    /// The tier of a spacing; null if it is coarser than a root square.
     const BoundTier* find(std::int64_t step) const;
-    /// Its extent, without values.
+    /// The tier's rectangle, without values.
     BoundTier make_extent(std::int64_t step) const;
     Result<void> make_first(int ratio, OpeningProgress& progress);
     Result<void> fill_square(int ratio, int x, int y, int side, BoundTier& tier) const;
@@ -111,26 +111,26 @@ private:
     void nest(std::size_t level);
 
     std::shared_ptr<const FineSurface> fine_;
-    std::vector<BoundTier> tiers_;  ///< each of twice the spacing of the one before
+    std::vector<BoundTier> tiers_;  ///< each with twice the spacing of the previous one
     float largest_ = 0.0f;          ///< upper bound of all deviations
     std::int64_t tile_visits_ = 0;
 };
 
 /// Lowest and highest sample of the closed squares of 8, 16, 32 ... raster cells, and the steepest slope: bounds of the
-/// bilinear surface. Heights are metres from the store's base.
+/// bilinear surface. Heights are metres relative to the store's base.
 class HeightPyramid {
 public:
     /// Fails: io; cancelled
     static Result<HeightPyramid> create(const BilinearGrid& grid, const RasterStore& store,
                                         OpeningProgress& progress);
 
-    /// For opening_cache; read() fails with bad_data if the bytes are not of this grid.
+    /// Serialisation for OpeningCache; read() fails with bad_data if the bytes do not match this grid.
     void write(ByteWriter& out) const;
     static Result<HeightPyramid> read(const BilinearGrid& grid, ByteReader& in);
 
     /// Contains every height over a closed rectangle of the plane.
     HeightInterval interval(const WorldRect& rect) const;
-    /// As HeightSource::rise_bound.
+    /// As HeightSource::rise_bound().
     double rise_bound(double distance) const;
     HeightInterval range() const { return levels_.back().nodes.front(); }
 

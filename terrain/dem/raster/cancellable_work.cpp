@@ -33,7 +33,7 @@ void skip_static_destructors() {
 struct GuardedCalls::Shared {
     std::mutex mutex;
     std::condition_variable changed;
-    std::function<void()> call;  ///< empty: none in progress
+    std::function<void()> call;  ///< empty: no call in progress
     std::exception_ptr thrown;
     bool given_up = false, stop = false;
 
@@ -84,7 +84,7 @@ bool GuardedCalls::run(std::function<void()> call) {
     shared_->call = std::move(call);
     shared_->changed.notify_all();
     const auto is_done = [this] { return !shared_->call; };
-    // In short waits of a counted length each, so that time in which the process is stopped does not count.
+    // Waits in short slices of nominal length, so that time in which the process is stopped does not count.
     const double slice_s = std::clamp(patience_s_ / 8.0, kShortestSlice, kLongestSlice);
     for (double waited_s = 0.0; waited_s < patience_s_; waited_s += slice_s) {
         if (shared_->changed.wait_for(lock, std::chrono::duration<double>(slice_s), is_done)) break;

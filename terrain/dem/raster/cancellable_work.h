@@ -16,22 +16,23 @@
 
 namespace terrane::internal {
 
-/// Runs calls with a timeout, one at a time, on a thread of its own: reading a file can block for ever (a pipe, a dead
+/// Runs calls with a timeout, one at a time, on a separate thread: reading a file can block for ever (a pipe, a dead
 /// network mount) or loop for ever (a damaged file), and neither can be interrupted from outside.
 ///
-/// A call that timed out continues on a detached thread, so it must own all that it uses. From then on the process ends
-/// without running destructors of static objects, because that thread may still use them; standard streams are
-/// flushed, and the exit status is kept.
+/// A call that timed out continues on a detached thread, so it must own everything that it uses. From then on the
+/// process exits without running destructors of static objects, because that thread may still use them; standard
+/// streams are flushed, and the exit status is kept.
 class GuardedCalls {
 public:
-    /// @param patience_s  longest time for one call, seconds; infinity: no limit
+    /// @param patience_s timeout of a call, seconds; infinity: none
     explicit GuardedCalls(double patience_s);
     /// Waits for the call in progress, unless it timed out.
     ~GuardedCalls();
     GuardedCalls(const GuardedCalls&) = delete;
     GuardedCalls& operator=(const GuardedCalls&) = delete;
 
-    /// Runs a call and waits for its end; rethrows its exceptions. Returns false if it, or one before it, timed out.
+    /// Runs a call and waits until it returns; rethrows its exceptions. Returns false if it, or an earlier one, timed
+    /// out.
     ///
     /// Threads: any; waiting for other calls does not count towards the timeout
     bool run(std::function<void()> call);
@@ -54,7 +55,7 @@ public:
     OpeningProgress(std::string path, std::function<bool(double)> report)
         : path_(std::move(path)), report_(std::move(report)) {}
 
-    /// Begins a stage of some steps that ends at a share of the whole opening, 0 to 1.
+    /// Starts a stage that consists of some steps and ends at a share of the whole opening, 0 to 1.
     void begin(double end, std::int64_t steps);
 
     /// Completes a step.
@@ -74,7 +75,7 @@ private:
 
 /// Calls work(i) for 0 <= i < count from several threads, in any order, until one fails.
 ///
-/// @param work  returns Result<void>
+/// @param work returns Result<void>
 /// @return the last failure
 template <typename Work>
 Result<void> in_parallel(int count, Work&& work) {

@@ -26,7 +26,7 @@ class GDALDataset;
 
 namespace terrane::internal {
 
-/// An open raster of colours on a grid along the world's axes.
+/// An open colour raster on an axis-aligned grid in the world.
 class ImageryFile {
 public:
     /// Fails: as ImageryRaster::open(), without a timeout
@@ -37,15 +37,14 @@ public:
     ImageryFile& operator=(const ImageryFile&) = delete;
 
     const ImageryRasterInfo& info() const { return info_; }
-    /// As ImagerySource::read(). One reads at a time.
+    /// As ImagerySource::read(). One thread at a time.
     Result<void> read(const WorldRect& square, int side, std::span<ImageryTexel> texels_out) const;
 
 private:
     struct CloseDataset {
         void operator()(GDALDataset* dataset) const;
     };
-    // The overlap of a square and the raster along one axis: texels of the square, and the part of the raster under
-    // them.
+    // The overlap of a square and the raster along one axis: texels of the square, and the samples under them.
     struct Range {
         int first = 0, count = 0;      // texels
         double low = 0.0, high = 0.0;  // samples
@@ -62,8 +61,8 @@ private:
     ImageryRasterInfo info_;
     bool has_palette_ = false;
     std::unique_ptr<GDALDataset, CloseDataset> file_;
-    std::unique_ptr<GDALDataset, CloseDataset> warped_;  // of file_; closed before it
-    GDALDataset* dataset_ = nullptr;                     // the one that is read
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  // view of file_; closed before it
+    GDALDataset* dataset_ = nullptr;  // the dataset that is read: warped_ or file_
     std::vector<ImageryTexel> palette_;
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  // a GDAL dataset serves one thread at a time
@@ -145,7 +144,7 @@ Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
     return {};
 }
 
-// Replaces a rotated raster, and one in another CRS than the DEM's, by GDAL's warped view of it.
+// Replaces a rotated raster, or one in another CRS than the DEM's, by GDAL's warped view of it.
 Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     const QuietGdal quiet;
     dataset_ = file_.get();
@@ -160,13 +159,13 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     bool is_foreign = false;
     if (dem) {
         OGRSpatialReference wanted;
-        // the order of axes of datasets: IsSame() compares it too
+        // The axis order of GDAL's datasets, which IsSame() compares, too.
         wanted.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
         is_foreign =
             wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
     }
     if (!is_rotated && !is_foreign && (placed || file_->GetGCPCount() == 0)) return {};
-    // an alpha band of its own marks texels beyond the raster
+    // An added alpha band marks texels beyond the raster.
     std::vector<std::string> words = {"-of", "VRT", "-r", has_palette_ ? "near" : "bilinear",
                                       "-dstalpha"};
     if (is_foreign) words.insert(words.end(), {"-t_srs", dem->crs_wkt});
@@ -245,7 +244,7 @@ Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns
     extra.dfYOff = rows.low;
     extra.dfXSize = columns.high - columns.low;
     extra.dfYSize = rows.high - rows.low;
-    // the whole samples around it
+    // The whole samples around the range.
     const auto begin = [](double low) { return static_cast<int>(std::floor(low)); };
     const auto count = [&](const Range& range, int most) {
         return std::min(static_cast<int>(std::ceil(range.high)), most) - begin(range.low);
@@ -261,7 +260,7 @@ Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns
 Result<void> ImageryFile::read(const WorldRect& square, int side,
                                std::span<ImageryTexel> texels_out) const {
     std::fill(texels_out.begin(), texels_out.end(), ImageryTexel{});
-    // texels whose middles are in the raster, along an axis from west to east or south to north
+    // Texels whose centres are in the raster, along an axis from west to east or south to north.
     const auto range_of = [side](double low, double high, double first, double last, int samples,
                                  bool is_reversed) {
         const double texel = (high - low) / side;
@@ -345,7 +344,7 @@ public:
 
     Result<void> read(const WorldRect& square, int side,
                       std::span<ImageryTexel> texels_out) const override {
-        // a read that timed out continues, so it owns its buffer
+        // A read that timed out continues, so it owns its buffer.
         struct Read {
             std::vector<ImageryTexel> texels;
             Result<void> done;

@@ -88,7 +88,7 @@ std::string text(double value) {
 
 Result<void> check_is_file(const std::string& raster) {
     struct stat status {};
-    // A name unknown to the file system may be one of GDAL's: /vsizip/..., a connection.
+    // A path that the file system does not know may be one of GDAL's: /vsizip/..., a connection.
     if (stat(raster.c_str(), &status) != 0) return {};
     const char* what = nullptr;
     if (S_ISFIFO(status.st_mode)) what = "a pipe";

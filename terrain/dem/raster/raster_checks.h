@@ -10,7 +10,7 @@
 
 namespace terrane::internal {
 
-/// Largest accepted relative error of lengths along parallels from using one scale: ten times too long. A raster
+/// Largest accepted relative error of lengths along parallels caused by a constant scale: ten times too long. A raster
 /// centred on the equator reaches it at 84 degrees of latitude.
 inline constexpr double kMostScaleError = 9.0;
 
@@ -21,19 +21,19 @@ struct Ellipsoid {
 /// Metres per angular unit of a CRS at a latitude.
 struct AngularScale {
     double east = 0.0, north = 0.0;
-    /// Largest relative error of a length along the parallels half_height north and south of it.
+    /// Largest relative error of a length, on the parallels half_height north and south of that latitude.
     double east_error = 0.0;
 };
 
-/// Scale of a geographic raster. Its sines are the only use of the C library that could affect a world's bits; rounding
-/// to 2^-10 m removes the effect.
+/// Scale of a geographic raster. Its sines are the only calls of the C library that could affect a world's bits;
+/// rounding to 2^-10 m removes the effect.
 ///
 /// @param radians_per_unit of the CRS's angular unit
 /// @param latitude         of the centre, in that unit
 /// @param half_height      from the centre to the northern edge, in that unit
 ///
-/// Fails: bad_data if the raster extends beyond a pole, or so near that the error is above
-///        kMostScaleError; the message begins with a verb
+/// Fails: bad_data if the raster extends beyond a pole, or so near it that the error exceeds kMostScaleError; the
+///        message begins with a verb
 Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radians_per_unit,
                                        double latitude, double half_height);
 
@@ -43,18 +43,19 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// Largest accepted ratio of a cell's sides: the lattice is square and as fine as the shorter side, so that it has this
-/// many points per sample.
+/// Largest accepted ratio of a cell's sides: the lattice is square and as fine as the shorter side, so this is also its
+/// number of points per sample.
 inline constexpr double kMostCellRatio = 32.0;
 
-/// Checks before the samples of a raster are read. Every message is one sentence that names the raster and the value.
-/// `raster` stands for the raster's path everywhere.
+/// Checks made before the samples of a raster are read. Every message is one sentence that names the raster and the
+/// value. `raster` is the raster's path in all of them.
 
-/// Fails: io for a path that exists but is no file or folder: reading a pipe, socket or device fails to seek or
-///        blocks
+/// Fails: io for a path that exists but is neither a file nor a folder: reading a pipe, socket or device cannot seek,
+///        or blocks
 Result<void> check_is_file(const std::string& raster);
 
-/// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or gives no numbers
+/// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or makes every number infinite or
+///        NaN
 Result<void> check_band(const std::string& raster, GDALRasterBand& band);
 
 /// Fails: bad_data for coefficients that are not finite, and cells without area
@@ -63,15 +64,15 @@ Result<void> check_geotransform(const std::string& raster, const std::array<doub
 /// Fails: bad_data for cells below 1e-6 m, above 1e7 m or too oblong
 Result<void> check_cells(const std::string& raster, const DemInfo& info);
 
-/// Fails: bad_data for a width of more than a turn, or values that are no longitudes
+/// Fails: bad_data for a width of more than a full turn, or values that cannot be longitudes
 ///
-/// @param west, east  of the outer edges, degrees
-/// @param cell        degrees
+/// @param west, east of the outer edges, degrees
+/// @param cell       degrees
 Result<void> check_longitudes(const std::string& raster, double west, double east, double cell);
 
 /// Fails: out_of_memory if a raster needs more than the limit
 ///
-/// @param setting  what the limit is called where it is set
+/// @param setting name of the limit's setting, for the message
 Result<void> check_memory(const std::string& raster, int columns, int rows, double needed_bytes,
                           std::size_t limit_bytes,
                           const char* setting = "DemSettings::memory_bytes, --dem-memory-mb");

@@ -238,7 +238,7 @@ Result<void> RasterReader::find_place() {
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;
     if (auto checked = check_cells(path_, info_); !checked) return checked;
-    // Cells that differ from a square by rounding are square.
+    // Treats cells as square if their sides differ only by rounding.
     if (std::fabs(info_.cell_x - info_.cell_y) <= 1e-9 * info_.cell_x) {
         info_.cell_y = info_.cell_x;
     }

@@ -13,7 +13,7 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// Captures GDAL's messages of a thread for our errors while it lives; nothing goes to standard error.
+/// While it exists, captures GDAL's messages on this thread for use in errors; nothing is written to standard error.
 class QuietGdal {
 public:
     QuietGdal();
@@ -21,29 +21,28 @@ public:
     QuietGdal(const QuietGdal&) = delete;
     QuietGdal& operator=(const QuietGdal&) = delete;
 
-    /// The last one, on one line.
+    /// The last message, on one line.
     std::string message() const;
 };
 
 /// Registers GDAL's drivers, once.
 void register_drivers();
 
-/// What the numbers of a raster stand for.
+/// Meaning of a raster's numbers.
 enum class RasterNumbers {
-    heights,  ///< in metres, or in another unit that is converted; a rotated raster is interpolated between samples
-    plain,    ///< without a unit, possibly codes; a rotated raster gets the nearest sample
+    heights,  ///< in metres or another unit, which is converted; a rotated raster is interpolated between samples
+    plain,  ///< without a unit, possibly codes; a rotated raster is resampled by nearest neighbour
 };
 
 /// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
 class RasterReader {
 public:
-    /// Opens anything that GDAL opens. Rotated rasters are read through GDAL's warped, unrotated view.
+    /// Opens any dataset that GDAL can open. Rotated rasters are read through GDAL's warped, unrotated view.
     ///
-    /// Fails: io if GDAL cannot open it; bad_data if there are less than 2 x 2 heights or the
-    ///        geometry is invalid
+    /// Fails: io if GDAL cannot open it; bad_data if there are fewer than 2 x 2 heights or the geometry is invalid
     static Result<std::unique_ptr<RasterReader>> open(
         const std::string& path, RasterNumbers numbers = RasterNumbers::heights);
-    /// The same on a thread of its own, with a timeout.
+    /// The same on a separate thread, with a timeout.
     ///
     /// Fails: as open(); timed_out
     static Result<std::unique_ptr<RasterReader>> open(
@@ -53,24 +52,24 @@ public:
     RasterReader& operator=(const RasterReader&) = delete;
 
     const std::string& path() const { return path_; }
-    /// Size and georeferencing; without the heights' range and the shares of nodata.
+    /// Size and georeferencing; the range of heights and the shares of nodata are not set.
     const DemInfo& info() const { return info_; }
     /// Whether the file's first row is the southernmost.
     bool rows_go_north() const { return rows_go_north_; }
 
-    /// Where a sample is in the file, for messages: "column 7, row 19 of the file (both from 0)".
+    /// Position of a sample in the file, for messages: "column 7, row 19 of the file (both from 0)".
     std::string place_in_file(int column, int row) const;
 
-    /// Reads a window: scale and offset applied, of heights also the unit; NaN: no data.
+    /// Reads a window: scale and offset applied, for heights also the unit; NaN: no data.
     ///
     /// @param heights_out [rows * columns] metres or plain numbers, from the south-west
     ///
     /// Fails:   io; bad_data if a height is beyond kMostHeight
-    /// Threads: any; one reads at a time
+    /// Threads: any; reads are serialised
     Result<void> read(int column, int row, int columns, int rows,
                       std::span<double> heights_out) const;
 
-    /// Whether a float holds every number of the band exactly, before scale and offset.
+    /// Whether every number of the band, before scale and offset, is exact as a float.
     bool has_float_numbers() const;
     /// Metres per unit of the band's numbers, and the offset, metres.
     double scale() const { return scale_; }
@@ -91,7 +90,7 @@ private:
     RasterNumbers numbers_ = RasterNumbers::heights;
     DemInfo info_;
     std::unique_ptr<GDALDataset, CloseDataset> file_;
-    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< of file_; closed before it
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< view of file_; closed before it
     GDALRasterBand* band_ = nullptr;
     GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
     double scale_ = 1.0, offset_ = 0.0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::int32_t kNoData = std::numeric_limits<std::int32_t>::min();
 constexpr double kMostNumber = 0x1p31 - 1.0;
-/// Finest step: far below every quantum.
+/// Log2 of the finest step, metres: far below every quantum.
 constexpr int kFinestStepLog2 = -50;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -41,13 +41,13 @@ SamplePacking SamplePacking::of_range(double low, double high) {
     SamplePacking packing;
     packing.is_integer_ = true;
     const double range = high - low;
-    // Near 0 a base gains nothing, and whole numbers stay exact.
+    // Near 0 a base has no benefit, and integers stay exact.
     const bool is_far = std::max(std::fabs(low), std::fabs(high)) > 2.0 * range;
     if (is_far) packing.base_ = low + 0.5 * range;
     const double reach = std::max(high - packing.base_, packing.base_ - low);
     packing.step_ = std::ldexp(1.0, kFinestStepLog2);
     while (reach > (kMostNumber - 1.0) * packing.step_) packing.step_ *= 2.0;
-    // A multiple of the step, so a whole number if the step is one.
+    // A multiple of the step, and so an integer if the step is one.
     if (is_far) packing.base_ = std::floor(packing.base_ / packing.step_) * packing.step_;
     return packing;
 }
@@ -79,7 +79,7 @@ void SamplePacking::unpack(std::span<const std::uint32_t> packed, double* height
 
 namespace {
 
-// Shares of the progress of opening: passes over the file.
+// Share of the pass over the file in the progress of opening.
 constexpr double kReadingShare = 0.5;
 
 }  // namespace
@@ -233,8 +233,8 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
 
 /// @param of_packing  largest packing error of a sample, metres
 void RasterStore::find_rounding(double of_packing) {
-    // Bounds are rounded outward by a nanometre. That covers the rounding of sums of doubles for heights below
-    // 131 km, and a packing error of at most a quarter nanometre.
+    // Bounds are rounded outward by a nanometre, which covers the rounding of sums of doubles for heights below 131 km
+    // and a packing error of at most a quarter nanometre.
     constexpr double kSmall = 0x1p17, kPerMetre = 0x1p-48, kNone = 0x1p-32;
     const double largest =
         std::max(std::fabs(info_.min_m), std::fabs(info_.max_m)) + std::fabs(reader_->offset());
@@ -312,7 +312,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
     auto loaded = read_square(square_x, square_y);
     if (!loaded) return loaded;
     const std::lock_guard lock(mutex_);
-    // Two threads may have read it: the first one's is kept.
+    // If two threads have read it, the first result is kept.
     if (const auto found = squares_.find(name); found != squares_.end()) {
         return found->second.square;
     }
@@ -330,7 +330,7 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
                                std::span<double> heights_out) const {
     const std::int64_t last_column = info_.columns - 1, last_row = info_.rows - 1;
     const std::size_t width = static_cast<std::size_t>(columns);
-    // Columns of the window inside the raster; outside of them the edge is repeated.
+    // Columns of the window inside the raster; elsewhere the edge is repeated.
     const int inside_begin = static_cast<int>(std::clamp<std::int64_t>(-column, 0, columns));
     const int inside_end =
         static_cast<int>(std::clamp<std::int64_t>(last_column + 1 - column, inside_begin, columns));

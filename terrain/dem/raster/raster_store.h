@@ -16,15 +16,15 @@
 
 namespace terrane::internal {
 
-/// Packs the samples of a raster into 32 bits each: base + step * number, the number a float or an integer. Unpacked
-/// heights are relative to the base, so that sums and differences lose no digits where heights are far from 0.
+/// Packs the samples of a raster into 32 bits each: base + step * number, where the number is a float or an integer.
+/// Unpacked heights are relative to the base, so that sums and differences keep their precision for heights far from 0.
 class SamplePacking {
 public:
-    /// For bands whose numbers floats hold exactly: no sample is rounded.
+    /// For bands whose numbers are exact as floats: no sample is rounded.
     ///
-    /// @param scale, offset  of the band, metres; neither need be finite
+    /// @param scale, offset of the band, metres; may be infinite or NaN
     static SamplePacking of_floats(double scale, double offset);
-    /// Integer multiples of the finest power of two that covers `low` to `high`, metres.
+    /// Integer multiples of the finest power of two for which 32 bits cover `low` to `high`, metres.
     static SamplePacking of_range(double low, double high);
 
     /// Metres; unpacked heights are relative to it.
@@ -45,7 +45,7 @@ private:
     bool is_integer_ = false;
 };
 
-/// Rows of a strip that is read at once: a multiple of the block's side, about four million samples.
+/// Number of rows in a strip that is read at once: a multiple of the block's side, about four million samples.
 int strip_rows(int columns);
 
 /// Internal settings, for tests.
@@ -59,16 +59,16 @@ struct StoreSettings {
 };
 
 /// The samples of a raster with voids and outside filled: all finite, rows from south to north, relative to a base.
-/// In memory, or read by window through a cache of squares.
+/// Either in memory, or read by window through a cache of squares.
 class RasterStore {
 public:
-    /// First pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers floats do not hold
-    /// exactly is read once before, for its range.
+    /// First pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers are not exact as
+    /// floats is read once before, for its range.
     ///
-    /// @param needed_bytes  part of the limit for everything except runs and rims of nodata
+    /// @param needed_bytes part of the limit reserved for everything except runs and rims of nodata
     ///
-    /// Fails: io; timed_out; cancelled; bad_data if no sample is valid, or one is beyond
-    ///        kMostHeight; out_of_memory if nodata needs more than the limit
+    /// Fails: io; timed_out; cancelled; bad_data if no sample is valid, or one is beyond kMostHeight; out_of_memory if
+    ///        nodata needs more than the limit
     static Result<std::unique_ptr<RasterStore>> open(std::unique_ptr<RasterReader> reader,
                                                      const StoreSettings& settings,
                                                      double needed_bytes,
@@ -78,10 +78,10 @@ public:
     const VoidMap& voids() const { return voids_; }
     bool in_memory() const { return !samples_.empty(); }
 
-    /// Heights are base() + what read() gives, metres.
+    /// Heights are base() plus the result of read(), metres.
     double base() const { return packing_.base(); }
-    /// Upper bound of the vertical distance between the surfaces of the stored and of the file's own numbers, metres.
-    /// 0 if no sample was rounded and doubles resolve the heights to a small part of a nanometre.
+    /// Upper bound of the vertical distance between the surface of the stored samples and that of the file's, metres. 0
+    /// if no sample was rounded and doubles resolve the heights to a small fraction of a nanometre.
     double rounding() const { return rounding_; }
 
     /// Reads a window of samples. Beyond the raster the nearest sample is repeated.
@@ -109,15 +109,15 @@ private:
     void fill_memory();
     std::uint32_t filled(int column, int row) const;
     void find_rounding(double of_packing);
-    /// Calls use(south, rows, heights) with strips of the raster in the order of the file, metres, NaN: no
-    /// data. Readers of text and of compressed files go through a file once, and stop where it is damaged.
+    /// Calls use(south, rows, heights) with strips of the raster in the order of the file, metres, NaN: no data.
+    /// Drivers for text and for compressed files read a file sequentially and stop where it is damaged.
     template <typename Use>
     Result<void> for_each_strip(OpeningProgress& progress, Use&& use) const;
     int strip_count() const;
     /// RasterReader::read with a timeout.
     Result<void> read_file(int column, int row, int columns, int rows,
                            std::span<double> heights_out) const;
-    /// Fails: out_of_memory if nodata needs more than is left
+    /// Fails: out_of_memory if nodata needs more than the remaining memory
     Result<void> check_nodata_bytes(std::size_t bytes) const;
     Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
     Result<std::shared_ptr<const Square>> read_square(int square_x, int square_y) const;

@@ -21,7 +21,7 @@ namespace terrane::internal {
 
 /// The samples of a surface raster, in 32 bits each: a material's number, or the bits of a friction as a float.
 struct SurfaceSamples {
-    /// Stands for nodata: no material has this number, and no float in range these bits.
+    /// Represents nodata: not a material, and not the bits of a float in range.
     static constexpr std::uint32_t kNodata = ~std::uint32_t{0};
 
     /// Reads all samples, from the first row of the file to the last.
@@ -40,7 +40,7 @@ namespace {
 constexpr double kLargestMaterial = 4294967294.0;
 constexpr double kLargestFriction = 1e6;
 
-/// Of one sample. NaN gives kNodata; so does what is out of range, with is_wrong_out.
+/// Packs one sample. NaN gives kNodata; a value out of range gives kNodata and sets is_wrong_out.
 std::uint32_t pack_sample(SurfaceNumbers numbers, double sample, bool& is_wrong_out) {
     if (std::isnan(sample)) return SurfaceSamples::kNodata;
     const bool is_friction = numbers == SurfaceNumbers::friction;
@@ -80,7 +80,7 @@ Result<SurfaceSamples> SurfaceSamples::read(std::shared_ptr<const RasterReader> 
     const int columns = reader->info().columns, rows = reader->info().rows;
     const std::size_t width = static_cast<std::size_t>(columns);
     const int most_rows = std::min(strip_rows(columns), rows);
-    // Of a strip: as read, once more as a sample, and its validity.
+    // Bytes per sample of a strip: as read, a copy, and its validity.
     constexpr double kStripSample = 2 * sizeof(double) + 1;
     const double needed_bytes = sizeof(std::uint32_t) * static_cast<double>(columns) * rows +
                                 kStripSample * columns * most_rows;
@@ -155,7 +155,7 @@ Result<void> check_properties(const std::string& name, const SurfaceProperties& 
     return {};
 }
 
-/// @param sorted  the settings' materials by their number
+/// @param sorted the settings' materials, by number
 Result<void> check_materials(const SurfaceRasterSettings& settings,
                              const std::vector<SurfaceProperties>& sorted) {
     if (settings.numbers == SurfaceNumbers::friction && !sorted.empty()) {
@@ -193,7 +193,7 @@ Result<void> check_crs(const std::string& path, const DemInfo& raster, const Dem
     const auto has_name = [](const DemInfo& info) {
         return !info.crs.empty() && info.crs != "unknown" && info.crs != "unnamed";
     };
-    // Degrees have a scale of their own at each latitude.
+    // A degree has a different length at each latitude.
     const bool has_units =
         raster.geographic || (raster.metres_per_unit_x == dem.metres_per_unit_x &&
                               raster.metres_per_unit_y == dem.metres_per_unit_y);
@@ -218,7 +218,7 @@ Result<WorldRect> place_of(const std::string& path, const DemInfo& raster,
         return WorldRect{-half_width, -half_height, half_width, half_height};
     const DemInfo& dem = *settings.aligned_with;
     if (auto ok = check_crs(path, raster, dem); !ok) return tl::unexpected(ok.error());
-    // In units of the CRS from the DEM's centre; longitudes without whole turns.
+    // Relative to the DEM's centre, in units of the CRS; longitudes modulo a full turn.
     double x = raster.centre_x - dem.centre_x;
     if (dem.geographic) x = std::remainder(x, 360.0);
     const double y = raster.centre_y - dem.centre_y;
@@ -228,10 +228,10 @@ Result<WorldRect> place_of(const std::string& path, const DemInfo& raster,
                      (x + half_x) * dem.metres_per_unit_x, (y + half_y) * dem.metres_per_unit_y};
 }
 
-/// The last of `count` cells that begins at or before a coordinate: cell i begins at first + i * size.
+/// The last of `count` cells that starts at or before a coordinate: cell i starts at first + i * size.
 std::size_t cell_at(double coordinate, double first, double size, int count) {
     double cell = std::min(std::floor((coordinate - first) / size), count - 1.0);
-    // the quotient's rounding may be off by one cell
+    // Rounding of the quotient may be off by one cell.
     if (cell > 0.0 && coordinate < first + cell * size) cell -= 1.0;
     if (cell + 1.0 < count && coordinate >= first + (cell + 1.0) * size) cell += 1.0;
     return static_cast<std::size_t>(cell);
@@ -239,7 +239,7 @@ std::size_t cell_at(double coordinate, double first, double size, int count) {
 
 class RasterMap final : public SurfaceMap {
 public:
-    /// @param materials  by their number
+    /// @param materials by number
     RasterMap(const SurfaceRasterInfo& info, SurfaceSamples samples,
               std::vector<SurfaceProperties> materials, const SurfaceRasterSettings& settings)
         : SurfaceMap(settings.defaults),

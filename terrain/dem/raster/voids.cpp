@@ -53,7 +53,7 @@ void VoidMap::add_row(std::span<const double> samples) {
         run.end = column;
         nodata_count_ += run.end - run.begin;
 
-        // Runs of the row before that touch this one, corners included.
+        // Runs of the previous row that touch this one, corners included.
         bool labelled = false;
         while (below < row_start && runs_[below].end < run.begin) ++below;
         for (std::size_t i = below; i < row_start && runs_[i].begin <= run.end; ++i) {
@@ -156,7 +156,7 @@ struct Field {
     }
 };
 
-/// Half the resolution: the mean of the known values.
+/// A field of half the resolution: the mean of the known values.
 Field pull(const Field& fine) {
     Field coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2, {}, {}};
     const std::size_t size =
@@ -182,7 +182,7 @@ Field pull(const Field& fine) {
     return coarse;
 }
 
-/// Fills unknown values bilinearly from a field of half the resolution.
+/// Interpolates unknown values bilinearly from a field of half the resolution.
 void push(const Field& coarse, Field& fine) {
     for (int y = 0; y < fine.rows; ++y) {
         for (int x = 0; x < fine.columns; ++x) {
@@ -240,7 +240,7 @@ void VoidFill::add_row(int row, std::span<const double> samples) {
         const auto height = static_cast<float>(samples[static_cast<std::size_t>(column)]);
         if (std::isnan(height)) continue;
         const std::size_t at = node(column / kBlockSide, row / kBlockSide);
-        // A running mean keeps its precision in float.
+        // A running mean keeps its precision in floats.
         ++counts_[at];
         field_[at] += (height - field_[at]) / static_cast<float>(counts_[at]);
     }
@@ -344,7 +344,7 @@ float VoidFill::rim_or_field(int column, int row) const {
 double VoidFill::relax_block(Block& block, double gain) const {
     constexpr int kSide = kBlockSide + 2;
     const int west = block.bx * kBlockSide - 1, south = block.by * kBlockSide - 1;
-    // The block and a ring around it; beyond the raster the nearest sample (zero slope at the border).
+    // The block and a ring around it; beyond the raster the nearest sample, which gives a slope of zero at the border.
     std::array<double, kSide * kSide> patch{};
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
@@ -372,7 +372,7 @@ double VoidFill::relax_block(Block& block, double gain) const {
 void VoidFill::relax() {
     constexpr double kSettled = 1e-3;
     for (int sweep = 0; sweep < kRimSweeps; ++sweep) {
-        // The last sweeps are without over-relaxation, to smooth its ripples.
+        // The last sweeps have no over-relaxation, to smooth out its ripples.
         const double gain = sweep < kRimSweeps - 10 ? kOverRelax : 1.0;
         double largest = 0.0;
         for (Block& block : rim_) {

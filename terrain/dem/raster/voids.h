@@ -13,11 +13,11 @@ inline constexpr int kBlockSide = 8;
 
 /// The nodata of a raster, as runs along its rows, with a flag for enclosed voids.
 ///
-/// Nodata samples are 8-connected; so a void is enclosed by a 4-connected ring of valid samples. A component connected
-/// to the raster's border is outside, else a void. Memory: 12 bytes a run.
+/// Nodata samples are 8-connected, so a void is enclosed by a 4-connected ring of valid samples. A component connected
+/// to the raster's border is outside, any other is a void. Memory: 12 bytes a run.
 class VoidMap {
 public:
-    /// @param from_north  order of the rows in add_row()
+    /// @param from_north order of the rows in add_row()
     VoidMap(int columns, int rows, bool from_north);
 
     /// Adds the next row; NaN is nodata.
@@ -31,7 +31,7 @@ public:
     std::int64_t nodata_count() const { return nodata_count_; }
     std::int64_t void_count() const { return void_count_; }
 
-    /// Bits of CellFlag of the samples of a closed rectangle inside the raster.
+    /// Bits of CellFlag over the samples of a closed rectangle inside the raster.
     std::uint8_t flags(int west, int south, int east, int north) const;
     /// Bits of CellFlag of one sample.
     std::uint8_t flags(int column, int row) const { return row_flags(row, column, column); }
@@ -39,11 +39,11 @@ public:
 private:
     struct Run {
         std::int32_t begin, end;  ///< columns, end excluded
-        std::int32_t label;       ///< of its component; bits of CellFlag when finished
+        std::int32_t label;       ///< of its component; after finish(), bits of CellFlag
     };
 
     std::uint8_t row_flags(int row, int west, int east) const;
-    /// Position in the order of add_row().
+    /// Index of a row in the order of add_row().
     std::size_t order_of(int row) const {
         return static_cast<std::size_t>(from_north_ ? rows_ - 1 - row : row);
     }
@@ -62,10 +62,10 @@ private:
 
 /// Fills nodata, voids and outside, with smooth heights. Memory grows with the rim of the nodata, not with its area.
 ///
-/// Far from data: bilinear between the nodes of a coarse field, one node a block of 8 x 8 samples,
-/// the mean of the block where it has data and relaxed towards a harmonic field where it has none.
+/// Far from data: bilinear between the nodes of a coarse field with one node per block of 8 x 8 samples: the mean of
+/// the block if it has data, else relaxed towards a harmonic field.
 /// Within two blocks of data: individual samples, relaxed between the data and that field.
-/// The same bits for rasters in memory and read by window.
+/// Rasters in memory and rasters read by window give the same bits.
 class VoidFill {
 public:
     VoidFill(int columns, int rows);
@@ -80,7 +80,7 @@ public:
     void begin_rim();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
-    /// Second pass: the needed rows again.
+    /// Second pass: adds the needed rows again.
     void add_rim_row(int row, std::span<const double> samples);
     /// After the second pass.
     void relax();
@@ -92,7 +92,7 @@ private:
     struct Block {
         std::int32_t bx, by;
         std::array<float, kBlockSide * kBlockSide> heights{};
-        std::uint64_t missing = 0;  ///< bit of each sample without data
+        std::uint64_t missing = 0;  ///< a bit for each sample without data
     };
 
     std::size_t node(int bx, int by) const {
@@ -105,8 +105,8 @@ private:
     double relax_block(Block& block, double gain) const;
 
     int columns_, rows_, blocks_x_, blocks_y_;
-    std::vector<float> field_;             ///< [blocks] sum, then mean or relaxed height
-    std::vector<std::uint8_t> counts_;     ///< [blocks] samples with data
+    std::vector<float> field_;  ///< [blocks] sum of samples, then their mean or the relaxed height
+    std::vector<std::uint8_t> counts_;     ///< [blocks] number of samples with data
     std::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
     std::size_t rim_count_ = 0;
     std::vector<Block> rim_;

@@ -3,7 +3,7 @@
 // Sources:
 //   X. R. Li, V. Jilkov. A survey of maneuvering target tracking, part I: dynamic models. IEEE
 //   Transactions on Aerospace and Electronic Systems 39(4), 2003. (constant turn rate and acceleration)
-// Deviations: no filter, because camera states have no noise. The trust in the model is measured by the error of
+// Deviations: no filter, because camera states are free of noise. Confidence in the model is measured by the error of
 // its predictions half a second ahead.
 #include "paging/demand/camera_motion.h"
 
@@ -16,25 +16,24 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kPredictionAhead_s = 0.5;
-// Decay of measured prediction errors per tick: to a third after two seconds.
+// Decay of prediction errors per tick: to a third in two seconds.
 constexpr double kErrorDecay = 0.973;
-// A larger rotation between two ticks counts as a discontinuity (sine).
+// Rotation between two ticks above which it is a discontinuity (sine).
 constexpr double kLargestTurn = 0.87;
-// Acceleration is extrapolated for this long.
+// Duration of extrapolated acceleration.
 constexpr double kAcceleration_s = 1.5;
-// A turn is trusted up to this angle at once, radians, and from its start for this long, seconds.
+// Angle up to which a new turn is trusted, radians, and initial time for which it is trusted, seconds.
 constexpr double kSmallTurn = 0.3;
 constexpr double kFirstTrust_s = 0.5;
-// Direction margin at once (sine), and how far ahead speculation looks, seconds.
+// Initial direction margin (sine), and horizon of speculation, seconds.
 constexpr double kDirectionMargin = 0.17;
 constexpr double kSpeculation_s = 1.0;
-// Expected error of a prediction above which it is speculation: angle, radians, and share of the distance
-// travelled.
+// Expected prediction error above which a state is speculation: angle, radians, and share of the distance travelled.
 constexpr double kTrustedError = 0.35;
 constexpr double kTrustedShare = 0.3;
-// Time constant of the decay of vertical speed: cameras that fly over ground follow it.
+// Time constant of the decay of vertical speed: cameras over ground tend to follow it.
 constexpr double kClimb_s = 1.0;
-// Gap between states: a share of the time to them, at least the first gap; less where the view turns.
+// Interval between states: a share of the time ahead, at least the first interval; shorter in turns.
 constexpr double kFirstGap_s = 0.1;
 constexpr double kGapShare = 0.2;
 constexpr double kLargestGapTurn = 0.4;
@@ -52,7 +51,7 @@ Eigen::Vector3d rotated(const Eigen::Vector3d& vector, const Eigen::Vector3d& an
     return length > 0.0 ? Eigen::Vector3d(result * (vector.norm() / length)) : vector;
 }
 
-// Collects states, at the gaps above.
+// Collects states at the intervals above.
 class StateSampler {
 public:
     StateSampler(const View& view, PredictedView& predicted) : view_(view), predicted_(predicted) {}
@@ -106,7 +105,7 @@ void predict_trajectory(const CameraNeed& camera, double time_s, double horizon,
             Eigen::Vector3d up = last.up + t * (next.up - last.up);
             up -= up.dot(forward) * forward;
             up = up.norm() > 1e-6 ? up.normalized() : next.up;
-            // the last state before a jump is a sample, too
+            // the last state before a jump is also a sample
             sampler.add({.time_s = at_s, .eye_world = eye, .is_jump = is_jump}, forward, up,
                         is_jump);
         }
@@ -156,7 +155,7 @@ void CameraMotion::estimate_motion(const CameraSample& now) {
     acceleration_ = (now.velocity.norm() - then.velocity.norm()) / passed;
 }
 
-// Compares past predictions of the present with it.
+// Compares past predictions with the current state.
 void CameraMotion::measure_prediction_error(const CameraSample& now) {
     turn_error_ *= kErrorDecay;
     position_error_ *= kErrorDecay;
@@ -227,7 +226,7 @@ void CameraMotion::extrapolate(const CameraNeed& camera, double horizon,
         const bool is_turning_on =
             turn_rate * time_s > kSmallTurn && time_s > kFirstTrust_s + steady_s_;
         PredictedView::CameraState state{.time_s = time_s, .eye_world = sample.eye_world};
-        // the present camera may turn anywhere
+        // at present the camera may turn anywhere
         state.direction_margin = time_s <= 0.0 ? 1.0
                                  : time_s <= kSpeculation_s
                                      ? std::min(1.0, kDirectionMargin + turn_error_ * time_s)

@@ -11,27 +11,25 @@
 
 namespace terrane::internal {
 
-/// Interval at which motion is sampled and needs are found, seconds.
+/// Interval of motion samples and plans, seconds.
 inline constexpr double kTick_s = 0.05;
 
-/// Tracks the motion of one camera and predicts what it will see.
+/// Tracks the motion of one camera and predicts its view.
 ///
-/// Samples are taken by the clock, once per tick, so that the prediction does not depend on the rate of
-/// updates.
+/// Takes one sample per tick of the clock, so that predictions do not depend on the update rate.
 class CameraMotion {
 public:
-    /// Records the camera's present state. A discontinuity of position or view direction restarts the
-    /// estimate.
+    /// Records the camera's current state. A discontinuity of position or view direction resets the estimate.
     ///
     /// @return whether there was one
     bool observe(const CameraNeed& camera, double time_s);
 
-    /// What the camera will see: along its trajectory where that is given, else extrapolated with the
-    /// speed, acceleration and turn rates of the last fifth of a second. A turn is trusted for as long as
-    /// it has lasted; the direction margin grows with the recent prediction errors.
+    /// Predicts the view: along the camera's trajectory if given, else extrapolated with the speed, acceleration and
+    /// turn rates of the last fifth of a second. A turn is trusted for as long as it has lasted; the direction margin
+    /// grows with the recent prediction errors.
     PredictedView predict(const CameraNeed& camera, double time_s, double horizon) const;
 
-    /// Discards all history, for a camera that is not the one before.
+    /// Discards all history, for a different camera.
     void reset() { *this = {}; }
 
 private:
@@ -42,7 +40,7 @@ private:
         Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
         Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
     };
-    /// A past prediction for a time that has not come yet.
+    /// A pending prediction of a future state.
     struct Prediction {
         double time_s = 0.0;
         Eigen::Vector3d eye_world;
@@ -66,7 +64,7 @@ private:
     Eigen::Vector3d view_turn_rate_ = Eigen::Vector3d::Zero();  // of the view direction, rad/s
     Eigen::Vector3d path_turn_rate_ = Eigen::Vector3d::Zero();  // of the velocity, rad/s
     double acceleration_ = 0.0;                                 // along the velocity, m/s^2
-    double steady_s_ = 0.0;        // for how long the turn rates have been constant
+    double steady_s_ = 0.0;        // time for which the turn rates have been constant
     double turn_error_ = 0.0;      // of predictions, rad/s
     double position_error_ = 0.0;  // of predictions, m/s^2
 };

@@ -13,7 +13,7 @@
 namespace terrane::internal {
 namespace {
 
-// Unused chunks that may stay cached.
+// Maximum number of unused cached chunks.
 constexpr std::size_t kSpareChunks = 4096;
 
 bool is_ordered_before(const ChunkKey& a, const ChunkKey& b) {
@@ -70,7 +70,7 @@ void TouchTable::touch_ancestors() {
         const TimeIndex time_index = chunks_[touched_[i]].time_index;
         const double end = chunks_[touched_[i]].end;
         Slot ancestor = chunks_[touched_[i]].parent;
-        // an ancestor touched as early and as long has propagated already
+        // an ancestor touched as early and as long has already propagated
         while (ancestor != kNone &&
                (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end)) {
             touch(ancestor, time_index, end);
@@ -84,7 +84,7 @@ TouchTable::TimeIndex TouchTable::time_index(const ChunkKey& key) const {
     return found == kNone ? kNever : chunks_[found].time_index;
 }
 
-// Merges from the back, so that each slot of order_ moves once.
+// Merges added_ from the back, so that each slot of order_ moves once.
 void TouchTable::order_added() {
     const auto before = [this](Slot a, Slot b) {
         return is_ordered_before(chunks_[a].key, chunks_[b].key);
@@ -103,7 +103,7 @@ void TouchTable::order_added() {
     }
 }
 
-// Counting sort by time index; order_ is sorted by level and key already, and the sort is stable.
+// Stable counting sort by time index; order_ is already sorted by level and key.
 void TouchTable::sort(std::size_t time_count, std::vector<Slot>& slots_out) {
     order_added();
     counts_.assign(time_count + 1, 0);
@@ -130,21 +130,21 @@ void TouchTable::drop_unused() {
     most_chunks_ = 2 * chunks_.size() + kSpareChunks;
 }
 
-// Time intervals in which a moving, growing sphere touches the columns of chunks.
+// Body sweep: time intervals in which a moving, growing sphere touches the columns over chunks.
 //
-// The sphere is replaced by its axis-aligned box: for each column and row of chunks the interval of overlap in
-// the plane, then within it the time at which the box is low enough. Only where the box overlaps a square from
-// the beginning is the sphere itself tested. The box is conservative: it adds few chunks, and misses none.
+// The sphere is approximated by its axis-aligned box. For each column and row of chunks it finds the interval of
+// overlap in plan, then within that the time at which the box is low enough. The sphere itself is tested only against
+// squares that the box overlaps from the start. The box is conservative: it adds a few chunks and misses none.
 //
-// A sphere of a speed whose radius grows by g t^2 / 2 closes a gap of at most speed t + g t^2 / 2 in t seconds.
+// A sphere with a given speed whose radius grows by g t^2 / 2 closes a gap of at most speed t + g t^2 / 2 in t seconds.
 
 namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// The sphere is enlarged by this share of its coordinates, to cover rounding.
+// Relative enlargement of the sphere by its coordinates, to cover rounding.
 constexpr double kRounding = 1e-14;
-// Of a chunk's side: below it the box overlaps few chunks that the sphere does not.
+// Share of a chunk's side: for smaller spheres the box overlaps few chunks that the sphere does not.
 constexpr double kLargeSphere = 0.5;
 constexpr double kSqrt2 = 1.4142135623730951;
 constexpr double kPi = 3.141592653589793;
@@ -157,7 +157,7 @@ double time_to_close(double gap, double speed, double growth) {
     return growth > 0.0 ? (root - speed) / growth : kNever;
 }
 
-// Upper estimate of the squares that a segment meets: the area within a diagonal of it.
+// Upper estimate of the squares that a segment touches: the area within one diagonal of it.
 double square_count(const MotionSegment& segment, double side) {
     const double distance =
         segment.duration > 0.0 ? segment.velocity.head<2>().norm() * segment.duration : 0.0;
@@ -166,7 +166,7 @@ double square_count(const MotionSegment& segment, double side) {
     return (2.0 * distance / side + kPi * reach) * reach;
 }
 
-// Shortens a segment until its square_count() is at most `most`, if need be to its begin, with a smaller radius.
+// Shortens a segment until its square_count() is at most `most`; if necessary to its start, with a smaller radius.
 void truncate(MotionSegment& segment, double side, double most) {
     const double duration = segment.duration;
     segment.duration = 0.0;
@@ -190,7 +190,7 @@ double gap_to(const WorldPos& centre, double radius, const WorldRect& square, do
     return std::sqrt(x * x + y * y + z * z) - radius;
 }
 
-// The end of an interval that is nearest to a and b, if both lie beyond the same end; else nothing.
+// The end of an interval beyond which both a and b lie; nothing if there is none.
 std::optional<double> end_towards(double low, double high, double a, double b) {
     if (a < low && b < low) return low;
     if (a > high && b > high) return high;
@@ -243,15 +243,14 @@ struct BodySweep::AxisMotion {
           low_end(low(duration)),
           high_end(high(duration)) {}
 
-    // low() is concave, high() convex: their extremes are at the ends.
+    // low() is concave and high() convex, so their extremes are at the ends.
     double low(double time) const { return from + speed * time - reach(time); }
     double high(double time) const { return from + speed * time + reach(time); }
     double reach(double time) const { return radius + 0.5 * growth * time * time; }
     double lowest() const { return std::min(low_begin, low_end); }
     double highest() const { return std::max(high_begin, high_end); }
 
-    // The time interval of overlap with [west, east]. If the box leaves and, growing, returns, the interval
-    // includes the time between.
+    // The time interval of overlap with [west, east], including the gap if the box leaves and, growing, returns.
     Window over(double west, double east) const {
         Window when{0.0, duration};
         if (high_begin < west) {
@@ -261,7 +260,7 @@ struct BodySweep::AxisMotion {
         }
         const bool is_ahead = low_end > east;
         if (is_ahead || high_end < west) {
-            // the travel is at least that at the least mean speed
+            // the distance travelled is at least that at the smallest mean speed
             const double distance = is_ahead ? east - low_begin : high_begin - west;
             const double slowest = std::abs(speed) - 0.5 * growth * duration;
             when.leave = std::min(duration, distance / slowest);
@@ -303,7 +302,7 @@ void BodySweep::find_highest(const HeightSource& source) {
     highest_ = source.interval(source.extent()).high + source.lattice().quantum;
 }
 
-// Whether the sphere misses a square that its box overlaps, because it passes a corner.
+// Whether the sphere passes a corner of a square that its box overlaps, without touching the square.
 bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& square,
                               const Window& when) {
     const Eigen::Vector2d from = segment.from_world.head<2>(),
@@ -324,7 +323,7 @@ bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& squ
 BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& table,
                                 std::vector<Touch>& touches_out) {
     touches_out.clear();
-    // columns and rows that the box overlaps, if it ever is low enough
+    // columns and rows that the box overlaps, if it is ever low enough
     ChunkSpan columns, rows;
     const auto find_spans = [&] {
         columns = rows = {};
@@ -333,7 +332,7 @@ BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& 
         columns = grid_.x.touched(x.lowest(), x.highest(), columns_);
         rows = grid_.y.touched(y.lowest(), y.highest(), rows_);
     };
-    // exact only near the world, as far as needed
+    // rounding margin for coordinates near the world
     segment.radius +=
         kRounding * (segment.from_world.cwiseAbs().maxCoeff() + scale_ + segment.radius);
     find_spans();
@@ -361,7 +360,7 @@ BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& 
         const Lane& row = row_lanes_[j];
         cost.squares += 1.0;
         if (row.when.intersect(in_columns).is_empty()) continue;
-        // a row's columns are contiguous, and at least one is the previous row's, too
+        // the columns of a row are contiguous, and share at least one with the previous row
         const auto is_over = [&](std::size_t i) {
             return !row.when.intersect(column_lanes_[i].when).is_empty();
         };
@@ -394,7 +393,7 @@ BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& 
 }
 
 namespace {
-constexpr double kBelowAllGround = -0x1p38;  // metres: heights are within that
+constexpr double kBelowAllGround = -0x1p38;  // metres: lower bound of all heights
 }  // namespace
 
 ContactNeeds::ContactNeeds(const HeightSource& source, int contact_level)
@@ -434,7 +433,7 @@ void ContactNeeds::find(std::span<const BodyNeed> bodies, std::span<const Region
     }
 }
 
-// The steps of the horizon merged with the deadlines.
+// Merges the steps of the horizon with the deadlines.
 void ContactNeeds::collect_times(std::span<const RegionNeed> regions, double time_s,
                                  double horizon) {
     deadlines_.clear();
@@ -464,11 +463,11 @@ void ContactNeeds::find_body(std::size_t index, const BodyNeed& body, double tim
                              double most) {
     find_segments(body, time_s, horizon, segments_);
     if (body.is_waiting) segments_.front().from_world.z() = kBelowAllGround;
-    const double steps = horizon > 0.0 ? kSteps / horizon : 0.0;  // a second
+    const double steps = horizon > 0.0 ? kSteps / horizon : 0.0;  // per second
     for (const MotionSegment& segment : segments_) {
         const BodySweep::Cost cost = sweep_.find(segment, most, table_, touches_);
         const bool is_here =
-            &segment == segments_.data();  // after a jump others may begin now, too
+            &segment == segments_.data();  // after a jump other segments may also start now
         const bool is_end = cost.is_truncated || &segment == &segments_.back();
         for (const Touch& touch : touches_) {
             const double step = std::min((segment.begin + touch.time) * steps, kSteps - 1.0);
@@ -485,7 +484,7 @@ void ContactNeeds::find_body(std::size_t index, const BodyNeed& body, double tim
     }
 }
 
-// Returns the number of chunks touched.
+// Returns the number of touched chunks.
 double ContactNeeds::touch_region(const WorldRect& region, TouchTable::TimeIndex time_index,
                                   double most) {
     const ChunkSpan columns = grid_.x.touched(region.west, region.east, grid_.x.world);

@@ -14,13 +14,12 @@
 
 namespace terrane::internal {
 
-/// The chunks of one level that are touched, and their ancestors, each with its first and last touch. First
-/// touches are indices into the caller's list of times: a smaller one is earlier.
+/// The touched chunks of one level and their ancestors, each with its first and last touch. First touches are indices
+/// into the caller's ascending list of times.
 ///
-/// The highest ground of chunks and their order are cached from one clear() to the next, while they are used;
-/// that changes no answer.
+/// The highest ground and the order of chunks in use are cached across clear(); the cache changes no answer.
 ///
-/// Allocates: while it grows
+/// Allocates: when it grows
 class TouchTable {
 public:
     using Slot = std::uint32_t;
@@ -33,7 +32,7 @@ public:
     /// Removes all touches and invalidates slots.
     void clear();
 
-    /// The slot of a chunk of the level. Requires a chunk of the world.
+    /// The slot of a chunk of the level, added if needed. Requires a chunk of the world.
     Slot slot(std::int32_t x, std::int32_t y) {
         const ChunkKey key{x, y, level_};
         Slot slot = index_[bucket_of(key)].slot;
@@ -42,7 +41,7 @@ public:
         return slot;
     }
 
-    /// Call when the source's intervals have changed.
+    /// Invalidates cached heights; call when the source's intervals have changed.
     void forget_heights() {
         for (Chunk& chunk : chunks_) chunk.highest = kUnknown;
     }
@@ -71,14 +70,14 @@ public:
     void touch_ancestors();
 
     const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
-    /// First touch of a chunk; kNever where it is not touched or not in the table.
+    /// First touch of a chunk; kNever if it is not touched or not in the table.
     TimeIndex time_index(const ChunkKey& key) const;
     /// Last touch, seconds. Requires a touched chunk.
     double end(const ChunkKey& key) const { return chunks_[index_[bucket_of(key)].slot].end; }
 
     /// The touched chunks, ordered by time index, level and key.
     ///
-    /// @param time_count above every time index in use
+    /// @param time_count upper limit of the time indices in use, exclusive
     /// @param slots_out    resized
     void sort(std::size_t time_count, std::vector<Slot>& slots_out);
     TimeIndex time_index(Slot slot) const { return chunks_[slot].time_index; }
@@ -118,14 +117,14 @@ private:
     std::vector<HashEntry> index_;  // open addressing; its size is a power of two
     std::vector<Slot> touched_;     // unordered
     std::vector<Slot> order_;       // of all chunks: level, key
-    std::vector<Slot> added_;       // not in order_ yet
+    std::vector<Slot> added_;       // not yet in order_
     std::vector<std::size_t> counts_;
     std::vector<Chunk> kept_;
     std::uint32_t round_ = 1;      // counts clear()
-    std::size_t most_chunks_ = 0;  // above it clear() drops unused ones
+    std::size_t most_chunks_ = 0;  // above this clear() drops unused chunks
 };
 
-/// A range of columns or rows of chunks, both ends included; empty where last < first.
+/// A range of columns or rows of chunks, both ends included; empty if last < first.
 struct ChunkSpan {
     std::int64_t first = 0;
     std::int64_t last = -1;
@@ -140,7 +139,7 @@ struct ChunkAxis {
     double inverse_side = 1.0;
     ChunkSpan world;  ///< all of the world
 
-    /// The western or southern edge of a chunk: the bits of Lattice::x() and y().
+    /// The western or southern edge of a chunk, bit-identical to Lattice::x() and y().
     double edge(std::int64_t index) const { return origin + side * static_cast<double>(index); }
 
     /// Chunks of `within` that share a point with the closed interval from low to high. Unspecified for
@@ -156,7 +155,7 @@ struct ChunkAxis {
     }
 
 private:
-    // Clamped to two beyond the span, so that it fits an integer.
+    // Clamped to two beyond the span, to fit an integer.
     std::int64_t index_at(double place, const ChunkSpan& within) const {
         const double index = (place - origin) * inverse_side;
         if (!(index > static_cast<double>(within.first - 2))) return within.first - 2;
@@ -185,8 +184,8 @@ struct ChunkGrid {
     ChunkAxis x, y;
 };
 
-/// A piece of a body's trajectory: a bounding sphere of constant velocity whose radius grows by the distance
-/// that gravity or an impact may move the body off its course.
+/// A piece of a body's trajectory: a bounding sphere of constant velocity, whose radius grows by the distance that
+/// gravity or an impact may deflect the body.
 struct MotionSegment {
     double begin = 0.0;     ///< seconds from now
     double duration = 0.0;  ///< seconds
@@ -196,24 +195,23 @@ struct MotionSegment {
     double growth = 0.0;  ///< m/s^2: growth t^2 / 2 is added to the radius
 };
 
-/// The motion of a body over the horizon. A given trajectory starts at the body's present position, skips
-/// moments in the past, and ends in rest at its last moment.
+/// Splits the motion of a body over the horizon into segments. A given trajectory starts at the body's current
+/// position, skips moments in the past, and ends at rest at its last moment.
 ///
-/// @param segments_out at least one, in order of time; replaced
+/// @param segments_out replaced; at least one segment, in order of time
 void find_segments(const BodyNeed& body, double time_s, double horizon,
                    std::vector<MotionSegment>& segments_out);
 
-/// A chunk of the grid that a segment's sphere touches.
+/// A chunk touched by a segment's sphere.
 struct Touch {
     TouchTable::Slot slot;
-    double time = 0.0;  ///< lower bound of the first touch, seconds since the segment's begin
-    /// Upper bound of the last touch, the same clock; infinite where the segment, or as much of it as is
-    /// followed, ends over the chunk.
+    double time = 0.0;  ///< lower bound of the first touch, seconds since the segment's start
+    /// Upper bound of the last touch, same clock; infinite if the (possibly truncated) segment ends over the chunk.
     double last = 0.0;
 };
 
-/// Finds the chunks that motion segments touch: in the plane their closed square, in height everything up to
-/// the highest ground in it. Conservative: all that are touched, and some that are missed by little.
+/// Finds the chunks touched by motion segments. A chunk is its closed square in plan, and everything up to the highest
+/// ground in it. Conservative: finds all touched chunks, and some that are narrowly missed.
 class BodySweep {
 public:
     /// The source outlives it.
@@ -224,14 +222,14 @@ public:
         bool is_truncated = false;  ///< the segment was shortened to stay within the limit
     };
 
-    /// @param most         squares to test, about; a segment that would need more is followed only from its
-    ///                     beginning, a sphere that would, only in its middle
+    /// @param most         approximate number of squares to test; a longer segment is truncated at its end, and a
+    ///                     sphere that is too large is shrunk about its centre
     /// @param table        caches the heights of chunks
-    /// @param touches_out  each chunk once; replaced
+    /// @param touches_out  replaced; each chunk once
     Cost find(MotionSegment segment, double most, TouchTable& table,
               std::vector<Touch>& touches_out);
 
-    /// Asks for the highest ground again.
+    /// Updates the highest ground of the source.
     void find_highest(const HeightSource& source);
 
 private:
@@ -267,27 +265,27 @@ struct RegionNeed {
     double deadline_s = 0.0;
 };
 
-/// The chunks of the contact level that bodies and regions touch, with their ancestors: when first, and
-/// until when.
+/// The chunks of the contact level touched by bodies and regions, and their ancestors, with times of first and last
+/// touch.
 ///
-/// A body is a sphere that moves with its velocity and grows by g t^2 / 2, because gravity or an impact may
-/// take it off the straight line; with a given trajectory it follows that and does not grow. It touches a
-/// chunk if it shares a point with the column of the chunk's closed square up to the highest ground in it,
-/// also from below. Beyond the source's extent nothing is touched. A region touches, at its deadline, all
-/// chunks of the world that share a point with it, whatever the horizon.
+/// A body is a sphere that moves with its velocity and grows by g t^2 / 2, because gravity or an impact may deflect it
+/// from the straight line; with a given trajectory it follows that and does not grow. It touches a chunk if it shares a
+/// point with the column over the chunk's closed square up to the highest ground in it, also from below. Nothing is
+/// touched beyond the source's extent. A region touches all chunks of the world that share a point with it at its
+/// deadline, whatever the horizon.
 ///
-/// Times are seconds from now. The first is a lower bound of the first touch, for bodies rounded down to
-/// kSteps of the horizon; the last is an upper bound of the last touch, infinite for regions and for what is
+/// Times are seconds from now. The first time is a lower bound of the first touch, for bodies rounded down to one of
+/// kSteps steps of the horizon. The last time is an upper bound of the last touch; infinite for regions and for chunks
 /// touched at the end of the horizon.
 ///
 /// Answers are a pure function of the source and the arguments of the last find().
-/// Allocates: where it needs more memory than ever before
+/// Allocates: when it needs more memory than ever before
 class ContactNeeds {
 public:
     static constexpr std::size_t kSteps = 256;
-    /// Squares that all bodies together may test, about, and the same for all regions. Each body has an
-    /// equal share, at least kLeastShare. What would exceed it is truncated to what comes first, or is nearest
-    /// to the body.
+    /// Approximate limit on squares tested for all bodies together, and again for all regions. Bodies have equal shares
+    /// of at least kLeastShare. A motion that would exceed its share is truncated to its beginning, a sphere to its
+    /// centre.
     static constexpr double kMostSquares = 131072.0;
     static constexpr double kLeastShare = 128.0;
 
@@ -295,7 +293,7 @@ public:
         ChunkKey key;
         double time = 0.0;
     };
-    /// A body and a chunk of the contact level that it touches now.
+    /// A body and a chunk of the contact level that it currently touches.
     struct CurrentContact {
         std::size_t body = 0;  ///< index in the list
         ChunkKey key;
@@ -304,33 +302,33 @@ public:
     /// The source outlives it.
     ContactNeeds(const HeightSource& source, int contact_level);
 
-    /// Replaces bodies and regions. Requires finite ones, which Pager::update() ensures; deadlines may be
-    /// infinite.
+    /// Recomputes the needs of bodies and regions. Requires finite ones, as ensured by Pager::update(); deadlines may
+    /// be infinite.
     ///
-    /// @param time_s   now, on the clock of moments and deadlines
+    /// @param time_s   current time, on the clock of moments and deadlines
     /// @param horizon  seconds, >= 0
     ///
-    /// Cost: some 10 ns for each chunk and body
+    /// Cost: about 10 ns per chunk and body
     void find(std::span<const BodyNeed> bodies, std::span<const RegionNeed> regions, double time_s,
               double horizon);
 
-    /// Call when the source's intervals have changed. Cost: O(chunks held)
+    /// Invalidates cached heights; call when the source's intervals have changed. Cost: O(chunks held)
     void forget_heights();
 
-    /// First touch of a chunk; infinite where nothing touches it.
+    /// First touch of a chunk, seconds from now; infinite if nothing touches it.
     double time_until(const ChunkKey& key) const;
 
-    /// Last touch of a chunk. Requires a touched one.
+    /// Last touch of a chunk, seconds from now. Requires a touched chunk.
     double end_of(const ChunkKey& key) const { return table_.end(key); }
 
-    /// All touched chunks, each once, ordered by first touch, level and key. The time of an ancestor is the
-    /// least of its descendants'. Valid until the next find().
+    /// All touched chunks, each once, ordered by first touch, level and key. An ancestor has the smallest time of its
+    /// descendants. Valid until the next find().
     std::span<const Entry> entries() const { return entries_; }
 
-    /// The touches of this instant at the contact level, ordered by body. Valid until the next find().
+    /// Current touches at the contact level, ordered by body. Valid until the next find().
     std::span<const CurrentContact> current_contacts() const { return current_contacts_; }
 
-    /// Whether something was left out because it exceeded the limits above.
+    /// Whether needs were truncated at the limits above.
     bool is_cut() const { return is_cut_; }
 
 private:

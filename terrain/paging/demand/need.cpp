@@ -19,16 +19,16 @@ bool has_priority_over(const LoadCandidate& a, const LoadCandidate& b) {
 
 namespace {
 
-// Sine of the angle by which the frustum is widened for what counts as visible: needs are found less often than
-// frames are drawn, and chunks are boxes.
+// Sine of the angle by which the frustum is widened for visibility, because needs are computed less often than frames
+// are drawn, and chunks are approximated by boxes.
 constexpr double kSeenMargin = 0.05;
 
-// Loss of ratio of what is outside the frustum, per sine of its angle to it.
+// Priority falloff outside the frustum, per sine of the angle to it.
 constexpr double kOutsideLoss = 0.7;
-// A need's ratio is the largest within this time of its begin.
+// A need's ratio is the maximum over this time from its start.
 constexpr double kSoon_s = 0.5;
 
-// Sine of the angle between a box and the frustum: 0 where they overlap, 1 from a right angle on.
+// Sine of the angle between a box and the frustum: 0 if they overlap, 1 from a right angle on.
 double sine_outside(const PredictedView::CameraState& state, const WorldBox& box) {
     const Eigen::Vector3d centre = 0.5 * (box.low + box.high) - state.eye_world;
     const Eigen::Vector3d half = 0.5 * (box.high - box.low);
@@ -41,7 +41,7 @@ double sine_outside(const PredictedView::CameraState& state, const WorldBox& box
     return outside > 0.0 ? std::min(1.0, outside / centre.norm()) : 0.0;
 }
 
-// Least squared distance of the eye to a box while it moves from one state to the next, nearly.
+// Approximate minimum squared distance to a box as the eye moves between two states.
 double square_distance_between(const WorldBox& box, const Eigen::Vector3d& from,
                                const Eigen::Vector3d& to) {
     const Eigen::Vector3d motion = to - from;
@@ -87,7 +87,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
     if (apart.squaredNorm() > square) return need;
 
     const double last_s = states.back().time_s;
-    double from_before = 0.0;  // of the state before
+    double from_before = 0.0;  // of the previous state
     double sine_before = 1.0;
     bool is_trusted_before = true;
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -97,7 +97,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
         const bool has_before = i > 0 && !state.is_jump;
         double nearest = from;
         if (has_before && from >= distance && from_before >= distance) {
-            // the least distance may lie between the two states
+            // the minimum may lie between the two states
             nearest = std::max(near_distance, std::sqrt(square_distance_between(
                                                   box, states[i - 1].eye_world, state.eye_world)));
         }
@@ -106,7 +106,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
         double off_before = has_before ? sine_before : 1.0;
         const bool was_trusted = is_trusted_before;
         const bool is_near = nearest < distance;
-        // computed only where it is used
+        // computed only if used
         if (is_near || (i + 1 < states.size() && from < 2.0 * distance)) {
             off = sine_outside(state, box);
         }
@@ -124,14 +124,14 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
         if (!is_seen &&
             (direction_margin < 1.0 ? least_off > direction_margin : state.direction_margin <= 0.0))
             continue;
-        // outside the frustum the ratio is reduced, and 1 or less is no need
+        // outside the frustum the ratio is reduced; there is no need if it is 1 or less
         const double ratio = distance / nearest * (is_seen ? 1.0 : 1.0 - kOutsideLoss * least_off);
         if (!(ratio > 1.0)) continue;
         const bool is_trusted = state.is_trusted && (was_trusted || i == 0);
         Need here{is_seen && is_trusted ? NeedClass::drawn : NeedClass::speculation, state.time_s,
                   state.time_s, 0.0};
         if (has_before) {
-            // the need begins between the two states: interpolated by distance, else at the first
+            // the need starts between the two states: interpolated by distance, otherwise at the first
             const CameraState& last = states[i - 1];
             const double share = before > distance && before > nearest
                                      ? (before - distance) / (before - nearest)

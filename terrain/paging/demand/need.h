@@ -10,48 +10,48 @@
 
 namespace terrane::internal {
 
-/// Why a chunk is needed, in order of priority: the smallest is loaded first.
+/// Reason for a need, highest priority first.
 enum class NeedClass : std::uint8_t {
-    root,         ///< nothing can be drawn or stood on without it
-    contact,      ///< a body or a required region touches it, or will
-    drawn,        ///< a camera's error will be above its threshold without it
-    speculation,  ///< a camera's error would be, if it turned or moved in an unpredicted direction
+    root,         ///< required for any drawing or contact
+    contact,      ///< a body or a required region touches it, or is predicted to
+    drawn,        ///< without it a camera's error will exceed its threshold
+    speculation,  ///< as drawn, if the camera turns or moves in an unpredicted direction
     none,
 };
 
-/// How much a chunk is needed, and when; times in seconds from now.
+/// Priority and time of a chunk's need; times in seconds from now.
 struct Need {
     NeedClass why = NeedClass::none;
-    double begin_s = std::numeric_limits<double>::infinity();  ///< 0: now
-    /// When the need ends; infinite if beyond the horizon.
+    double begin_s = std::numeric_limits<double>::infinity();  ///< start; 0: now
+    /// End of the need; infinite if beyond the horizon.
     double end_s = 0.0;
-    /// Largest screen error without the chunk over the camera's threshold, from its earliest arrival on.
+    /// Largest screen error without the chunk over the camera's threshold, from the chunk's earliest arrival on.
     double ratio = 0.0;
 
     bool is_needed() const { return why != NeedClass::none; }
     bool is_needed_now() const { return is_needed() && begin_s <= 0.0; }
 };
 
-/// The need of two clients together: the higher class; within a class the earlier begin, the later end,
-/// the larger ratio.
+/// Combines the needs of two clients: the higher class; within a class the earlier start, the later end and the larger
+/// ratio.
 inline Need combine(const Need& a, const Need& b) {
     if (a.why != b.why) return a.why < b.why ? a : b;
     return {a.why, a.begin_s < b.begin_s ? a.begin_s : b.begin_s,
             a.end_s > b.end_s ? a.end_s : b.end_s, a.ratio > b.ratio ? a.ratio : b.ratio};
 }
 
-/// An absent chunk that is needed.
+/// A needed absent chunk.
 struct LoadCandidate {
     ChunkKey key;
     Need need;
-    /// Time left until its load must begin so that it, and the chunks that need it as their parent, are
-    /// in time; seconds, negative where that is too late already.
+    /// Time left until its load must start so that it, and the chunks that need it as their parent, arrive in time;
+    /// seconds, negative if already too late.
     double slack_s = 0.0;
     bool can_wait = false;  ///< the load may be postponed to a later update
 };
 
-/// Order of loading, total: by class; late (slack_s <= 0) before the others; late ones by larger error,
-/// others by smaller slack; then by level and key.
+/// Total order of loading: by class; late chunks (slack_s <= 0) before others; late chunks by larger error, others by
+/// smaller slack; then by level and key.
 bool has_priority_over(const LoadCandidate& a, const LoadCandidate& b);
 
 /// An axis-aligned box, world, metres.
@@ -65,39 +65,39 @@ double square_distance(const WorldBox& box, const Eigen::Vector3d& point);
 /// Distance from a point to the farthest corner of a box.
 double farthest_from(const WorldBox& box, const Eigen::Vector3d& point);
 
-/// What one camera sees from now to the horizon, known or predicted.
+/// The view of one camera from now to the horizon, known or predicted.
 struct PredictedView {
     /// The camera at one time.
     struct CameraState {
         double time_s = 0.0;  ///< from now
         Eigen::Vector3d eye_world = Eigen::Vector3d::Zero();
         Frustum frustum{};
-        /// Uncertainty of the view direction, as a sine: what only a frustum widened by it contains is
+        /// Uncertainty of the view direction, as a sine: content that only the frustum widened by it contains is
         /// speculation.
         double direction_margin = 0.0;
-        bool is_trusted = true;  ///< false: all of the view is speculation
-        bool is_jump = false;    ///< discontinuity: no motion between the state before and this one
+        bool is_trusted = true;  ///< false: the whole view is speculation
+        bool is_jump = false;  ///< discontinuity: no motion between the previous state and this one
     };
-    /// At least one; the first is now; times do not decrease.
+    /// At least one state; the first is the present; times do not decrease.
     std::vector<CameraState> states;
-    /// Distance, per metre of bound, at which a bound is seen as the camera's error threshold.
+    /// Distance per metre of error bound at which the bound projects to the camera's error threshold.
     double distance_per_bound = 1.0;
     double near_distance = 1.0;
-    /// Encloses the eyes of all states.
+    /// Bounding box of the eyes of all states.
     WorldBox eye_bounds;
 
-    /// Sets eye_bounds. Requires states.
+    /// Computes eye_bounds. Requires at least one state.
     void update_eye_bounds();
 
-    /// How much the content of a box is needed without which the error there is `bound` metres.
+    /// The need for content of a box whose absence causes an error of `bound` metres there.
     ///
-    /// @param arrival_s   when it could be resident
-    /// @param is_resident the caller does not use Need::end_s, which may then be too early
+    /// @param arrival_s   earliest time at which it can be resident
+    /// @param is_resident true: end_s may be too early, because the caller does not use it
     Need find_need(const WorldBox& box, double bound, double arrival_s, bool is_resident) const;
 
-    /// Error over threshold in the present view, without speculation; 0 where find_need() would find none.
+    /// Error over threshold in the current view, without speculation; 0 if find_need() would find no need now.
     double visible_ratio(const WorldBox& box, double bound) const;
-    /// Error over threshold from the present eye, in any view direction.
+    /// Error over threshold from the current eye, for any view direction.
     double ratio_in_any_direction(const WorldBox& box, double bound) const;
 };
 

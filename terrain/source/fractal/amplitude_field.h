@@ -13,13 +13,13 @@ struct AmplitudeBounds {
     double slope = 0.0;  ///< length of its gradient
 };
 
-/// The bilinear amplitude of a DetailField, with a pyramid of maxima over it.
+/// The bilinear amplitude of a DetailField, with a pyramid of maxima.
 class AmplitudeField {
 public:
-    /// Requires: a checked field.
+    /// Requires a field that was checked.
     explicit AmplitudeField(const DetailField& field);
 
-    /// The two nodes around a coordinate; the same one twice beyond the field.
+    /// The two nodes around a coordinate; beyond the field, twice the same node.
     struct Place {
         int low = 0, high = 0;
         double fraction = 0.0;
@@ -29,14 +29,14 @@ public:
 
     double amplitude(const Place& x, const Place& y) const;
 
-    /// Bounds over a closed rectangle. Never smaller over a rectangle that contains it.
+    /// Bounds over a closed rectangle. They do not decrease from a rectangle to one that contains it.
     AmplitudeBounds over(const WorldRect& rect) const;
 
     /// Bounds everywhere.
     AmplitudeBounds everywhere() const;
 
 private:
-    /// Of a square of node cells: largest amplitude, largest slopes along the axes.
+    /// Largest amplitude and largest slopes along the axes over a square of node cells.
     struct Block {
         float most = 0.0f, slope_x = 0.0f, slope_y = 0.0f;
         void include(const Block& other);
@@ -45,7 +45,7 @@ private:
         int columns = 0, rows = 0;
         std::vector<Block> blocks;
     };
-    /// First and last of the cells that a stretch touches.
+    /// First and last cell of a range.
     struct Stretch {
         int first = 0, last = 0;
     };
@@ -58,7 +58,7 @@ private:
     double origin_x_, origin_y_, spacing_x_, spacing_y_;
     int columns_, rows_;
     std::vector<float> nodes_;
-    std::vector<Level> levels_;  ///< [0] has a block for each cell, the last a single one
+    std::vector<Level> levels_;  ///< [0] has one block per cell, the last level a single one
 };
 
 }  // namespace terrane

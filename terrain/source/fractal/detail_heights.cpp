@@ -66,8 +66,8 @@ double AmplitudeField::amplitude(const Place& x, const Place& y) const {
 AmplitudeBounds AmplitudeField::over(const WorldRect& rect) const {
     const Stretch x = stretch(place_x(rect.west), place_x(rect.east), levels_[0].columns);
     const Stretch y = stretch(place_y(rect.south), place_y(rect.north), levels_[0].rows);
-    // A larger rectangle takes the same or a coarser level, whose blocks are unions of these: what
-    // it covers contains what this one covers.
+    // A larger rectangle uses the same or a coarser level, whose blocks are unions of these: the blocks that it covers
+    // contain those that this one covers.
     const int longest = std::max(x.last - x.first, y.last - y.first);
     std::size_t level = 0;
     while ((longest >> level) > 3) ++level;
@@ -119,46 +119,46 @@ AmplitudeField::Block AmplitudeField::make_cell(int column, int row) const {
     const int east = std::min(column + 1, columns_ - 1), north = std::min(row + 1, rows_ - 1);
     const double a00 = node(column, row), a10 = node(east, row);
     const double a01 = node(column, north), a11 = node(east, north);
-    // a bilinear cell's slope along an axis lies between those of its two sides
+    // the slope of a bilinear cell along an axis lies between those of its two sides
     const double rise_x = std::max(std::abs(a10 - a00), std::abs(a11 - a01));
     const double rise_y = std::max(std::abs(a01 - a00), std::abs(a11 - a10));
     return {round_up(std::max({a00, a10, a01, a11})), round_up(rise_x / spacing_x_ * kOutward),
             round_up(rise_y / spacing_y_ * kOutward)};
 }
 
-// The surface is base(x, y) + a(x, y) N(u, v): N a sum of octaves of gradient noise without offsets in
-// grid coordinates u = (x - origin_x) / cell_x and v, whose wavelengths are 2^-octave cells, so that every
-// octave has nodes at all integers (u, v) and vanishes there; a the bilinear amplitude.
+// The surface is base(x, y) + a(x, y) N(u, v). N is a sum of octaves of gradient noise without offsets, in grid
+// coordinates u = (x - origin_x) / cell_x and v likewise, with wavelengths of 2^-octave cells, so that every octave has
+// nodes at all integers (u, v) and vanishes there. a is the bilinear amplitude.
 //
-// Bounds. Over a right triangle with corners v_i, hypotenuse l and largest amplitude A, p = sum w_i v_i:
+// Bounds. Over a right triangle with corners v_i, hypotenuse l and largest amplitude A, for p = sum w_i v_i:
 //
 //   |a N(p) - sum w_i a N(v_i)| <= a(p) |N(p) - sum w_i N(v_i)| + sum w_i |a(p) - a(v_i)| |N(v_i)|
 //                               <= A B(l) + slope(a) l / 2 sup |N|,  and  <= 2 A sup |N|,
 //
-// with B of OctaveBounds for unit amplitude and the smaller side of the cell (its wavelengths in
-// world metres), and sum w_i |p - v_i| <= l / 2 as there. A deviation adds to the base's: both
-// interpolate linearly over the same triangles.
+// where B is the bound of OctaveBounds for unit amplitude and the smaller side of the cell (its wavelengths in world
+// metres), and sum w_i |p - v_i| <= l / 2 as in function_heights.cpp. The deviation adds to the base's, because both
+// are interpolated linearly over the same triangles.
 //
-// Nesting. A and slope(a) are taken over a square around the vertex that contains the squares of its
-// children, so that the bound does not grow from parent to child: half sides 3 s around a centre of
-// spacing s and 2 s around a midpoint. Midpoints lie s beside their centre along an axis: 3 s = s + 2 s.
-// Centres of spacing s / 2 lie s / 2 beside theirs along both: 2 s = s / 2 + 3 s / 2. Lattice integers,
-// then coordinates and node indices by monotone operations, keep that so.
+// Nesting. A and slope(a) are taken over a square around the vertex that contains the squares of its children, so that
+// the bound does not increase from parent to child. Half sides are 3 s around a centre of spacing s and 2 s around a
+// midpoint. Midpoints are at a distance s from their centre along an axis: 3 s = s + 2 s. Centres of spacing s / 2 are
+// at s / 2 from their parent along both axes: 2 s = s / 2 + 3 s / 2. This also holds after rounding, because lattice
+// integers are converted to coordinates and node indices by monotone operations.
 
 namespace {
 
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 
-/// From lattice indices to grid coordinates, along one axis.
+/// Conversion from lattice indices to grid coordinates along one axis.
 struct GridAxis {
     double lattice_origin = 0.0;
     double lattice_spacing = 1.0;
     double offset = 0.0;  ///< grid coordinate of lattice index 0
     double ratio = 1.0;   ///< cells per finest spacing
 
-    /// Noise that is off by rounding in the origin is not zero at the grid's points: where spacing
-    /// and cell are a power of two apart and a grid point is a lattice point to a millionth
-    /// of the spacing, both are made so exactly.
+    /// If the origin is off by rounding, the noise is not zero at the grid's points. Therefore, if the ratio of spacing
+    /// and cell is close to a power of two, it is made exactly that; and if a grid point is a lattice point to a
+    /// millionth of the spacing, it is made so exactly.
     static GridAxis make(double lattice_origin, double lattice_spacing, double grid_origin,
                          double cell) {
         GridAxis axis{lattice_origin, lattice_spacing, (lattice_origin - grid_origin) / cell,
@@ -181,7 +181,7 @@ struct GridAxis {
     }
 };
 
-/// A grid coordinate on an octave. Beyond 2^38 cells the noise goes on as it is there.
+/// A grid coordinate in an octave. Coordinates are clamped to 2^38 cells.
 NoiseCoordinate octave_coordinate(double grid, double frequency) {
     const double position = std::clamp(grid, -0x1p38, 0x1p38) * frequency;
     const double cell = std::floor(position);
@@ -223,7 +223,7 @@ public:
               GridAxis::make(lattice().origin_x, lattice().spacing, field.origin_x, field.cell_x)),
           axis_y_(
               GridAxis::make(lattice().origin_y, lattice().spacing, field.origin_y, field.cell_y)) {
-        // A coordinate is rounded a few times when converted to (u, v), which changes the noise by its slope.
+        // converting a coordinate to (u, v) rounds it a few times, which changes the noise by its slope
         const double reach = std::max({std::abs(extent().west), std::abs(extent().east),
                                        std::abs(extent().south), std::abs(extent().north),
                                        std::abs(field.origin_x), std::abs(field.origin_y)});
@@ -291,7 +291,7 @@ public:
     HeightInterval interval(const WorldRect& rect) const override {
         const HeightInterval base = base_->interval(rect);
         const double own = amplitude_.over(rect).most * unit_bounds_.sup() * kOutward;
-        // Half an ulp for the sum: the rounding of `own` may be too small to cover it.
+        // half an ulp for the sum, which the rounding of `own` may be too small to cover
         const double slack = own > 0.0 ? 0x1p-50 * (std::abs(base.low) + std::abs(base.high)) : 0.0;
         return {base.low - own - slack, base.high + own + slack};
     }
@@ -307,7 +307,7 @@ public:
     bool is_certified() const override { return base_->is_certified(); }
 
 private:
-    /// What the bound of detail over right triangles of one size depends on.
+    /// Constants of the bound of detail over right triangles of one size.
     struct Triangles {
         double interpolation = 0.0;  ///< of unit amplitude
         double radius = 0.0;         ///< half the hypotenuse
@@ -323,7 +323,7 @@ private:
         const Triangles of_midpoint = triangles(2.0 * spacing);
         for (int row = 0; row < grid.rows; ++row) {
             for (int column = 0; column < grid.columns; ++column) {
-                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+                if (((row | column) & 1) == 0) continue;  // vertex of a coarser spacing
                 const bool centre = (row & column & 1) != 0;
                 const std::int64_t reach = (centre ? 3 : 2) * grid.step;
                 const LatticePoint at = {grid.corner.x + grid.step * column,
@@ -374,7 +374,7 @@ private:
         return sums;
     }
 
-    /// The same for `count` columns from column `west` on.
+    /// The same for `count` columns, starting at column `west`.
     void add_noise(const SampleGrid& grid, int west, int count, std::vector<double>& sums) const {
         NoiseColumns columns(internal::noise_kernels(internal::best_simd_level()));
         internal::NoiseRow noise_row;

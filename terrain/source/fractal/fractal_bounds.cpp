@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
-// Let a right triangle have hypotenuse l: it lies in the circle of radius r = l / 2 around the middle
-// O of its hypotenuse. A point p in it is sum w_i v_i of the corners with w_i >= 0 of sum 1,
-// and sum w_i |p - v_i|^2 = r^2 - |p - O|^2 <= r^2. The interpolant at p is sum w_i n(v_i), so
+// A right triangle with hypotenuse l lies in the circle of radius r = l / 2 around the middle O of its hypotenuse. A
+// point p in it is sum w_i v_i of its corners with w_i >= 0 and sum w_i = 1, and sum w_i |p - v_i|^2 = r^2 - |p - O|^2
+// <= r^2. The interpolant at p is sum w_i n(v_i), so
 //
 //   |n(p) - sum w_i n(v_i)| <= 2 sup |n|;
 //   ... <= slope * sum w_i |p - v_i| <= slope * r, by Cauchy and Schwarz;
-//   ... <= sum w_i curvature |p - v_i|^2 / 2 <= curvature * r^2 / 2, as the terms of first order
+//   ... <= sum w_i curvature |p - v_i|^2 / 2 <= curvature * r^2 / 2, because the first-order terms
 //   of the Taylor series at p cancel: sum w_i (v_i - p) = 0.
 //
-// The least of the three counts for each octave; the sum over octaves bounds the fractal.
+// The smallest of the three is used for each octave; the sum over octaves bounds the fractal.
 #include "source/fractal/fractal_bounds.h"
 
 #include "source/fractal/fractal_surface.h"
@@ -23,7 +23,7 @@
 namespace terrane {
 namespace {
 
-/// Each bound below is a sum of at most 24 terms of a few operations: relative error below 2^-45.
+/// Each of the following bounds is a sum of at most 24 terms of a few operations: relative error below 2^-45.
 
 }  // namespace
 
@@ -31,8 +31,8 @@ OctaveBounds::OctaveBounds(std::span<const OctaveScale> octaves)
     : octaves_(octaves.begin(), octaves.end()) {
     double amplitude_sum = 0.0;
     for (const OctaveScale& octave : octaves_) amplitude_sum += octave.amplitude;
-    // Noise takes about twenty operations on values below 2, and the sum over octaves 24 more: a
-    // computed height is within 2^-46 of the amplitudes' sum. A deviation has three heights.
+    // Noise takes about twenty operations on values below 2, and the sum over octaves 24 more: the error of a computed
+    // height is below 2^-46 of the sum of amplitudes. A deviation involves three heights.
     rounding_ = 0x1p-44 * amplitude_sum;
     sup_ = (kNoiseSup * amplitude_sum + rounding_) * kOutward;
 }
@@ -56,13 +56,13 @@ double OctaveBounds::rise(double distance) const {
     return sum * kOutward;
 }
 
-// A point p of a right triangle of hypotenuse l is sum w_i v_i of its corners, w_i >= 0 of sum 1,
-// and sum w_i |p - v_i|^2 <= r^2 with r = l / 2 (fractal_bounds.cpp). For a function f let
+// A point p of a right triangle with hypotenuse l is sum w_i v_i of its corners, with w_i >= 0 and sum w_i = 1, and sum
+// w_i |p - v_i|^2 <= r^2 with r = l / 2 (see the head of this file). For a function f, let
 //
 //   spread(f) bound (sum w_i |f(p) - f(v_i)|^2)^(1/2),   bend(f) bound |f(p) - sum w_i f(v_i)|
 //
-// over all such points and triangles. By Cauchy and Schwarz bend <= spread, and neither is above
-// the length of an interval that f stays in. From octaves to heights, with d_i = f(v_i) - f(p):
+// over all such points and triangles. By Cauchy and Schwarz, bend <= spread, and neither exceeds the length of an
+// interval that contains the values of f. From octaves to heights, with d_i = f(v_i) - f(p):
 //
 //   noise of a place q:  d_i = grad n . (q_i - q) + R_i, |R_i| <= curvature / 2 |q_i - q|^2, so
 //                        spread <= slope spread(q),
@@ -78,29 +78,27 @@ double OctaveBounds::rise(double distance) const {
 //                        spread <= sup |f| spread(g) + sup |g| spread(f),
 //                        bend <= sup |f| bend(g) + sup |g| bend(f) + spread(f) spread(g)
 //
-// s' needs to be Lipschitz only: a crest's round part may meet its flanks with a jump of s''. For
-// ridges |s'| <= sqrt2 and |s''| <= 2 / c, c the crest; for the hybrid |s'| = 1 / sqrt2 and
-// s'' = 0. The weighted values v = w s of a multifractal lie between 0 and 1, and the next weight is
-// 1 - k + k v: with slope S of an octave's s, that of v is at most S (1 + k / 2 + k^2 / 4 + ...), so
-// at most 2 S. (A weight of 2 v cut off at 1, as is usual, would make it S times the number of
-// octaves.)
+// s' needs to be Lipschitz only: s'' may jump where the rounded part of a crest meets its flanks. For ridges |s'| <=
+// sqrt2 and |s''| <= 2 / c, where c is the crest; for the hybrid |s'| = 1 / sqrt2 and s'' = 0. The weighted values v =
+// w s of a multifractal lie between 0 and 1, and the next weight is 1 - k + k v. With slope S of an octave's s, the
+// slope of v is at most S (1 + k / 2 + k^2 / 4 + ...), so at most 2 S. (The usual weight of 2 v, clamped to 1, would
+// make it S times the number of octaves.)
 //
-// The same recursion bounds the difference of f at two points r apart, by what it calls spread:
-// each of its steps holds for a single d_i. Sums, products and minima of non-decreasing functions
-// of r are non-decreasing, in floating point as well.
+// The same recursion bounds the difference of f between two points r apart by its spread: each of its steps holds for a
+// single d_i. Sums, products and minima of non-decreasing functions of r are non-decreasing, in floating point too.
 
 namespace {
 
 using Deviation = FractalBounds::Deviation;
 
-/// A few hundred operations on numbers >= 0: relative error below 2^-44.
+/// The following bounds take a few hundred operations on numbers >= 0: relative error below 2^-44.
 
 Deviation within(double length, Deviation of) {
     const double spread = std::min(of.spread, length);
     return {spread, std::min(of.bend, spread)};
 }
 
-/// Noise of wavelength 1.
+/// Deviation of noise of wavelength 1.
 Deviation noise_of(Deviation place) {
     return within(2.0 * kNoiseSup,
                   {kNoiseSlope * place.spread,
@@ -141,8 +139,8 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
             rounding_ = sums_.interpolation(0.0);
             return;
         }
-        // Each component of the warp is within 2^-43 of its amplitudes' sum, and rounded to
-        // 2^-53 of itself; a deviation has three points.
+        // The error of each component of the warp is below 2^-43 of its sum of amplitudes, and it is rounded to 2^-53
+        // of itself; a deviation involves three points.
         double displacement = 0.0;
         for (const OctaveScale& octave : warp_) displacement += octave.amplitude;
         rounding_ = 3.0 * sums_.rise(0x1p-42 * displacement);
@@ -150,9 +148,8 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
     }
     double amplitude_sum = 0.0;
     for (const OctaveScale& octave : octaves_) amplitude_sum += octave.amplitude;
-    // Shape and weight take ten operations on numbers up to 1 after the noise; their errors add up
-    // over at most 24 octaves to less than 2^-43 of the amplitudes' sum. A deviation has three
-    // heights.
+    // After the noise, shape and weight take ten operations on numbers up to 1; over at most 24 octaves their errors
+    // add up to less than 2^-43 of the sum of amplitudes. A deviation involves three heights.
     rounding_ = 0x1p-41 * amplitude_sum;
     range_ = {-rounding_, (amplitude_sum + rounding_) * kOutward};
 }

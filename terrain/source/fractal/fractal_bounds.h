@@ -9,14 +9,14 @@
 
 namespace terrane {
 
-/// One octave of a fractal: what its bounds depend on.
+/// The scale of one octave, which determines its bounds.
 struct OctaveScale {
     double amplitude = 0.0;   ///< metres, >= 0
     double wavelength = 1.0;  ///< metres, > 0
 };
 
-/// A-priori bounds of a sum of octaves of gradient noise, anywhere, from the suprema of noise.h.
-/// All are rounded outward, and cover the rounding of the computed heights themselves.
+/// A-priori bounds of a sum of octaves of gradient noise, valid everywhere, from the suprema in noise.h. All are
+/// rounded outward and include the rounding errors of computed heights.
 class OctaveBounds {
 public:
     explicit OctaveBounds(std::span<const OctaveScale> octaves);
@@ -24,11 +24,11 @@ public:
     /// Largest absolute value of the sum.
     double sup() const { return sup_; }
 
-    /// How far the sum can leave its linear interpolation over a right triangle whose hypotenuse
-    /// is at most `hypotenuse`. Not decreasing.
+    /// Bound of the deviation from linear interpolation over right triangles with at most this hypotenuse. Does not
+    /// decrease.
     double interpolation(double hypotenuse) const;
 
-    /// Largest difference between two points at most `distance` apart. Not decreasing.
+    /// Bound of the difference between two points at most `distance` apart. Does not decrease.
     double rise(double distance) const;
 
 private:
@@ -39,13 +39,13 @@ private:
 
 class FractalSurface;
 
-/// Bounds of a fractal's heights by its leading octaves, the head. Let L be their sum and w the weight that they
-/// give the octaves after them (1 where the kind has none). The height lies within
+/// Bounds of a fractal's heights by its leading octaves, the head. Let L be their sum and w the weight that they pass
+/// to the following octaves (1 for kinds without weights). The height lies within
 ///
-///   L + centre + centre_slope w  +-  (radius + radius_slope w)
+///   L + centre + centre_slope w  +-  (radius + radius_slope w).
 ///
-/// and over a right triangle within the linear interpolation of these limits between its corners, widened by
-/// `bend`: the interpolation error of the leading octaves between samples of twice the step.
+/// Over a right triangle it lies within the linear interpolation of these limits between the corners, widened by
+/// `bend`: the interpolation error of the leading octaves, including that of the ones sampled at twice the step.
 struct FractalHead {
     int octave_count = 0;
     int coarse_count = 0;  ///< leading octaves that are sampled at twice the step
@@ -54,12 +54,12 @@ struct FractalHead {
     double bend = 0.0;
 };
 
-/// A-priori bounds of a fractal of any kind, anywhere. All are rounded outward, and cover the
-/// rounding of the computed heights themselves.
+/// A-priori bounds of a fractal of any kind, valid everywhere. All are rounded outward and include the rounding errors
+/// of computed heights.
 class FractalBounds {
 public:
-    /// Variation of a function within a distance: its spread, and its error of linear interpolation (bend).
-    /// fractal_bounds.cpp says of which functions.
+    /// Variation of a function within a distance: its spread, and its error of linear interpolation (bend). Defined in
+    /// fractal_bounds.cpp.
     struct Deviation {
         double spread = 0.0;
         double bend = 0.0;
@@ -67,32 +67,32 @@ public:
 
     explicit FractalBounds(const FractalSurface& surface);
 
-    /// Contains all heights.
+    /// Contains all heights, metres.
     const HeightInterval& range() const { return range_; }
 
-    /// Of the first octave, metres.
+    /// Wavelength of the first octave, metres.
     double coarsest_wavelength() const { return octaves_.front().wavelength; }
 
-    /// How far the heights can leave their linear interpolation over a right triangle whose
-    /// hypotenuse is at most `hypotenuse`. Not decreasing.
+    /// Bound of the deviation of the heights from linear interpolation over right triangles with at most this
+    /// hypotenuse. Does not decrease.
     double interpolation(double hypotenuse) const;
 
-    /// The head that bounds the heights best where it is sampled at the corners of right triangles of
-    /// a hypotenuse; of two that are about as good the one that costs less.
+    /// The head with the tightest bounds if it is sampled at the corners of right triangles with this hypotenuse; of
+    /// heads with similar bounds, one that costs less.
     FractalHead head(double hypotenuse) const;
 
-    /// Largest difference between two points at most `distance` apart. Not decreasing.
+    /// Bound of the difference between two points at most `distance` apart. Does not decrease.
     double rise(double distance) const;
 
 private:
-    /// Of a head's sum and of the weight after it.
+    /// Deviations of a head's sum and of the weight after it.
     struct Multifractal {
         Deviation sum, weight;
     };
 
     bool is_sum() const { return kind_ == FractalKind::fbm || kind_ == FractalKind::warped; }
 
-    /// Of a head, without rounding. Without a warp its displacement is 0.
+    /// Deviation of a head, without rounding. Without a warp the displacement is 0.
     Deviation warped(double distance, std::size_t octave_count) const;
     Multifractal multifractal(double distance, std::size_t octave_count) const;
     Deviation deviation(double distance) const;

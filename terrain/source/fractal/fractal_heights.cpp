@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The first octaves of the head are so smooth that samples of twice the step are enough: in between
-// they are interpolated linearly, the middle of a cell from its south-western and north-eastern corner.
+// Sampling of heads. The first octaves of the head are so smooth that samples at twice the step suffice: between these
+// they are interpolated linearly, in the middle of a cell between its south-western and north-eastern corner.
 #include "base/settings_check.h"
 #include "base/simd_level.h"
 #include "source/fractal/fractal_bounds.h"
@@ -25,7 +25,7 @@
 namespace terrane {
 namespace {
 
-/// Samples of twice the step that a grid lies between.
+/// Samples at twice the step, around a grid.
 struct Coarse {
     UnitGrid grid;
     int column = 0, row = 0;  ///< of the fine grid's corner, in fine steps
@@ -43,7 +43,8 @@ struct Coarse {
     }
 };
 
-/// Means of pairs: every other value is one of two neighbours, `low` and `high` the same or not.
+/// Every other value is the mean of two neighbours; the others are means of `low` and `high`, which may be the same
+/// row.
 void interpolate_row(const double* low, const double* high, int first, std::span<double> out) {
     std::size_t i = 0;
     if (first != 0) {
@@ -89,33 +90,33 @@ void HeadSamples::sample(const UnitGrid& grid, std::span<double> centres_out,
     }
 }
 
-// A head consists of the first m octaves of a fractal; the others, its tail, are too fine to be bounded by samples, and
-// are bounded by their suprema.
+// A head consists of the first m octaves of a fractal. The other octaves, its tail, are too fine to be bounded by
+// samples and are bounded by their suprema.
 //
 //   sums:           |tail| <= sup |n| (a_m + a_(m+1) + ...): a constant radius.
-//   multifractals:  v_i = w_i s_i with 0 <= s_min <= s_i <= 1, and w_(i+1) = 1 - k + k v_i grows with
-//                   v_i. So the tail lies between the sums that s_i = s_min and s_i = 1 give, both
-//                   of them linear functions of w_m: centre +- radius.
+//   multifractals:  v_i = w_i s_i with 0 <= s_min <= s_i <= 1, and w_(i+1) = 1 - k + k v_i increases with
+//                   v_i. So the tail lies between the sums for s_i = s_min and for s_i = 1, which are
+//                   both linear functions of w_m: centre +- radius.
 //
-// L + centre + radius and L + centre - radius are linear functions of L and w_m, with slopes in w_m
-// between 0 and centre_slope + radius_slope. Over a triangle both leave their interpolation by at most
-// bend(L) + (centre_slope + radius_slope) bend(w_m), and the height lies between them.
+// L + centre + radius and L + centre - radius are linear functions of L and w_m, with slopes in w_m between 0 and
+// centre_slope + radius_slope. Over a triangle both deviate from their interpolation by at most bend(L) + (centre_slope
+// + radius_slope) bend(w_m), and the height lies between them.
 //
-// The first octaves of a head may be interpolated themselves, from samples of twice the step, which
-// are corners of right triangles of twice the hypotenuse. Their sum is off by at most its bend there.
-// So is the weight w that they leave; octave i adds a_i v_i, off by a_i times the error of w_i, and
-// leaves k times that error to w_(i+1), as 0 <= s_i <= 1.
+// The first octaves of a head may themselves be interpolated from samples at twice the step, which are corners of right
+// triangles with twice the hypotenuse. The error of their sum is at most its bend there, and so is the error of the
+// weight w after them. Octave i then adds a_i v_i, whose error is a_i times that of w_i, and passes k times that error
+// to w_(i+1), because 0 <= s_i <= 1.
 //
-// `rounding_` is there twice: for the heights at a triangle's corners and for the samples.
+// `rounding_` is counted twice: for the heights at a triangle's corners and for the samples.
 
-/// Interval of the tail.
+/// Adds the interval of the tail.
 void FractalBounds::add_tail(FractalHead& head) const {
     const auto tail = std::span(octaves_).subspan(static_cast<std::size_t>(head.octave_count));
     if (is_sum()) {
         for (const OctaveScale& octave : tail) head.radius += kNoiseSup * octave.amplitude;
         return;
     }
-    // least and largest value of an octave's weight, as linear functions of w
+    // least and largest weight of an octave, as linear functions of w
     double low = 0.0, low_slope = 1.0, high = 0.0, high_slope = 1.0;
     const double least = least_shaped();
     for (const OctaveScale& octave : tail) {
@@ -162,7 +163,7 @@ double FractalBounds::coarse_error(double hypotenuse, const FractalHead& head,
 }
 
 FractalHead FractalBounds::head(double hypotenuse) const {
-    // largest bend of an octave, as a share of the radius that it removes
+    // largest accepted bend of an octave, relative to the radius that it removes
     constexpr double kWorthwhile = 0.75;
     const auto radius_of = [](const FractalHead& head) { return head.radius + head.radius_slope; };
     FractalHead best = make_head(hypotenuse, 0);
@@ -188,7 +189,7 @@ FractalHead FractalBounds::head(double hypotenuse) const {
 
 namespace {
 
-/// The world's edges must lie within 2^38 m: half of what 64 bits hold, so that margins fit too.
+/// The world's edges must lie within 2^38 m: half of the range of 64 bits, so that margins fit as well.
 constexpr int kMaxExtentLog2 = 38;
 
 class Fractal final : public HeightSource {
@@ -264,8 +265,8 @@ private:
                 fine};
     }
 
-    /// Samples more than a wavelength of the first octave apart do not limit the heights between them: the range of all
-    /// heights bounds all of these spacings, so that bounds nest.
+    /// Samples farther apart than the wavelength of the first octave do not limit the heights between them. The range
+    /// of all heights bounds all of these spacings, so that bounds are nested.
     void fill_coarse_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                             std::span<float> cell_bounds_out) const {
         const float bound = round_up(bounds_.range().high - bounds_.range().low);
@@ -289,7 +290,7 @@ private:
             static_cast<std::int64_t>(std::ldexp(metres, -kUnitLog2)));
     }
 
-    /// @param finer_log2  how many times the finest spacing is halved to make the grid's unit
+    /// @param finer_log2  number of times that the finest spacing is halved to give the grid's unit
     UnitGrid units(const SampleGrid& grid, int finer_log2) const {
         const int shift = spacing_shift_ - finer_log2;
         const auto shifted = [=](std::int64_t index) {
@@ -302,7 +303,7 @@ private:
     FractalSurface surface_;
     FractalBounds bounds_;
     int spacing_shift_;
-    std::uint64_t origin_x_, origin_y_;  ///< of the lattice, units
+    std::uint64_t origin_x_, origin_y_;  ///< of the lattice's origin, units
 };
 
 Result<void> check_origin(const char* name, double origin, const FractalSettings& settings) {
@@ -349,8 +350,8 @@ Result<void> check(const FractalSettings& settings) {
     return check_origin("origin_y", settings.origin_y, settings);
 }
 
-/// Heights are 32-bit multiples of the quantum: the finest that leaves room above the fractal's
-/// supremum, but no finer than a 4096th of the spacing or 2^-12 m, whichever is less.
+/// Heights are 32-bit multiples of the quantum: the smallest one that represents the fractal's supremum, but at least a
+/// 4096th of the spacing or 2^-12 m, whichever is less.
 double make_quantum(double sup, int spacing_log2) {
     double quantum = std::ldexp(1.0, std::min(spacing_log2, 0) - 12);
     while (sup > 0x1p30 * quantum) quantum *= 2.0;

@@ -41,7 +41,7 @@ void NoiseColumns::find_row(std::uint64_t axis_key, std::uint64_t cell_mask, Noi
     if (!has_row_ || y.cell != row_cell_) {
         const auto hash = [&](std::uint64_t cell) { return mix64(axis_key + (cell & cell_mask)); };
         if (has_row_ && y.cell == ((row_cell_ + 1) & cell_mask)) {
-            low_ = 1 - low_;  // what lay above lies below
+            low_ = 1 - low_;  // the upper row becomes the lower one
         } else {
             kernels_.find_gradients(data_, hash(y.cell), data_.nodes[low_]);
         }
@@ -53,13 +53,13 @@ void NoiseColumns::find_row(std::uint64_t axis_key, std::uint64_t cell_mask, Noi
                    quintic_fade(y.fraction), row_out);
 }
 
-// Sources: Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH
-// 1989, and Ebert, Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd edition, 2003,
-// chapter 16 (ridged and hybrid multifractals); Quilez. Domain warping. 2002.
-// Deviations: a crest is round, 1 - |n| there; a weight is a linear function of the octave's
-// weighted value instead of a multiple that is cut off at 1, so that its slope grows from octave to
-// octave no faster than the octaves' own; the hybrid's first octave is weighted like the others.
-// All for the sake of bounds: see fractal_bounds.cpp.
+// Sources: Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH 1989, and Ebert,
+//          Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd edition, 2003, chapter 16 (ridged and hybrid
+//          multifractals); Quilez. Domain warping. 2002.
+// Deviations: the crest, 1 - |n|, is rounded; a weight is a linear function of the octave's weighted value instead of a
+//             multiple that is clamped to 1, so that its slope grows from octave to octave no faster than that of the
+//             octaves; the hybrid's first octave is weighted like the others. All of this permits tighter bounds: see
+//             fractal_bounds.cpp.
 
 namespace {
 
@@ -68,10 +68,10 @@ using internal::NoiseAxis;
 using internal::NoiseOctave;
 
 constexpr double kUnitsPerMetre = 0x1p24;
-/// The warp's octaves have numbers of their own, beyond those of the heights.
+/// Octaves of the warp are numbered separately, after those of the heights.
 constexpr int kFirstWarpOctave = 64;
 
-/// A coordinate in units and its fraction, 0 to 1.
+/// A coordinate in whole units and a fraction of a unit, 0 to 1.
 struct FixedCoordinate {
     std::uint64_t units = 0;
     double rest = 0.0;
@@ -96,8 +96,8 @@ FixedCoordinate to_fixed(double metres) {
     return {static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)), units - whole};
 }
 
-/// Shifts an octave by any number of cells and a fraction between 1/4 and 3/4: at 0 and 1 all
-/// samples of a lattice coarser than the octave would be nodes, where noise is zero.
+/// Shifts an octave by any number of cells plus a fraction between 1/4 and 3/4: with 0 or 1, all samples of a lattice
+/// coarser than the octave would be nodes, where noise is zero.
 std::uint64_t make_offset(std::uint64_t hash, int shift) {
     const std::uint64_t half = std::uint64_t{1} << (shift - 1), quarter = half >> 1;
     return (hash & half) != 0 ? hash & ~quarter : hash | quarter;
@@ -107,8 +107,7 @@ NoiseAxis make_axis(std::uint64_t key, int shift) {
     return {key, make_offset(mix64(key), shift), shift, std::ldexp(1.0, -shift)};
 }
 
-/// @param first_number  of the noise that the seed names; the others follow at a distance of
-/// `stride`
+/// @param first_number  number of the first noise of the seed; the others follow with this `stride`
 std::vector<NoiseOctave> make_octaves(const FractalSettings& settings, int count, double amplitude,
                                       int first_number, int stride) {
     std::vector<NoiseOctave> octaves;
@@ -139,11 +138,10 @@ double shaped(FractalKind kind, double noise, const internal::MultifractalShape&
     return 1.0 - (height + crest * (crest * shape.half_over_crest - 1.0));
 }
 
-/// A piece of a grid that stays in the processor's nearer caches while octave after octave passes
-/// over it.
+/// A piece of a grid that stays in the inner processor caches while all octaves are added.
 struct Tile {
     static constexpr int kMaxRows = 44;
-    /// Pieces of a row may be read to the end of a group past it.
+    /// Pieces of a row may be read past their end, to the end of a group.
     using Rows = double[kMaxRows][kMaxNoiseColumns + internal::kNoiseGroup];
 
     UnitGrid grid;
@@ -202,19 +200,19 @@ void add_multifractal(const FractalSurface& surface, std::span<const NoiseOctave
         });
 }
 
-/// Sides of equal pieces that a side is cut into, the last perhaps smaller.
+/// Side of the equal pieces that a side is divided into; the last one may be smaller.
 int piece_side(int side, int most) {
     const int pieces = (side + most - 1) / most;
     return (side + pieces - 1) / pieces;
 }
 
-/// Points of a piece of a tile, row by row, each moved by its displacement.
+/// Sets the points of a piece of a tile, row by row, each moved by its displacement.
 void place_points(const Tile& tile, int west, int width, int south, int rows,
                   const internal::NoiseKernels& kernels, internal::NoisePoints& points_out) {
     const int padded_width = NoiseColumns::padded(width);
     for (int row = 0; row < rows; ++row) {
         const int first = row * width;
-        for (int column = 0; column < padded_width; ++column) {  // the next row begins sooner
+        for (int column = 0; column < padded_width; ++column) {  // surplus: overwritten
             points_out.x[first + column] =
                 tile.grid.x + tile.grid.step * static_cast<std::uint64_t>(west + column);
             points_out.y[first + column] =

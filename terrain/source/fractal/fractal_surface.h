@@ -14,16 +14,16 @@
 
 namespace terrane {
 
-/// Columns of a grid on one octave of noise, and a row of samples across them: the same bits as
-/// noise() at every level. Large and without pointers: lives on the stack, allocates nothing.
+/// The columns of a grid on one octave of noise, and rows of samples across them: bit-identical to noise() at every
+/// SIMD level. Large and without pointers: meant for the stack; allocates nothing.
 ///
-/// assign() the columns, then for each row find_row() and one of the sums. Find a row before adding
-/// the one before it: see NoiseRow.
+/// Call assign() for the columns, then find_row() and one of the sums for each row. Find a row before adding the
+/// previous one: see NoiseRow.
 class NoiseColumns {
 public:
     explicit NoiseColumns(const internal::NoiseKernels& kernels) : kernels_(kernels) {}
 
-    /// Columns that sums must have room for: `count` rounded up to whole groups.
+    /// Length that arrays of sums must have: `count` rounded up to whole groups.
     static constexpr int padded(int count) {
         return (count + internal::kNoiseGroup - 1) / internal::kNoiseGroup * internal::kNoiseGroup;
     }
@@ -34,24 +34,24 @@ public:
     void assign(const internal::NoiseAxis& axis, std::uint64_t first, std::uint64_t step,
                 int count);
 
-    /// Columns anywhere.
+    /// Columns at arbitrary coordinates.
     ///
-    /// @param cell_mask    as noise_place() takes it
+    /// @param cell_mask    as in noise_place()
     /// @param coordinates  1 to kMaxNoiseColumns
     void assign(std::uint64_t axis_key, std::uint64_t cell_mask,
                 std::span<const NoiseCoordinate> coordinates);
 
-    /// Nodes as a row of samples at y sees them. Rows in order are cheapest.
+    /// Computes the nodes' contributions to a row of samples at y. Cheapest if rows are in order.
     void find_row(std::uint64_t axis_key, std::uint64_t cell_mask, NoiseCoordinate y,
                   internal::NoiseRow& row_out);
 
-    /// Adds amplitude * noise to sums of a row.
+    /// Adds amplitude * noise to the sums of a row.
     ///
     /// @param sums [padded(count)] 64-byte aligned
     void add(const internal::NoiseRow& row, double amplitude, double* sums) const {
         kernels_.add(data_, row, amplitude, sums);
     }
-    /// Adds an octave of a multifractal and goes on to the weights of the next.
+    /// Adds an octave of a multifractal and updates the weights for the next octave.
     ///
     /// @param weights [padded(count)] 64-byte aligned
     void add_ridged(const internal::NoiseRow& row, double amplitude,
@@ -67,17 +67,17 @@ private:
     const internal::NoiseKernels& kernels_;
     std::uint64_t row_cell_ = 0;
     bool has_row_ = false;
-    int low_ = 0;  ///< which of data_.nodes lies below the row
+    int low_ = 0;  ///< index in data_.nodes of the row of nodes below
     internal::NoiseColumnData data_;
 };
 
-/// Positions are integers in units of 2^-24 m, modulo 2^64: at 10^9 m from the origin an octave's
-/// fraction has as many bits as beside it. Beyond 2^39 m the ground repeats itself.
+/// Positions are integers in units of 2^-24 m, modulo 2^64: an octave's fraction has as many bits at 10^9 m from the
+/// origin as near it. The ground repeats itself beyond 2^39 m.
 inline constexpr int kUnitLog2 = -24;
 
 /// A grid of positions, `step` units apart.
 struct UnitGrid {
-    std::uint64_t x = 0, y = 0;  ///< of the south-western one
+    std::uint64_t x = 0, y = 0;  ///< south-western position
     std::uint64_t step = 1;
     int columns = 0;
     int rows = 0;
@@ -86,38 +86,38 @@ struct UnitGrid {
 /// The height function of FractalSettings, without a lattice.
 ///
 /// fbm:     h = sum a_i n_i
-/// warped:  the same at (x + wx, y + wy), both of them sums of kWarpOctaves octaves
+/// warped:  the same at (x + wx, y + wy), both of which are sums of kWarpOctaves octaves
 /// ridged:  h = sum a_i v_i, v_i = w_i s(n_i), w_0 = 1, w_(i+1) = 1 - k + k v_i,
-///          k the heterogeneity,
-///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 beyond the crest c, t^2 / (2 c) within
+///          where k is the heterogeneity,
+///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 outside the crest c, t^2 / (2 c) within
 /// hybrid:  the same with s(n) = 1/2 + n / sqrt2
 class FractalSurface {
 public:
     static constexpr int kWarpOctaves = 2;
 
-    /// Requires: checked settings.
+    /// Requires settings that were checked.
     explicit FractalSurface(const FractalSettings& settings);
 
     FractalKind kind() const { return kind_; }
     std::span<const internal::NoiseOctave> octaves() const { return octaves_; }
-    /// Octaves of the warp east and north, metres; empty without a warp.
+    /// Octaves of the warp to the east and to the north, metres; empty without a warp.
     std::span<const internal::NoiseOctave> warp_x() const { return warp_x_; }
     std::span<const internal::NoiseOctave> warp_y() const { return warp_y_; }
     const internal::MultifractalShape& shape() const { return shape_; }
 
-    /// At finite coordinates, metres.
+    /// The height at finite coordinates, metres.
     double height(double x, double y) const;
 
-    /// Heights of a grid, row-major from the south-west: the bits of height() at every level.
-    /// Allocates nothing, takes about 250 KiB of stack.
+    /// Heights of a grid, row-major from the south-west: bit-identical to height() at every SIMD level. Allocates
+    /// nothing; uses about 250 KiB of stack.
     void sample(const UnitGrid& grid, internal::SimdLevel level,
                 std::span<double> heights_out) const;
 
-    /// Adds the octaves from `first` up to `last` to the sums of those before them: from zeros and
-    /// weights of one, that of all octaves in any number of pieces gives the heights' bits.
+    /// Adds the octaves from `first` to before `last` to the sums of the previous ones. Starting with sums of 0 and
+    /// weights of 1, adding all octaves in any number of pieces gives bit-identical heights.
     ///
-    /// @param weights  of octave `first`, then of octave `last`. May be empty if the kind has
-    /// none, and if `first` is 0 and weights are not needed
+    /// @param weights  weights of octave `first` on input, of octave `last` on output. May be empty if the kind has
+    ///                 none, or if `first` is 0 and the weights are not needed
     void add_octaves(const UnitGrid& grid, int first, int last, internal::SimdLevel level,
                      std::span<double> sums, std::span<double> weights) const;
 
@@ -131,26 +131,26 @@ private:
     internal::MultifractalShape shape_;
 };
 
-/// Samples the bounds of heights by a fractal's head: see FractalHead.
+/// Samples the bounds of heights that a fractal's head gives: see FractalHead.
 class HeadSamples {
 public:
-    /// @param surface  must outlive this
+    /// @param surface  must outlive this object
     HeadSamples(const FractalSurface& surface, const FractalHead& head, internal::SimdLevel level)
         : surface_(surface), head_(head), level_(level) {}
 
-    /// Whether radii vary; else all are FractalHead::radius.
+    /// Whether radii vary; otherwise all are FractalHead::radius.
     bool has_radii() const { return surface_.has_weights(); }
 
     /// Centres and radii, row-major: pure functions of position and step, a power of two.
     ///
-    /// @param radii_out  empty where has_radii() is false
+    /// @param radii_out  empty if has_radii() is false
     void sample(const UnitGrid& grid, std::span<double> centres_out, std::span<double> radii_out);
 
 private:
     const FractalSurface& surface_;
     FractalHead head_;
     internal::SimdLevel level_;
-    std::vector<double> sums_, weights_;  ///< at twice the step
+    std::vector<double> sums_, weights_;  ///< of the samples at twice the step
 };
 
 }  // namespace terrane

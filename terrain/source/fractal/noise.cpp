@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: Perlin. Improving Noise. SIGGRAPH 2002 (quintic fade). Hash: the finaliser of Steele, Lea
-// and Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014 (Stafford's mix 13).
-// Deviations: 64-bit nodes, 64 unit gradients, and an order of operations that blends gradients along y
-// first, so that a row of samples within one cell costs four products each. noise() is for
-// single points; noise_kernels_impl.h does the same for rows, operation by operation.
+// Sources: Perlin. Improving Noise. SIGGRAPH 2002 (quintic fade). Hash: the finaliser of Steele, Lea and Flood. Fast
+//          Splittable Pseudorandom Number Generators. OOPSLA 2014 (Stafford's mix 13).
+// Deviations: 64-bit nodes, 64 unit gradients, and an order of operations that blends gradients along y first, so that
+//             a row of samples within one cell costs four products each. noise() is for single points;
+//             noise_kernels_impl.h performs the same operations in the same order for rows.
 //
 // Bounds. In a cell, n(p) = sum over its four nodes c of w_c(p) g_c . (p - c), where
 // w_c = wx wy >= 0 sum to 1, wx being f(t) = 6 t^5 - 15 t^4 + 10 t^3 or 1 - f(t). As |g_c| = 1:
 //
 //   |n| <= sum w_c |p - c| <= sqrt(sum w_c |p - c|^2) = sqrt(q(tx) + q(ty)),
 //   q(t) = (1 - f) t^2 + f (1 - t)^2. With t = 1/2 + u: q = 1/4 - u^2 (11/4 - 10 u^2 + 12 u^4), and
-//   for u^2 <= 1/4 the bracket is positive; so q <= 1/4 and |n| <= sqrt(1/2). It is attained where
-//   all gradients point at the middle of a cell.
+//   for u^2 <= 1/4 the bracket is positive; so q <= 1/4 and |n| <= sqrt(1/2). This is attained if all
+//   gradients point to the middle of a cell.
 //
 //   Derivative along a unit vector e: sum g_c . (w_c e + (e . grad w_c) (p - c)), so
 //   |grad n| <= max over p, e of sum |w_c e + (e . grad w_c) (p - c)| = 2.0691181...,
@@ -23,9 +23,9 @@
 //   on the cell's diagonal at 0.3555, e along it. The Hessian is symmetric: its operator norm is the
 //   largest second derivative along any e.
 //
-// Both maxima are over three numbers (p, e); noise_test encloses them from above by intervals.
-// First and second derivatives of f vanish at 0 and 1, so the bounds hold across cells as well. The
-// tables' gradients are units to 2^-53; the constants are rounded up by more.
+// Both maxima are over three numbers (p, e); noise_test bounds them from above by interval arithmetic. First and second
+// derivatives of f vanish at 0 and 1, so the bounds also hold across cells. The tables' gradients have unit length to
+// 2^-53; the constants are rounded up by more than that.
 #include "source/fractal/noise.h"
 
 #include "source/fractal/noise_kernels.h"
@@ -53,14 +53,13 @@ constexpr std::array<Gradient, 64> make_gradients() {
 constexpr std::array<Gradient, 64> kGradients = make_gradients();
 
 const Gradient& gradient(std::uint64_t x_hash, std::uint64_t y_hash) {
-    // both hashes are well mixed; a product and a fold undo the linearity of ^
+    // both hashes are well mixed; a product and a fold remove the linearity of ^
     std::uint64_t hash = (x_hash ^ y_hash) * internal::kNodeFirst;
     hash = (hash ^ (hash >> 32)) * internal::kNodeSecond;
     return kGradients[hash >> 58];
 }
 
-/// A column of nodes seen from a row of samples: its two gradients blended along y, as a linear
-/// function of x.
+/// A column of two nodes as seen from a row of samples: their gradients blended along y, as a linear function of x.
 struct Blend {
     double slope = 0.0;
     double offset = 0.0;

@@ -7,17 +7,17 @@
 
 namespace terrane {
 
-/// Suprema of gradient noise of wavelength 1, over all choices of unit gradients at the nodes:
-/// of its absolute value, of its slope, and of its second derivative in any direction. noise.cpp
-/// derives them; noise_test proves them again by interval subdivision.
+/// Suprema of gradient noise of wavelength 1 over all choices of unit gradients at the nodes: of its absolute value, of
+/// its slope, and of its second derivative in any direction. noise.cpp derives them; noise_test proves them
+/// independently by interval subdivision.
 inline constexpr double kNoiseSup = 0.70710678118655;
 inline constexpr double kNoiseSlope = 2.08;
 inline constexpr double kNoiseCurvature = 9.3;
 
-/// A good 64-bit hash: every bit of the result depends on every bit of the argument.
+/// A 64-bit hash in which every bit of the result depends on every bit of the argument.
 std::uint64_t mix64(std::uint64_t value);
 
-/// Hash keys of one octave of the noise of a seed.
+/// Hash keys of one octave of a seed's noise.
 struct NoiseKeys {
     std::uint64_t x = 0;
     std::uint64_t y = 0;
@@ -28,12 +28,12 @@ struct NoiseKeys {
 /// A coordinate relative to the noise's lattice of nodes.
 struct NoiseCoordinate {
     std::uint64_t cell = 0;  ///< index of the node below, modulo 2^64
-    double fraction = 0.0;   ///< from there, in cells, 0 to 1
+    double fraction = 0.0;   ///< from this node, in cells, 0 to 1
 };
 
-/// The cell and fraction of an integer coordinate on an octave.
+/// Cell and fraction of an integer coordinate in an octave.
 ///
-/// @param rest  beyond the whole units, 0 to 1
+/// @param rest  fraction of a unit, 0 to 1
 NoiseCoordinate noise_coordinate(const internal::NoiseAxis& axis, std::uint64_t units, double rest);
 
 /// A coordinate with the hashes of its nodes, for one octave and axis.

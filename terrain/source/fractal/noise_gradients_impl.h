@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Part of noise_kernels_impl.h: vectors as wide as the including source may have.
+// Part of noise_kernels_impl.h: vectors of the width that the including source is compiled for.
 #pragma once
 
 #include "source/fractal/noise_kernels.h"
@@ -51,13 +51,13 @@ Words ramp() {
     return load(kRamp);
 }
 
-/// Of integers below 2^52.
+/// Converts integers below 2^52.
 Doubles to_doubles(Words value) {
     constexpr uint64_t kBits = 0x4330000000000000u;  // of 2^52
     return doubles(value | kBits) - 0x1p52;
 }
 
-/// Products of the low halves.
+/// Products of the lower halves of lanes.
 Words low_product(Words left, Words right) {
 #if defined(__AVX512F__)
     return __builtin_bit_cast(Words, _mm512_maskz_mul_epu32(0xff, __builtin_bit_cast(__m512i, left),
@@ -84,7 +84,7 @@ Doubles fade(Doubles t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
 struct FadePair {
     Doubles first, second;
 };
-/// Two at once, step by step.
+/// Two fades at once, interleaved step by step.
 FadePair fade(Doubles s, Doubles t) {
     Doubles s_factor = s * 6.0, t_factor = t * 6.0;
     Doubles s_cube = s * s, t_cube = t * t;
@@ -97,9 +97,9 @@ FadePair fade(Doubles s, Doubles t) {
 
 #if defined(__AVX512F__)
 
-/// The lanes of a register that make_lanes() names, or pick_next() the ones above them.
+/// The lanes of a register at the indices from make_lanes(); pick_next() reads the lanes after them.
 Doubles pick(Doubles from, Words lanes) {
-    // All lanes enabled: the unmasked intrinsic triggers a warning of g++ 12.
+    // all lanes enabled: the unmasked intrinsic triggers a warning of g++ 12
     return _mm512_maskz_permutexvar_pd(0xff, __builtin_bit_cast(__m512i, lanes), from);
 }
 Doubles pick_next(Doubles from, Words lanes) { return pick(from, lanes + 1); }
@@ -107,7 +107,7 @@ Words make_lanes(Words relative) { return relative; }
 
 #elif defined(__AVX2__)
 
-/// The lanes of a register that make_lanes() names, or pick_next() the ones above them.
+/// The lanes of a register at the indices from make_lanes(); pick_next() reads the lanes after them.
 Doubles pick(Doubles from, Words lanes) {
     return __builtin_bit_cast(Doubles,
                               _mm256_permutevar8x32_ps(__builtin_bit_cast(__m256, from),
@@ -116,14 +116,14 @@ Doubles pick(Doubles from, Words lanes) {
 Doubles pick_next(Doubles from, Words lanes) {
     return pick(from, lanes + ((uint64_t{2} << 32) | 2));
 }
-/// Two halves for each lane.
+/// Two 32-bit halves per lane.
 Words make_lanes(Words relative) {
     return (relative << 1) | (relative << 33) | (uint64_t{1} << 32);
 }
 
 #else
 
-/// Both lanes have the first node of two, or they would not be in one register.
+/// Both lanes use the first of two nodes; otherwise they would not be in one register.
 Doubles pick(Doubles from, Words /*lanes*/) { return Doubles{from[0], from[0]}; }
 Doubles pick_next(Doubles from, Words /*lanes*/) { return Doubles{from[1], from[1]}; }
 Words make_lanes(Words relative) { return relative; }
@@ -132,28 +132,28 @@ Words make_lanes(Words relative) { return relative; }
 
 }  // namespace
 
-// Part of noise_kernels_impl.h: gradients of nodes, and the noise between four of them.
+// Gradients of nodes, and the noise between four nodes.
 
 namespace {
 
 struct Gradients {
     Doubles x, y;
 };
-/// Of two nodes for each lane.
+/// Gradients of two nodes per lane.
 struct GradientPair {
     Gradients first, second;
 };
 
 #if defined(__AVX2__)
 
-/// Hash of a node from those of its two indices; its six highest bits name the gradient.
+/// Hash of a node from those of its two indices; its six highest bits are the index of the gradient.
 [[gnu::always_inline]] inline Words node_hash(Words x_hash, Words y_hash) {
     const Words hash = (x_hash ^ y_hash) * kNodeFirst;
     const Words folded = hash ^ (hash >> 32);
 #if defined(__AVX512F__)
     return folded * kNodeSecond;
 #else
-    // the upper half of the product: all that is read
+    // only the upper half of the product is needed
     const Words swapped = (kNodeSecond >> 32 | kNodeSecond << 32) + Words{};
     const __m256i across = _mm256_mullo_epi32(__builtin_bit_cast(__m256i, folded),
                                               __builtin_bit_cast(__m256i, swapped));
@@ -179,7 +179,7 @@ struct GradientPair {
 
 #else
 
-/// The halves of kNoiseCosines apart.
+/// The lower and upper halves of kNoiseCosines.
 struct CosineHalves {
     alignas(32) uint32_t low[16] = {}, high[16] = {};
 };
@@ -194,7 +194,7 @@ constexpr CosineHalves make_halves() {
 }
 constexpr CosineHalves kHalves = make_halves();
 
-/// Entries of two tables of eight, the second's where the index's bit 3 is set.
+/// Entries of two tables of eight: the second table's where bit 3 of the index is set.
 __m256 look_up(const uint32_t* low, const uint32_t* high, __m256i index, __m256i is_high) {
     __m256 from_low, from_high;
     __builtin_memcpy(&from_low, low, sizeof(from_low));
@@ -209,7 +209,7 @@ __m256 negate(__m256 values, __m256i signs) {
     return _mm256_xor_ps(values, __builtin_bit_cast(__m256, _mm256_and_si256(signs, sign)));
 }
 
-/// Eight at once: the hashes' upper halves in one register, in the order that unpacking undoes.
+/// Eight gradients at once: the hashes' upper halves in one register, in an order that unpacking reverses.
 [[gnu::always_inline]] inline GradientPair gradients_of(Words first, Words second) {
     const __m256i hash =
         __builtin_bit_cast(__m256i, _mm256_shuffle_ps(__builtin_bit_cast(__m256, first),
@@ -254,13 +254,13 @@ constexpr GradientTable make_table() {
 }
 constexpr GradientTable kGradients = make_table();
 
-/// Number of a node's gradient. Two lanes multiply 64 bits no faster than one.
+/// Index of a node's gradient. Scalar, because two lanes multiply 64-bit numbers no faster than one.
 uint64_t node_index(uint64_t x_hash, uint64_t y_hash) {
     const uint64_t hash = (x_hash ^ y_hash) * kNodeFirst;
     return ((hash ^ (hash >> 32)) * kNodeSecond) >> 58;
 }
 
-/// Of nodes with hashes x[0], y[0] and x[1], y[1].
+/// Gradients of the nodes with hashes x[0], y[0] and x[1], y[1].
 [[gnu::always_inline]] inline Gradients gradients_of(const uint64_t* x, const uint64_t* y) {
     const uint64_t here = node_index(x[0], y[0]), there = node_index(x[1], y[1]);
     return {Doubles{kGradients.x[here], kGradients.x[there]},
@@ -298,7 +298,7 @@ void for_each_gradients(const uint64_t* x_hashes, int count, uint64_t y_hash, Wr
 #endif
 }
 
-/// Two nodes above one another, their gradients blended along y.
+/// Two nodes, one above the other, with their gradients blended along y.
 struct Blend {
     Doubles slope, offset;
 };
@@ -316,23 +316,23 @@ Doubles blend_along_x(const Blend& low, const Blend& high, Doubles fraction, Dou
 
 }  // namespace
 
-// Part of noise_kernels_impl.h: the nodes around points that lie close together.
+// Nodes around points that are close together.
 
 namespace {
 
-/// Nodes west and east of points, on one row of nodes.
+/// Nodes to the west and east of points, in one row of nodes.
 struct NodesBeside {
     Gradients west, east;
 };
 
-/// Reads nodes (x, y, x, y, ...) of a row: of each lane the one at row + at[lane], and the next.
+/// Reads nodes (x, y, x, y, ...) of a row: for each lane the node at row + at[lane] and the next one.
 #if defined(__AVX512F__)
 [[gnu::always_inline]] inline NodesBeside read_nodes(const double* row, const uint64_t* at) {
     const auto two = [=](int low, int high) {
         return __builtin_shufflevector(_mm256_loadu_pd(row + at[low]),
                                        _mm256_loadu_pd(row + at[high]), 0, 1, 2, 3, 4, 5, 6, 7);
     };
-    // west, west, east, east of two lanes; and of two others in the upper half
+    // west, west, east, east of two lanes, and of two others in the upper half
     const auto x_of = [](Doubles even, Doubles odd) {
         return __builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14);
     };
@@ -391,7 +391,7 @@ struct NodesBeside {
 #endif
 }
 
-/// Nodes around points that all lie in one cell: vectors of one number each.
+/// Nodes around points that all lie in one cell: one number per vector.
 struct SplatNodes {
     alignas(64) double numbers[8][kLanes];
 
@@ -411,9 +411,9 @@ private:
     }
 };
 
-/// An axis's nodes from the one below a first unit to the one above a last one.
+/// An axis's nodes, from the one below the first unit to the one above the last unit.
 struct NodeRange {
-    uint64_t origin;  ///< of the first node, in units and with the axis's offset
+    uint64_t origin;  ///< of the first node, in units, including the axis's offset
     uint64_t count;
 
     NodeRange(const NoiseAxis& axis, uint64_t low, uint64_t extent) {
@@ -423,18 +423,18 @@ struct NodeRange {
     }
 };
 
-/// All nodes of an octave around points, row by row.
+/// All nodes of an octave around a set of points, row by row.
 struct NodePatch {
     static constexpr uint64_t kMaxNodes = 2048;
 
-    uint64_t pitch;  ///< doubles from row to row
+    uint64_t pitch;  ///< doubles per row
     alignas(64) double nodes[2 * kMaxNodes];
 
     static bool has_room(const NodeRange& x, const NodeRange& y) {
         return x.count <= kMaxNodes && y.count <= kMaxNodes && columns_of(x) * y.count <= kMaxNodes;
     }
 
-    /// Requires: room.
+    /// Requires that the nodes fit.
     void fill(const NoiseOctave& octave, const NodeRange& x, const NodeRange& y) {
         const uint64_t columns = columns_of(x);
         const uint64_t x_first = x.origin >> octave.x.shift, y_first = y.origin >> octave.y.shift;

@@ -9,26 +9,26 @@
 
 namespace terrane::internal {
 
-/// Columns that kernels process at once, a multiple of the widest lanes: at least a chunk's side.
+/// Columns that kernels process at once: a multiple of the widest vector, and at least the side of a chunk.
 inline constexpr int kMaxNoiseColumns = 136;
-/// Columns are processed in whole groups: the lanes of the widest level.
+/// Columns are processed in whole groups of the widest level's lanes.
 inline constexpr int kNoiseGroup = 8;
-/// Rounded values of the cosine, the directions of gradients: cos((2 k + 1) pi / 64) for 16 k.
-/// None lies along an axis or a diagonal; the other three quarters are mirrored.
+/// Rounded cosines of the directions of gradients: cos((2 k + 1) pi / 64) for k = 0 to 15. No gradient lies along an
+/// axis or a diagonal; the other three quadrants are mirrored.
 constexpr double kNoiseCosines[16] = {
     0.9987954562051724,  0.989176509964781,   0.970031253194544,   0.9415440651830208,
     0.9039892931234433,  0.8577286100002721,  0.8032075314806449,  0.7409511253549591,
     0.6715589548470183,  0.5956993044924335,  0.5141027441932217,  0.4275550934302822,
     0.33688985339222005, 0.24298017990326398, 0.14673047445536175, 0.049067674327418126};
 
-/// Factors from noise, which lies within +-sqrt(1/2), to +-1 and to +-1/2.
+/// Factors that map noise, which lies within +-sqrt(1/2), to +-1 and to +-1/2.
 inline constexpr double kNoiseToUnit = 1.4142135623730951, kNoiseToHalf = 0.7071067811865476;
 
-/// Multipliers of the hashes: of a node's index along an axis, and of two such hashes.
+/// Multipliers of the hashes: of a node's index along an axis, and of the combination of two such hashes.
 inline constexpr uint64_t kMixFirst = 0xbf58476d1ce4e5b9u, kMixSecond = 0x94d049bb133111ebu;
 inline constexpr uint64_t kNodeFirst = 0xd6e8feb86659fd93u, kNodeSecond = 0x9e3779b97f4a7c15u;
 
-/// One octave over an axis of integer units: a cell has 2^shift of them.
+/// One octave along an axis of integer units: a cell has 2^shift units.
 struct NoiseAxis {
     uint64_t key = 0;
     uint64_t offset = 0;  ///< added to every coordinate, units
@@ -36,55 +36,54 @@ struct NoiseAxis {
     double cells_per_unit = 0.0;
 };
 
-/// An octave over the plane.
+/// One octave in the plane.
 struct NoiseOctave {
     NoiseAxis x, y;
     double amplitude = 0.0;
 };
 
-/// A row of nodes: their gradients. Room for two nodes a column, and for a group read past them.
+/// Gradients of a row of nodes. Has space for two nodes per column, and for reading a group past the end.
 struct NoiseNodes {
     static constexpr int kMax = 2 * kMaxNoiseColumns + 2 * kNoiseGroup;
     alignas(64) double x[kMax];
     alignas(64) double y[kMax];
 };
 
-/// Groups of lanes that find their nodes in one go: one group, or as many as lie in one cell.
+/// Groups of lanes that look up their nodes together: one group, or several whose columns lie in one cell.
 struct NoiseRun {
     int first;     ///< first node of a near run
     int end;       ///< column
-    bool is_near;  ///< lower and upper nodes are among as many as there are lanes, else anywhere
+    bool is_near;  ///< both nodes lie within a vector's length of nodes; else anywhere
 };
 
-/// The kernels' data of a grid's columns on one octave. Written before it is read.
+/// The kernels' data for a grid's columns on one octave. Uninitialised: written before it is read.
 struct NoiseColumnData {
     int column_count;  ///< arrange() rounds it up to whole vectors
-    int node_count;    ///< a multiple of two vectors, or of one of eight lanes
-    /// How far a column's upper node is from its lower one: 1 where columns share nodes, else the
-    /// number of columns.
+    int node_count;    ///< a multiple of two vectors, or of one vector with eight lanes
+    /// Offset from a column's lower node to its upper one: 1 if columns share nodes, else the number of columns.
     int upper;
     uint64_t cell_mask;  ///< node indices are taken modulo cell_mask + 1
     alignas(64) uint64_t cells[kMaxNoiseColumns];
     alignas(64) double fractions[kMaxNoiseColumns];
     alignas(64) double fades[kMaxNoiseColumns];
-    bool is_direct;  ///< every column's lower node has the column's number
-    bool is_picked;  ///< else, whether each group is a near run
-    int run_count;   ///< else, runs from the first column to the last
+    bool is_direct;  ///< the number of every column's lower node is the column's number
+    bool is_picked;  ///< otherwise, whether each group is a near run
+    int run_count;   ///< otherwise, runs from the first column to the last
     NoiseRun runs[kMaxNoiseColumns];
     alignas(
         64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, in the layout of the level's kernel
     alignas(64) uint64_t hashes[NoiseNodes::kMax];
-    NoiseNodes nodes[2];  ///< of the rows of nodes below and above a row of samples
+    NoiseNodes nodes[2];  ///< rows of nodes below and above a row of samples
 };
 
-/// Nodes seen from a row of samples: gradients blended along y, as linear functions of x.
-/// Processors stall where a load spans fresh stores: find the next row before adding this one.
+/// Contributions of nodes to a row of samples: gradients blended along y, as linear functions of x. A load that spans
+/// recent stores stalls the processor: find the next row before adding this one.
 struct NoiseRow {
     alignas(64) double slopes[NoiseNodes::kMax];
     alignas(64) double offsets[NoiseNodes::kMax];
 };
 
-/// A multifractal's shape: fractal_surface.h says what the numbers mean.
+/// Shape of a multifractal: fractal_surface.h defines the numbers.
 struct MultifractalShape {
     double crest = 1.0;
     double half_over_crest = 0.5;
@@ -95,50 +94,50 @@ struct MultifractalShape {
 /// Points that kernels process at once: a patch of a warped grid.
 inline constexpr int kMaxNoisePoints = 768;
 
-/// Points anywhere in the plane, in units.
+/// Arbitrary points in the plane, in units.
 struct NoisePoints {
     int count;  ///< a multiple of kNoiseGroup, at most kMaxNoisePoints
     alignas(64) uint64_t x[kMaxNoisePoints];
     alignas(64) uint64_t y[kMaxNoisePoints];
-    alignas(64) double rest_x[kMaxNoisePoints];  ///< beyond the whole units, 0 to 1
+    alignas(64) double rest_x[kMaxNoisePoints];  ///< fraction of a unit, 0 to 1
     alignas(64) double rest_y[kMaxNoisePoints];
-    /// The least rectangle around the whole units.
+    /// The smallest rectangle around the whole units.
     uint64_t low_x, low_y, extent_x, extent_y;
 };
 
-/// The inner loops of noise. Rows of sums and weights have column_count values, 64-byte aligned.
-/// Every level gives the same bits, those of noise() in noise.h.
+/// The inner loops of noise. Rows of sums and weights have column_count values and are 64-byte aligned. Every level
+/// gives the same bits as noise() in noise.h.
 struct NoiseKernels {
     /// Sets cells and fractions to those of `first`, `first + step`, ... units.
     void (*place)(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint64_t step);
-    /// Sets what depends on cells and fractions, which go on to the end of a vector.
+    /// Sets what depends on cells and fractions, which must be filled to the end of a vector.
     void (*arrange)(NoiseColumnData& columns, uint64_t axis_key);
-    /// Gradients of the columns' nodes on the row of nodes with a hash.
+    /// Gradients of the columns' nodes in the row of nodes with this hash.
     void (*find_gradients)(const NoiseColumnData& columns, uint64_t row_hash,
                            NoiseNodes& nodes_out);
-    /// A row of samples between two rows of nodes.
+    /// Blends two rows of nodes for a row of samples between them.
     void (*blend)(const NoiseColumnData& columns, const NoiseNodes& low, const NoiseNodes& high,
                   double fraction, double fade, NoiseRow& row_out);
     /// Adds amplitude * noise.
     void (*add)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                 double* sums);
-    /// Adds an octave of a multifractal and goes on to the weights of the next.
+    /// Adds an octave of a multifractal and updates the weights for the next octave.
     void (*add_ridged)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                        const MultifractalShape& shape, double* weights, double* sums);
     void (*add_hybrid)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                        const MultifractalShape& shape, double* weights, double* sums);
-    /// Moves `count` points from `first` on, multiples of kNoiseGroup, by (x, y) metres.
+    /// Moves `count` points, starting at `first`, by (x, y) metres. Both are multiples of kNoiseGroup.
     ///
-    /// @param units_per_metre  a power of two; the displacement in units stays below 2^50
+    /// @param units_per_metre  a power of two; the displacement in units must be below 2^50
     void (*move)(NoisePoints& points, int first, int count, double units_per_metre, const double* x,
                  const double* y);
     /// Sets the rectangle around the points.
     void (*enclose)(NoisePoints& points);
-    /// Adds amplitude * noise at the points, which are enclosed.
+    /// Adds amplitude * noise at the points. Requires enclose().
     void (*add_points)(const NoiseOctave& octave, const NoisePoints& points, double* sums);
 };
 
-/// Requires: that this machine runs the level.
+/// Requires a level that this machine supports.
 const NoiseKernels& noise_kernels(SimdLevel level);
 
 extern const NoiseKernels kNoiseKernelsBaseline;

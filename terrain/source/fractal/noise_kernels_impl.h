@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Part of noise_kernels_impl.h: points anywhere in the plane. A chain of all the operations on a
-// point is too long for a processor to look past its end, so points pass in batches through stages.
+// Noise at arbitrary points in the plane. The chain of operations on one point is longer than a processor's reorder
+// window, so points pass through stages in batches.
 #pragma once
 
 #include "source/fractal/noise_gradients_impl.h"
@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Whole units by rounding to even and stepping down where that went up.
+/// Splits positions into whole units and fractions: rounds to even, and subtracts one where that rounded up.
 void move_axis(int count, double units_per_metre, const double* metres, uint64_t* units,
                double* rests) {
     constexpr double kRounder = 0x1.8p52;
@@ -31,7 +31,7 @@ void move(NoisePoints& points, int first, int count, double units_per_metre, con
 }
 
 void enclose_axis(int count, const uint64_t* units, uint64_t& low_out, uint64_t& extent_out) {
-    int64_t low = 0, high = 0;  // from the first point
+    int64_t low = 0, high = 0;  // relative to the first point
     for (int point = 0; point < count; ++point) {
         const auto offset = static_cast<int64_t>(units[point] - units[0]);
         low = offset < low ? offset : low;
@@ -46,12 +46,12 @@ void enclose(NoisePoints& points) {
     enclose_axis(points.count, points.y, points.low_y, points.extent_y);
 }
 
-/// What passes from stage to stage: few enough for the nearest cache.
+/// Data passed between stages; small enough for the innermost cache.
 struct PointBatch {
     static constexpr int kMax = 128;
     int first;  ///< of the points
     int count;
-    alignas(64) double x[kMax], y[kMax];  ///< in cells from the node below
+    alignas(64) double x[kMax], y[kMax];  ///< relative to the node below, in cells
     alignas(64) double x_fades[kMax], y_fades[kMax];
 };
 
@@ -66,11 +66,10 @@ void for_each_batch(const NoisePoints& points, Use use) {
     }
 }
 
-/// The first stage: finds fractions and fades, and calls keep(point, x, y) with the cells of each
-/// vector of points. Both axes go step by step: a processor looks past waiting operations, but not
-/// past many.
+/// The first stage: computes fractions and fades, and calls keep(point, x, y) with the cells of each vector of points.
+/// Both axes are interleaved step by step: a processor looks past waiting operations, but not past many.
 ///
-/// @param x_origin  multiple of a cell in units, the axis's offset included: cells count from there
+/// @param x_origin  multiple of a cell in units, including the axis's offset: cells are counted from there
 template <class Keep>
 void place_points(const NoiseOctave& octave, uint64_t x_origin, uint64_t y_origin,
                   const NoisePoints& points, PointBatch& batch, Keep keep) {
@@ -94,7 +93,7 @@ void place_points(const NoiseOctave& octave, uint64_t x_origin, uint64_t y_origi
     }
 }
 
-/// The last stage.
+/// The last stage: adds the noise to the sums.
 [[gnu::always_inline]] inline void add_noise(const PointBatch& batch, int point,
                                              const NodesBeside& south, const NodesBeside& north,
                                              double amplitude, double* sums) {
@@ -107,9 +106,9 @@ void place_points(const NoiseOctave& octave, uint64_t x_origin, uint64_t y_origi
     store(sum, load(sum) + amplitude * noise);
 }
 
-/// Whether all numbers are the first one.
+/// Whether all numbers equal the first one.
 bool are_equal(const uint64_t* numbers, int count) {
-    if (numbers[count - 1] != numbers[0]) return false;  // as on fine octaves
+    if (numbers[count - 1] != numbers[0]) return false;  // common on fine octaves
     Words differences{};
     for (int i = 0; i < count; i += kLanes) differences |= load(numbers + i) ^ numbers[0];
     uint64_t all = 0;
@@ -117,7 +116,7 @@ bool are_equal(const uint64_t* numbers, int count) {
     return all == 0;
 }
 
-/// Points whose nodes fit in a patch.
+/// Adds noise at points whose nodes fit into a patch.
 void add_near(const NoiseOctave& octave, const NodeRange& x_range, const NodeRange& y_range,
               const NoisePoints& points, double* sums) {
     NodePatch patch;
@@ -130,7 +129,7 @@ void add_near(const NoiseOctave& octave, const NodeRange& x_range, const NodeRan
                      [&](int point, Words x, Words y) {
                          store(nodes + point, low_product(y, patch.pitch + Words{}) + (x << 1));
                      });
-        if (are_equal(nodes, batch.count)) {  // mostly so on coarse octaves
+        if (are_equal(nodes, batch.count)) {  // common on coarse octaves
             const SplatNodes splat(south + nodes[0], north + nodes[0]);
             for (int point = 0; point < batch.count; point += kLanes) {
                 add_noise(batch, point, splat.south(), splat.north(), octave.amplitude, sums);
@@ -144,7 +143,7 @@ void add_near(const NoiseOctave& octave, const NodeRange& x_range, const NodeRan
     });
 }
 
-/// Hashes of the nodes below and above a batch of points on an axis.
+/// Hashes of an axis's nodes below and above a batch of points.
 struct AxisHashes {
     alignas(64) uint64_t low[PointBatch::kMax], high[PointBatch::kMax];
 
@@ -154,7 +153,7 @@ struct AxisHashes {
     }
 };
 
-/// Points anywhere.
+/// Adds noise at arbitrary points.
 void add_scattered(const NoiseOctave& octave, const NoisePoints& points, double* sums) {
     AxisHashes x_hashes, y_hashes;
     for_each_batch(points, [&](PointBatch& batch) {
@@ -185,7 +184,7 @@ void add_points(const NoiseOctave& octave, const NoisePoints& points, double* su
 
 }  // namespace
 
-// Part of noise_kernels_impl.h: rows of samples of a grid.
+// Rows of samples of a grid.
 
 namespace {
 
@@ -200,7 +199,7 @@ void place(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint
     }
 }
 
-/// Of columns that share nodes.
+/// Finds the runs of columns that share nodes.
 void find_runs(NoiseColumnData& columns) {
     const uint64_t mask = columns.cell_mask;
     const uint64_t* const cells = columns.cells;
@@ -208,7 +207,7 @@ void find_runs(NoiseColumnData& columns) {
     columns.run_count = 0;
     columns.is_picked = true;
     const uint64_t cell_count = ((cells[columns.column_count - 1] - cells[0]) & mask) + 1;
-    // short runs cost more in mispredicted branches than finding the same nodes again
+    // short runs cost more in mispredicted branches than looking up the same nodes again
     const bool is_long = static_cast<uint64_t>(columns.column_count) >= cell_count * 2 * kLanes;
     for (int column = 0; column < columns.column_count; column += kLanes) {
         const int end = column + kLanes;
@@ -282,7 +281,7 @@ void blend(const NoiseColumnData& columns, const NoiseNodes& low, const NoiseNod
     }
 }
 
-/// Of nodes too far apart for a register.
+/// Reads values of nodes that are too far apart for one register.
 Doubles gather(const double* from, const NoiseColumnData& columns, int column) {
     Doubles values{};
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -351,13 +350,13 @@ Doubles lift(Doubles noise, const MultifractalShape& /*shape*/) {
     return noise * kNoiseToHalf + 0.5;
 }
 
-/// In two passes: chains of operations that are as long as both keep a processor waiting.
+/// In two passes, because the combined chain of dependent operations would stall the processor.
 template <Doubles (*shaped)(Doubles, const MultifractalShape&)>
 void add_weighted(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                   const MultifractalShape& shape, double* weights, double* sums) {
     alignas(64) double noises[kMaxNoiseColumns];
     for_each_noise(columns, row, [&](int column, Doubles noise) { store(noises + column, noise); });
-    const MultifractalShape own = shape;  // nothing that is stored changes it
+    const MultifractalShape own = shape;  // a local copy, which stores cannot alias
     const auto add_value = [=](int column, Doubles noise) {
         const Doubles value = noise * load(weights + column);
         store(sums + column, load(sums + column) + amplitude * value);
@@ -376,9 +375,9 @@ void add_weighted(const NoiseColumnData& columns, const NoiseRow& row, double am
 
 }  // namespace
 
-// The loops of NoiseKernels, for whatever vectors the including source is compiled for. Lanes do
-// what noise() in noise.cpp does, operation by operation. Everything here has internal linkage, and
-// the intrinsics are always inlined: nothing with wide instructions can reach other code.
+// The loops of NoiseKernels, for the vectors that the including source is compiled for. Lanes perform the operations of
+// noise() in noise.cpp in the same order. Everything here has internal linkage, and the intrinsics are always inlined,
+// so that no wide instructions reach other code.
 //
 // TERRANE_NOISE_KERNELS is the name of the table that the including source defines.
 

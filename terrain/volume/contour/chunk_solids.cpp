@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Which sides of a tile are sides of its chunk: west, east, south, north.
+/// Whether each side of a tile is a side of its chunk: west, east, south, north.
 std::array<bool, 4> sides_of_chunk(const VolumeTileKey& key) {
     const auto place = [](std::int64_t i) {
         return (i % kTilesPerChunk + kTilesPerChunk) % kTilesPerChunk;
@@ -23,9 +23,9 @@ std::array<bool, 4> sides_of_chunk(const VolumeTileKey& key) {
             place(key.row) == kTilesPerChunk - 1};
 }
 
-/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear along
-/// each triangle of a contour, so this bounds that of all its points; and where the heightfield is replaced, a part of
-/// the contour is above or below it.
+/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear over
+/// each triangle, so this bounds that of all its points; above or below every replaced part of the heightfield there is
+/// a part of the contour.
 double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
     const auto ground = [&](const VolumeNode& node) {
         return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
@@ -104,7 +104,7 @@ std::size_t bytes_of(const ChunkTiles& tiles) {
 
 namespace {
 
-/// The triangles of a chunk: those of its tiles, each vertex once; parts of the heightfield first.
+/// Merges the triangles of a chunk's tiles: each vertex once, remainders of the heightfield first.
 class ChunkTriangles {
 public:
     void add(const TileSolid& tile, int tile_column, int tile_row) {
@@ -116,7 +116,7 @@ public:
         }
         in_chunk_.assign(contour.keys.size(), kNone);
         const auto corners = [&](const std::array<std::uint32_t, 3>& triangle) {
-            // one after the other, so that every compiler makes the vertices in the same order
+            // In sequence, so that every compiler makes the vertices in the same order.
             const std::uint32_t a = vertex(contour, triangle[0]);
             const std::uint32_t b = vertex(contour, triangle[1]);
             const std::uint32_t c = vertex(contour, triangle[2]);
@@ -156,8 +156,8 @@ public:
 private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-    // Only vertices on the lines between tiles are in more than one of them. Vertices that no triangle uses, as inside
-    // simplified caps, are left out.
+    // Only vertices on the lines between tiles are shared. Vertices that no triangle uses, such as inside simplified
+    // caps, are left out.
     std::uint32_t vertex(const VolumeContour& contour, std::uint32_t i) {
         std::uint32_t& known = in_chunk_[i];
         if (known != kNone) return known;
@@ -179,11 +179,11 @@ private:
     std::vector<std::array<std::uint32_t, 3>> walls_;
     std::vector<SolidPart> wall_parts_;
     std::vector<std::uint32_t> wall_boxes_;
-    std::vector<std::uint32_t> in_chunk_;  // of the tile's vertices
+    std::vector<std::uint32_t> in_chunk_;  // index in the chunk of each of the tile's vertices
     std::map<VolumeVertexKey, std::uint32_t> on_lines_;
 };
 
-/// Adds the triangles of the heightfield around the replaced ones.
+/// Adds the neighbours of the replaced triangles of the heightfield.
 void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriangles& solid) {
     constexpr std::size_t kTriangles = std::size_t{2} * kChunkCells * kChunkCells;
     std::vector<std::uint8_t> is_replaced(kTriangles), is_near(kTriangles);
@@ -196,13 +196,13 @@ void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriang
             }
         }
     }
-    std::map<std::size_t, std::uint32_t> vertices;  // by index of the sample
+    std::map<std::size_t, std::uint32_t> vertices;  // by sample index
     const auto vertex = [&](int column, int row) {
         const std::size_t sample = sample_index(column, row);
         const auto [found, is_new] =
             vertices.try_emplace(sample, static_cast<std::uint32_t>(solid.vertices_world.size()));
         if (is_new) {
-            // The bits of the contour's vertices at samples.
+            // The same bits as the contour's vertices at samples.
             solid.vertices_world.emplace_back(
                 lattice.x(chunk.corner.x + column * chunk.step),
                 lattice.y(chunk.corner.y + row * chunk.step),
@@ -213,14 +213,14 @@ void add_kept_neighbours(const Lattice& lattice, const Chunk& chunk, SolidTriang
     for (int row = 0; row < kChunkCells; ++row) {
         for (int column = 0; column < kChunkCells; ++column) {
             if ((chunk.flags_at(column, row) & cell_outside) != 0) continue;
-            const bool cut = cut_to_north_east(column, row);  // as of the lattice: chunks are even
+            const bool cut = cut_to_north_east(column, row);  // chunks start at even addresses
             for (const bool is_north : {false, true}) {
                 const std::size_t triangle = 2 * cell_index(column, row) + (is_north ? 1 : 0);
                 if (is_near[triangle] == 0 || is_replaced[triangle] != 0) continue;
                 const int base = is_north ? row + 1 : row;
                 const int west = is_north ? column + 1 : column,
                           east = is_north ? column : column + 1;
-                // The horizontal edge, then the corner on the other side of the cell.
+                // The horizontal edge, then the third corner.
                 const int apex = cut == is_north ? column : column + 1;
                 const std::uint32_t a = vertex(west, base), b = vertex(east, base);
                 const std::uint32_t c = vertex(apex, is_north ? row : row + 1);
@@ -241,7 +241,7 @@ std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chu
         triangle_count += tile ? tile->contour.triangles.size() : 0;
         replaced_count += tile ? tile->contour.replaced.size() : 0;
     }
-    made->vertices_world.reserve(vertex_count + replaced_count + 64);  // with kept neighbours
+    made->vertices_world.reserve(vertex_count + replaced_count + 64);  // includes the neighbours
     made->triangles.reserve(triangle_count);
     made->parts.reserve(triangle_count);
     made->error_box_of.reserve(triangle_count);
@@ -259,20 +259,20 @@ std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chu
     return std::make_shared<const SolidSurface>(std::move(triangles));
 }
 
-// Levels of detail of a chunk's triangles, and simple caps, by half-edge contraction (terrain/mesh).
+// Levels of detail of a chunk's triangles, and simplified caps, by half-edge contraction (terrain/mesh).
 
 namespace {
 
 using TriangleIndices = std::array<std::uint32_t, 3>;
 
-/// Errors of the levels, in spacings. A level that has not at least a quarter fewer triangles than the one before is
-/// left out.
+/// Errors of the levels, spacings. A level is skipped unless it has at least a quarter fewer triangles than the
+/// previous one.
 constexpr std::array kLevelErrors{0.02, 0.06, 0.2, 0.6, 1.8, 5.4};
 constexpr double kLeastGain = 0.75;
-/// Error of a cap, in spacings: it is plane, up to rounding.
+/// Error of a cap, spacings: it is planar up to rounding.
 constexpr double kCapError = 1e-3;
 
-/// Locks the vertices of edges that do not have two triangles.
+/// Locks the vertices of edges without exactly two triangles.
 void lock_border(std::span<const TriangleIndices> triangles, std::vector<std::uint8_t>& locked) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
     edges.reserve(3 * triangles.size());
@@ -300,7 +300,7 @@ void add_levels(const Lattice& lattice, const Chunk& chunk, SolidTriangles& soli
     for (const TriangleIndices& triangle : ground) {
         for (const std::uint32_t corner : triangle) locked[corner] = 1;
     }
-    // on the sides of the chunk: a wall may lie in one
+    // Also locks vertices on the sides of the chunk, because a wall may lie in a side.
     const std::int64_t side = kChunkCells * chunk.step;
     const double west = lattice.x(chunk.corner.x), east = lattice.x(chunk.corner.x + side);
     const double south = lattice.y(chunk.corner.y), north = lattice.y(chunk.corner.y + side);
@@ -378,10 +378,10 @@ WorldRect rect_of(const Volumes& volumes, const VolumeTileKey& key) {
             lattice.y((south + kVolumeTileCells + 1) * step)};
 }
 
-/// What one operation adds to the heightfield over a tile; none if nothing.
+/// Extent of one operation over a tile; absent if it changes nothing there.
 std::optional<SolidExtent> solid_of(VolumeOp op, const HeightInterval& shape,
                                     const HeightInterval& ground, double spacing) {
-    // The contour cuts off or overshoots by less than the longest edge of its lattice over flat ground.
+    // The contour deviates by less than the longest edge of its lattice over flat ground.
     const double margin = 2.0 * spacing;
     HeightInterval part{shape.low - margin, shape.high + margin};
     if (op == VolumeOp::remove) {
@@ -480,7 +480,8 @@ std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
                                            std::max(heights->high, own.high)}
                           : own;
     };
-    // Of more squares than chunks with a surface, as in a world of many root squares, the chunks are looked through.
+    // If the rectangle covers more squares than there are chunks with a surface, as in a world of many root squares,
+    // iterates over the chunks.
     const double squares = (double{1} + east - west) * (double{1} + north - south);
     if (squares > static_cast<double>(chunks_.size())) {
         for (const auto& [key, chunk] : chunks_) {

@@ -18,30 +18,30 @@
 
 namespace terrane::internal {
 
-/// Tiles along the side of a chunk, and of a chunk: row by row from the south-west.
+/// Tiles along the side of a chunk; tiles of a chunk, row by row from the south-west.
 inline constexpr int kTilesPerChunk = kChunkCells / kVolumeTileCells;
 inline constexpr int kChunkTiles = kTilesPerChunk * kTilesPerChunk;
 
-/// The tile of a chunk of the pinned level.
+/// Key of a tile of a chunk of the pinned level.
 VolumeTileKey tile_of(const ChunkKey& key, int tile);
-/// The chunk of the pinned level that a tile is part of.
+/// The chunk of the pinned level that contains a tile.
 ChunkKey chunk_of(const VolumeTileKey& key, int level);
 /// The samples of a tile, row by row.
 std::vector<std::int32_t> tile_heights(const Chunk& chunk, int tile);
 
-/// The level sets of a tile with their contour. Immutable.
+/// A tile's level sets and their contour. Immutable.
 struct TileSolid {
     VolumeTile level_set;
     VolumeContour contour;
     ContourErrors errors;                 ///< of the contour
     double farthest_from_ground_m = 0.0;  ///< vertical distance of the contour from the heightfield
-    std::size_t bytes = 0;                ///< of all this
+    std::size_t bytes = 0;                ///< of level sets, contour and errors
 
-    /// @param operations those that the tile is made of, for its errors
+    /// @param operations that the tile was made from, for its errors
     TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations);
 };
 
-/// The tiles of a chunk; null where no volume touches one. Chunks that differ by a few operations share the others.
+/// The tiles of a chunk; null where no volume touches one. Versions of a chunk share tiles that do not differ.
 using ChunkTiles = std::array<std::shared_ptr<const TileSolid>, kChunkTiles>;
 
 std::size_t bytes_of(const ChunkTiles& tiles);
@@ -49,27 +49,27 @@ std::size_t bytes_of(const ChunkTiles& tiles);
 /// The volumes that touch a tile.
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const VolumeTileKey& tile);
 
-/// Whether the coarser levels of detail are made: they take ten times as long as everything else.
+/// Whether to make the coarser levels of detail, which take ten times as long as everything else.
 enum class SolidLevels { none, all };
 
-/// Puts the contours of a chunk together: null where they leave the heightfield as it is.
+/// Joins the contours of a chunk; null if they leave the heightfield unchanged.
 ///
 /// Cost: O(n log n) in their triangles
 std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chunk& chunk,
                                                const ChunkTiles& tiles, SolidLevels levels);
 
-/// Adds the coarser levels of a chunk's triangles. What is left of the heightfield, its border with the walls, and
-/// vertices on the sides of the chunk stay, so that levels of neighbours fit.
+/// Adds the coarser levels of detail of a chunk's triangles. Remainders of the heightfield, its border with the walls,
+/// and vertices on the sides of the chunk are kept, so that levels of neighbouring chunks fit.
 void add_levels(const Lattice& lattice, const Chunk& chunk, SolidTriangles& solid);
 
-/// Removes the vertices inside a cap, a part of a vertical plane.
+/// Removes vertices from the interior of a cap, which is planar.
 void simplify_cap(std::span<const WorldPos> vertices,
                   std::vector<std::array<std::uint32_t, 3>>& cap, double spacing);
 
-/// What volumes add to the heightfield over a chunk.
+/// The extent of volumes over a chunk.
 struct ChunkExtent {
     SolidExtent solid;
-    double area = 0.0;  ///< upper estimate of the area of surfaces, m^2
+    double area = 0.0;  ///< upper estimate of the surfaces' area, m^2
 
     friend bool operator==(const ChunkExtent& a, const ChunkExtent& b) {
         return a.solid.error_m == b.solid.error_m && a.solid.heights.low == b.solid.heights.low &&
@@ -77,34 +77,34 @@ struct ChunkExtent {
     }
 };
 
-/// Both together; areas add up.
+/// The union of two extents; areas add up.
 std::optional<ChunkExtent> united(const std::optional<ChunkExtent>& a,
                                   const std::optional<ChunkExtent>& b);
 
-/// What one operation adds to the heightfield over a tile that it touches; none if nothing.
+/// Extent of one operation over a tile that it touches; absent if it changes nothing there.
 ///
 /// Cost: that of HeightSource::interval()
 std::optional<ChunkExtent> extent_of(const HeightSource& heights, const Volumes& volumes,
                                      VolumeOp op, const VolumeTilePart& part);
 
-/// What volumes add to the heightfield over each chunk, of all levels: a function of the extents of the chunks of the
-/// pinned level.
+/// Extents of volumes over chunks of all levels; those of coarser levels follow from the pinned level.
 ///
-/// Below the heightfield only what was removed matters, above it only what was added. The heightfield alone leaves out
-/// surfaces at most as far from it as their vertical distance, and its own points over a void are at most as far above
-/// the floor there.
+/// Below the heightfield only removed shapes matter, above it only added ones. The heightfield alone misses surfaces at
+/// most as far from it as their vertical distance, and its own points over a void are at most as far above the floor
+/// there.
 ///
-/// Threads: any number that read, or one that changes it
+/// Threads: any number of readers, or one thread that changes it
 class SolidExtents {
 public:
     SolidExtents(const HeightSource& heights, const Volumes& volumes);
 
-    /// Of a chunk of any level; none where there is no volume. Cost: O(1)
+    /// Extent over a chunk of any level; absent if there is no volume. Cost: O(1)
     std::optional<ChunkExtent> of_chunk(const ChunkKey& key) const;
-    /// Encloses the volumes over a rectangle; none where there are none. Cost: O(chunks of one level under it), which
-    /// are at most 4
+    /// Encloses the volumes over a rectangle; absent if there are none.
+    ///
+    /// Cost: O(chunks of one level under it), at most 4
     std::optional<HeightInterval> over(const WorldRect& rect) const;
-    /// Changes that of a chunk of the pinned level, and what follows from it above. Cost: O(levels)
+    /// Sets the extent of a chunk of the pinned level and updates its ancestors. Cost: O(levels)
     void set(const ChunkKey& key, const std::optional<ChunkExtent>& extent);
 
 private:

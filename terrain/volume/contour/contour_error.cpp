@@ -13,32 +13,32 @@
 namespace terrane::internal {
 namespace {
 
-/// Most operations over a tile that are examined: with more, few boxes have a single part near them, and a dig would
-/// take longer.
+/// Largest number of operations over a tile that are examined: with more, few boxes have a single part near them, and a
+/// dig would take longer.
 constexpr std::size_t kMostOperations = 64;
 /// Cells along the side of a box.
 constexpr int kBoxCells = 4;
-/// Layers from the heightfield beyond which no tetrahedron is longer than in level layers, with a margin.
+/// Number of layers from the heightfield beyond which tetrahedra are no longer than in level layers, with a margin.
 constexpr std::int32_t kLayersFromGround = 4;
-/// Diameter of those tetrahedra, and squared radius of their least enclosing ball, in spacings.
+/// Diameter of those tetrahedra, and squared radius of their smallest enclosing ball, in spacings.
 constexpr double kDiameter = 1.7321, kBallSquared = 3.0 / 8.0 * kDiameter * kDiameter;
-/// The largest error that is claimed, in spacings: farther away the interpolant was not looked at.
+/// Largest error that is reported, in spacings: the interpolant was not examined farther away.
 constexpr double kMostError = 0.5;
-/// How far a vertex may be moved to keep away from the ends of its edge, and rounding of distances, in spacings.
+/// Largest displacement of a vertex away from the ends of its edge, and rounding of distances, in spacings.
 constexpr double kMoved = 0x1p-8 * kDiameter + 3e-4;
-/// Largest distance of nodes whose values matter from the one piece, in spacings: less than the level set's band.
+/// Largest distance of relevant nodes from the single part, in spacings: less than the level set's band.
 constexpr double kNodeDistance = kDiameter + 2.0 * kMostError;
 static_assert(kNodeDistance < kBandSpacings);
 /// Cosine of the largest bend of a tube.
 constexpr double kLeastBendCosine = 0.5;
 
-/// One box of a contour.
+/// A box of triangles of a contour.
 struct Cluster {
     Aabb box = empty_box();
     bool is_near_ground = false;
 };
 
-/// Lowest and highest sample in the five by five lines around each line of a tile, in layers.
+/// Lowest and highest sample in the 5 x 5 lines around each line of a tile, in layers.
 class GroundLayers {
 public:
     explicit GroundLayers(const VolumeTile& tile)
@@ -79,10 +79,10 @@ private:
     std::vector<std::int32_t> lowest_, highest_;
 };
 
-/// Bounds the error in boxes near which there is a single part of a shape.
+/// Bounds the error in boxes that only a single part of a shape is near.
 class PieceError {
 public:
-    /// @param around all boxes that are asked for
+    /// @param around union of all boxes to be bounded
     PieceError(std::span<const PlacedVolume* const> operations, const Aabb& around, double spacing)
         : spacing_(spacing) {
         for (const PlacedVolume* operation : operations) {
@@ -93,7 +93,7 @@ public:
         }
     }
 
-    /// Bound over a box, metres; none where more than one piece is near, or none is known.
+    /// Bound over a box, metres; absent if more than one part is near, or it is sampled.
     std::optional<double> bound(const Aabb& box) {
         centre_ = 0.5 * (box.low + box.high);
         const Eigen::Vector3d half = 0.5 * (box.high - box.low);
@@ -120,7 +120,7 @@ public:
     }
 
 private:
-    // Centre and half extents, so far that all nodes which matter are inside.
+    // Centre and half extents, widened to include all relevant nodes.
     NodeBox widened(const Aabb& box) const {
         const Eigen::Vector3d more = Eigen::Vector3d::Constant((kDiameter + kMostError) * spacing_);
         return {0.5 * (box.low + box.high), 0.5 * (box.high - box.low) + more};
@@ -136,7 +136,7 @@ private:
         return true;
     }
 
-    // In spacings, as the next ones: of one capsule, or of two that follow each other.
+    // Bound for one capsule, or for two consecutive ones, in spacings.
     std::optional<double> of_tube(const ExactShape& shape) const {
         std::array<std::uint32_t, 2> pieces{};
         std::size_t count = 0;
@@ -157,18 +157,18 @@ private:
                      length_b = std::sqrt(dot(b.along, b.along));
         const double cosine = dot(a.along, b.along) / (length_a * length_b);
         if (!(cosine >= kLeastBendCosine)) return std::nullopt;
-        // On a shorter segment the far end may be the nearest point: the jump is larger there.
+        // With a shorter segment, its far end may be the nearest point, where the jump of the gradient is larger.
         const double sine = std::sqrt(std::max(1.0 - cosine * cosine, 0.0));
         const double farthest = a.radius + kNodeDistance * spacing_;
         if (!(std::min(length_a, length_b) > farthest * sine)) return std::nullopt;
-        // Of a tetrahedron across the crease, the value of one function at nodes on the other's side is too large by
-        // at most j t + h t^2 at a distance t from the crease, where j is the jump of the gradient; the lesser of both
+        // In a tetrahedron across the crease, the value of one function at nodes on the other's side is too large by at
+        // most j t + h t^2 at a distance t from the crease, where j is the jump of the gradient; the smaller of both
         // means is at most j e / 4 + 3/8 h e^2 / 3, for the diameter e.
         const double jump = 2.0 * std::sqrt(std::max(0.5 * (1.0 - cosine), 0.0));
         return (5.0 / 3.0 * curved + 0.25 * kDiameter * jump) / cosine;
     }
 
-    // Position of the centre along a capsule, from its first end, metres; none for a sphere.
+    // Position of the centre along a capsule, from its first end, metres; absent for a sphere.
     std::optional<double> along(const ExactShape& shape, std::uint32_t part) const {
         const CapsulePart& capsule = shape.capsules[part];
         const double length = std::sqrt(dot(capsule.along, capsule.along));
@@ -177,15 +177,15 @@ private:
     }
     bool is_active(std::uint32_t part) const { return std::ranges::binary_search(parts_, part); }
 
-    // Whether a capsule's nearest point is, from everywhere in the box, its first end, which the active capsule before
-    // it has too.
+    // Whether, for the whole box, the nearest point of a capsule is its first end, which it shares with the preceding
+    // active capsule.
     bool is_before(const ExactShape& shape, std::uint32_t part) const {
         const std::optional<double> at = along(shape, part);
         return at && *at < -reach_ && part > 0 && is_active(part - 1);
     }
 
-    // The same for either end: then the neighbour's distance is nowhere larger, and the capsule does not matter. Of two
-    // neighbours beyond their common end the first one is kept.
+    // The same for either end: the neighbour's distance is then nowhere larger, and the capsule is irrelevant. Of two
+    // neighbours beyond their common end, the first is kept.
     bool is_beyond_joint(const ExactShape& shape, std::uint32_t part) const {
         if (is_before(shape, part)) return true;
         const std::optional<double> at = along(shape, part);
@@ -194,7 +194,8 @@ private:
         return at && *at > length + reach_ && is_active(part + 1) && !is_before(shape, part + 1);
     }
 
-    // Beside one face, of which the opposite one is so far that no node which matters is past the middle plane.
+    // Bound beside a single face of a box, in spacings; absent unless all relevant nodes are on that face's side of the
+    // middle plane.
     std::optional<double> of_box(const BoxPart& box) const {
         const Eigen::Vector3d p = rotated_back(box.world_from_box, centre_ - box.centre_world);
         int near_count = 0;
@@ -212,7 +213,7 @@ private:
     std::vector<ShapeTraversal> traversals_;
     std::vector<const ExactShape*> shapes_;  // null: sampled
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
-    double reach_ = 0.0;                // from the centre to nodes that matter, metres
+    double reach_ = 0.0;                // from the centre to the relevant nodes, metres
     std::vector<std::uint32_t> parts_;  // near the box, ascending
 };
 

@@ -8,8 +8,8 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kLeastFraction = 0x1p-8;  // of an edge between a vertex and a node
-constexpr int kBisections = 12;            // of half a spacing
+constexpr double kLeastFraction = 0x1p-8;  // of the edge, from a vertex to a node
+constexpr int kBisections = 12;            // of an interval of half a spacing
 
 std::size_t hash_of(const LineNode& a, const LineNode& b) {
     const auto bits = [](std::int32_t value) {
@@ -40,7 +40,7 @@ double TileFields::value(Field field, const LineNode& node) const {
     const FieldRuns& runs = of(field);
     const std::span<const FieldRuns::Run> own = runs.of_line(node.line);
     if (own.empty()) return runs.far_value[static_cast<std::size_t>(node.line)];
-    // The first run that does not end below the node; between runs, the end of the one below has the sign.
+    // The first run that does not end below the node; between runs, the end of the lower run gives the sign.
     const auto run = std::ranges::lower_bound(own, node.k, {}, &FieldRuns::Run::last);
     if (run != own.end() && run->first <= node.k) {
         return runs.values[run->begin + static_cast<std::uint32_t>(node.k - run->first)];
@@ -107,7 +107,7 @@ std::uint32_t EdgeVertices::node(const LineNode& node) {
 }
 
 std::uint32_t EdgeVertices::crossing(const LineNode& a, const LineNode& b, Field field) {
-    // Lines of all tiles have the same order, so that all compute the same bits.
+    // Lines have the same order in all tiles, so that all compute the same bits.
     const auto [first, second] = std::minmax(a, b);
     Slot& slot = find_slot(first, second);
     if (slot.vertex != 0) return slot.vertex - 1;
@@ -145,7 +145,8 @@ double EdgeVertices::fraction_of_zero(const LineNode& first, const LineNode& sec
     const double at_first = fields_.value(field, first), at_second = fields_.value(field, second);
     double from = 0.0, to = 1.0, below = at_first, above = at_second;
     if (std::abs(first.k - second.k) > 1) {
-        // Long edges occur only beside steep parts of the heightfield. The first change of sign along half spacings.
+        // Long edges occur only beside steep parts of the heightfield. Finds the first change of sign in steps of half
+        // a spacing.
         const double z0 = lines_.z(first.line, first.k), z1 = lines_.z(second.line, second.k);
         const auto along = [&](double t) {
             const double z = z0 + t * (z1 - z0);

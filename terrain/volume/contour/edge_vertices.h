@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// What a sample of the heightfield is: the state of the last operation that covers it.
+/// State of a sample of the heightfield: that of the last operation that covers it.
 enum class SampleState : std::uint8_t { natural, in_void, in_solid };
 
 /// One node: a line of the tile, and k.
@@ -31,25 +31,25 @@ struct TileFields {
     const FieldRuns& of(Field field) const { return field == Field::to_void ? to_void : to_solid; }
     /// In steps, -kBandSteps to kBandSteps.
     double value(Field field, const LineNode& node) const;
-    /// Classifies `count` nodes of a line from `first` on by the sign of a field: 1 in the solid, 0 outside. With
-    /// `to_void` every node that is not void is in the solid; with `to_solid` every node that is solid.
+    /// Classifies `count` nodes of a line, from `first` on, by the sign of a field: 1 in the solid, 0 outside. With
+    /// `to_void`, nodes that are not void are in the solid; with `to_solid`, nodes that are solid.
     void copy_inside(Field field, int line, std::int32_t first, std::size_t count,
                      std::vector<std::uint8_t>& inside_out) const;
 };
 
 /// The vertices of a contour: makes each edge's vertex once.
 ///
-/// A vertex is at the zero of the field along the edge: of the linear interpolant between the ends where they are at
-/// most one spacing apart in k, else of the field interpolated between the two lines along the edge. It keeps 2^-8 of
-/// the edge away from both ends. On an edge of the heightfield from void to solid it is in the middle of the zeros of
-/// both fields, so that cavity and overhang share it.
+/// A vertex is at the zero of the field along the edge: of the linear interpolant between the ends if they are at most
+/// one spacing apart in k, else of the field interpolated between the two lines along the edge. It keeps a distance of
+/// 2^-8 of the edge from both ends. On an edge of the heightfield from void to solid it is in the middle between the
+/// zeros of both fields, so that cavity and overhang share it.
 class EdgeVertices {
 public:
     EdgeVertices(const TileLines& lines, const TileFields& fields, VolumeContour& contour_out);
 
     /// Index of the vertex between two nodes of different sign of a field.
     std::uint32_t crossing(const LineNode& a, const LineNode& b, Field field);
-    /// Index of the vertex that is a sample of the heightfield, or another node.
+    /// Index of the vertex at a sample of the heightfield.
     std::uint32_t sample(int line) {
         return node({line, lines_.surface[static_cast<std::size_t>(line)]});
     }

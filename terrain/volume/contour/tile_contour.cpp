@@ -17,13 +17,13 @@ namespace terrane::internal {
 
 /// Contours the column over one triangle of the heightfield, below it or above it, by marching tetrahedra.
 ///
-/// Method: a plane sweep along the column's three vertical lines. Its front is a triangle of one node of each line, at
-/// first the triangle of the heightfield. Downwards, the line whose next node is highest advances to it, and each
-/// advance sweeps one tetrahedron: the front and the new node. So the triangle of the heightfield is a face of the
-/// tetrahedra whatever its slope, and a face between two columns is divided alike from both sides, because the order of
-/// two lines does not depend on the third. Nodes of one line are a spacing apart, so that in each layer, nodes k to
-/// k - 1, lines advance in the same order, that of their offsets: any layer can be visited alone. Upwards, the same in
-/// ascending order.
+/// Method: a plane sweep along the column's three vertical lines. The front is a triangle with one node on each line,
+/// initially the triangle of the heightfield. Downwards, the line whose next node is highest advances to it; each
+/// advance sweeps one tetrahedron, the front and the new node. So the triangle of the heightfield is a face of a
+/// tetrahedron whatever its slope, and a face between two columns is divided alike from both sides, because the order
+/// of two lines does not depend on the third. Nodes of one line are a spacing apart, so that in each layer, nodes k to
+/// k - 1, the lines advance in the same order, that of their offsets: any layer can be visited alone. Upwards, the same
+/// in ascending order.
 ///
 /// Sources: A. Doi, A. Koide. An Efficient Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells.
 ///          IEICE Transactions E74(1), 1991.
@@ -33,9 +33,9 @@ public:
                 VolumeContour& contour_out)
         : lines_(lines), fields_(fields), vertices_(vertices), contour_(contour_out) {}
 
-    /// @param column lines, counter-clockwise from above
+    /// @param column its three lines, counter-clockwise seen from above
     void contour(const std::array<int, 3>& column);
-    /// Squared diameter of the largest tetrahedron that the surface has passed through, m^2.
+    /// Squared diameter of the largest tetrahedron that the surface passes through so far, m^2.
     double longest_squared() const { return longest_squared_; }
 
 private:
@@ -62,20 +62,20 @@ private:
     double longest_squared_ = 0.0;
 
     std::array<int, 3> column_{};             // lines
-    std::array<std::int32_t, 3> surface_{};   // their samples
-    std::array<std::size_t, 3> ascending_{};  // indices into column_: order of nodes of one k
+    std::array<std::int32_t, 3> surface_{};   // their nodes at the samples
+    std::array<std::size_t, 3> ascending_{};  // indices into column_, by height of nodes of one k
     std::vector<Layers> layers_;
     std::array<std::vector<std::uint8_t>, 3>
-        inside_;  // of nodes of the visited layers: in the solid
+        inside_;  // whether each node of the visited layers is in the solid
 };
 
-/// Closes a contour along a side of its tile, as if there were no volumes beyond it: the part of the vertical plane
+/// Closes a contour along a side of its tile as if there were no volumes beyond: fills the part of the vertical plane
 /// that is void below the heightfield, or solid above it.
 ///
-/// The plane is divided as the columns on both sides divide it (tile_contour.cpp, with two lines in place of three), so
-/// that the boundary of a cap consists of the contour's edges in the plane and of whole edges of the heightfield. Where
-/// the contour has a vertex on an edge of the heightfield, a triangle without area joins the edge's two parts and the
-/// whole edge, which is the neighbour's.
+/// The plane is divided as by the columns on both sides (ColumnSweep, with two lines instead of three), so that the
+/// boundary of a cap consists of the contour's edges in the plane and of whole edges of the heightfield. Where the
+/// contour has a vertex on an edge of the heightfield, a degenerate triangle joins the two parts of the edge to the
+/// neighbour's whole edge.
 class SideCaps {
 public:
     SideCaps(const TileLines& lines, const TileFields& fields, EdgeVertices& vertices,
@@ -92,7 +92,7 @@ private:
     void join_edge();
     void emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool is_reversed);
     bool is_inside(Field field, const LineNode& node) const;
-    /// The lowest, or highest, node of the strip's lines that a field may have inside.
+    /// The lowest or highest node of the strip's lines that may be inside a field.
     template <Field field>
     std::int32_t farthest() const;
 
@@ -102,7 +102,7 @@ private:
     VolumeContour& contour_;
 
     std::size_t side_ = 0;
-    bool is_reversed_ = false;  // triangles of voids, seen with the side's lines from left to right
+    bool is_reversed_ = false;  // triangles of voids, if the side's lines run from left to right
     std::array<int, 2> strip_{};
 };
 
@@ -134,7 +134,8 @@ void ColumnSweep::sweep() {
     for (const Layers& layers : layers_) visit<field>(layers);
 }
 
-// Layers with a node of a run, and all beside a steep triangle of the heightfield if any of them has one.
+// Finds the layers with a node of a run; if any of them is beside a steep triangle of the heightfield, all layers
+// beside it.
 template <Field field>
 void ColumnSweep::find_layers() {
     constexpr bool down = field == Field::to_void;
@@ -215,7 +216,7 @@ void ColumnSweep::visit(const Layers& layers) {
     }
 }
 
-// Nodes: positive volume. Triangles: counter-clockwise from outside the solid.
+// Nodes have positive orientation. Triangles are counter-clockwise seen from outside the solid.
 void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, Field field) {
     std::array<WorldPos, 4> corners;
     for (std::size_t i = 0; i < 4; ++i) corners[i] = lines_.position(nodes[i].line, nodes[i].k);
@@ -241,7 +242,7 @@ void ColumnSweep::march(const std::array<LineNode, 4>& nodes, unsigned inside, F
         if (inside != (1u << i | 1u << j)) continue;
         const std::uint32_t a = vertex(i, k), b = vertex(i, l), c = vertex(j, l), d = vertex(j, k);
         const auto& p = contour_.positions_world;
-        // The shorter diagonal; no other tetrahedron sees it.
+        // The shorter diagonal; the quadrilateral is inside one tetrahedron.
         const Eigen::Vector3d a_to_c = p[c] - p[a], b_to_d = p[d] - p[b];
         if (dot(a_to_c, a_to_c) <= dot(b_to_d, b_to_d)) {
             emit(a, b, c, field);
@@ -261,8 +262,8 @@ void ColumnSweep::emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, Field 
 
 void SideCaps::close(std::size_t side) {
     side_ = side;
-    // Lines from south to north or from west to east; up is up. Seen so, the inside of the tile is behind the western
-    // and northern side.
+    // Lines from south to north or from west to east, z up. Seen so, the inside of the tile is behind the western and
+    // northern sides.
     is_reversed_ = side == 1 || side == 2;
     const bool is_column = side < 2;
     const int fixed = side % 2 == 0 ? 0 : kVolumeTileCells;
@@ -302,7 +303,7 @@ void SideCaps::close_strip() {
         surface[i] = lines_.surface[static_cast<std::size_t>(strip_[i])];
     }
     const std::int32_t end = farthest<field>() + step;
-    // Downwards the upper of two nodes of one k advances first, upwards the lower one.
+    // Of two nodes of one k, the upper one advances first downwards, the lower one upwards.
     const std::size_t first = lines_.is_lower(strip_[0], strip_[1]) == down ? 1 : 0;
     std::array<std::int32_t, 2> front = surface;
     for (std::int32_t layer = down ? std::max(surface[0], surface[1])
@@ -321,7 +322,7 @@ void SideCaps::close_strip() {
     }
 }
 
-// The part of a triangle of the plane that is inside.
+// Emits the part of a triangle of the plane that is inside.
 void SideCaps::visit(const std::array<LineNode, 3>& corners, Field field) {
     std::array<bool, 3> inside{};
     int count = 0;
@@ -384,7 +385,7 @@ public:
               VolumeContour& contour_out)
         : lines_(lines), fields_(fields), vertices_(vertices), contour_(contour_out) {}
 
-    /// @param column lines of the triangle's samples, counter-clockwise from above
+    /// @param column lines of the triangle's samples, counter-clockwise seen from above
     /// @param name   as in VolumeContour::replaced
     void cut(const std::array<int, 3>& column, std::uint16_t name) {
         column_ = column;
@@ -393,13 +394,13 @@ public:
         if (natural_count == 3) return;
         contour_.replaced.push_back(name);
         if (natural_count == 0) return;
-        // The natural sample among others, or the other one among natural ones.
+        // The only natural sample, or the only one that is not.
         std::size_t odd_one = 0;
         for (std::size_t i = 1; i < 3; ++i) {
             if (is_natural(i) == (natural_count == 1)) odd_one = i;
         }
         const std::size_t i = odd_one, j = (i + 1) % 3, k = (i + 2) % 3;
-        // Braces, so that every compiler makes the vertices in the same order.
+        // Braced initialisation, so that every compiler makes the vertices in the same order.
         if (natural_count == 2) {
             emit_quad(Quad{crossing(i, j), sample(j), sample(k), crossing(i, k)});
         } else if (state(j) == state(k)) {
@@ -443,7 +444,7 @@ private:
     std::array<int, 3> column_{};
 };
 
-/// Lines of a cell's two triangles, the southern one first.
+/// The lines of a cell's two triangles, the southern one first.
 std::array<std::array<int, 3>, 2> triangles_of(const TileLines& lines, int column, int row) {
     const int sw = line_index(column, row), se = sw + 1, nw = line_index(column, row + 1),
               ne = nw + 1;

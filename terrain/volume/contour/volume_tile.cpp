@@ -15,7 +15,7 @@ struct VolumeTile::State {
     Lattice lattice;
     int level = 0;
     std::vector<std::int32_t>
-        heights;  // lines are made of them when they are needed: they are five times as large
+        heights;  // lines are computed from them when needed, because they are five times as large
     internal::TileLevelSet level_set;
 
     State(const Volumes& volumes, const VolumeTileKey& of_tile,
@@ -85,7 +85,7 @@ VolumeTile::NodeDistances VolumeTile::distances(int column, int row, std::int32_
 }
 
 WorldPos VolumeTile::position(int column, int row, std::int32_t k) const {
-    // As TileLines::position(), of one line.
+    // As TileLines::position(), for one line.
     const State& state = *state_;
     const double spacing = state.lattice.level_spacing(state.level);
     const std::int64_t step = state.lattice.step(state.level);

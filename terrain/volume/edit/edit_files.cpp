@@ -25,7 +25,7 @@ namespace {
 constexpr std::array<char, 8> kMagic{'T', 'R', 'N', 'D', 'I', 'G', 'S', '\n'};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 36, kFrameBytes = 12;
-// Of a change. Numbers in a file are not trusted, and later changes get larger ones.
+// Limit of change numbers read from a file, which is not trusted; later changes get larger ones.
 constexpr std::uint32_t kMostNumber = 0x7fffffff;
 
 std::vector<std::uint8_t> header_of(const std::array<std::uint64_t, 2>& fingerprint,
@@ -74,7 +74,7 @@ std::optional<LogRecord> record_of(std::span<const std::uint8_t> content) {
     return record;
 }
 
-/// Whether a whole record that follows from a hash begins at `at`.
+/// Whether a complete record starts at `at` whose hash continues the chain from `before`.
 bool is_record(std::span<const std::uint8_t> bytes, std::size_t at, std::uint64_t before) {
     if (at + kFrameBytes > bytes.size()) return false;
     const auto length = ByteReader(bytes.subspan(at)).get<std::uint32_t>();
@@ -83,7 +83,7 @@ bool is_record(std::span<const std::uint8_t> bytes, std::size_t at, std::uint64_
            ByteReader(bytes.subspan(at + 4 + length)).get<std::uint64_t>();
 }
 
-/// Whether a record begins after `at` that follows from the hash before it: then what is at `at` is damaged, not torn.
+/// Whether a record that continues the chain starts after `at`: then the bytes at `at` are damaged, not torn.
 bool has_later_record(std::span<const std::uint8_t> bytes, std::size_t at) {
     for (std::size_t next = at + 8; next + kFrameBytes <= bytes.size(); ++next) {
         if (is_record(bytes, next, ByteReader(bytes.subspan(next - 8)).get<std::uint64_t>()))
@@ -138,7 +138,7 @@ Result<void> DigLog::parse(std::span<const std::uint8_t> bytes) {
         const std::size_t left = bytes.size() - at;
         const auto length = ByteReader(bytes.subspan(at)).get<std::uint32_t>();
         if (!is_record(bytes, at, before)) {
-            // A record after it may follow from what its own hash should be.
+            // The next record may continue the chain from the hash that this one should have.
             const bool is_whole = left >= kFrameBytes && length <= left - kFrameBytes;
             if (has_later_record(bytes, at) ||
                 (is_whole && is_record(bytes, at + kFrameBytes + length,
@@ -203,7 +203,7 @@ Result<void> DigLog::save() {
     if (cause == 0 && ftruncate(handle, static_cast<off_t>(end)) != 0) cause = errno;
     if (cause == 0 && fsync(handle) != 0) cause = errno;
     if (cause != 0) {
-        // As it was. If this fails too, the rest is a torn end, which open() leaves out.
+        // Restores the previous end. If this fails too, the rest is a torn record, which open() drops.
         const bool is_restored = ftruncate(handle, static_cast<off_t>(saved_bytes_)) == 0;
         file_bytes_ = is_restored || fstat(handle, &status) != 0
                           ? saved_bytes_
@@ -213,7 +213,7 @@ Result<void> DigLog::save() {
         return failed(cause);
     }
     close(handle);
-    if (saved_bytes_ == 0) {  // the file's name, too
+    if (saved_bytes_ == 0) {  // a new file: flush its folder entry too
         const std::size_t slash = path_.rfind('/');
         const std::string folder = slash == std::string::npos ? "." : path_.substr(0, slash + 1);
         if (const int at = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); at >= 0) {
@@ -293,7 +293,7 @@ std::optional<Directory> directory_of(std::span<const std::uint8_t> bytes) {
     return directory;
 }
 
-/// The content of a tile's record, whole.
+/// Reads the content of a tile's record and checks its hash.
 Result<std::vector<std::uint8_t>> read_tile(const SealedReader& file, const TileRecord& tile) {
     const auto damaged = [&] {
         return fail(ErrorCode::bad_data, "\"" + file.path() + "\" has a damaged tile");

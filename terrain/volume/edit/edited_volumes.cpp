@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-// What an edit adds over a chunk.
+// The extent of an edit over a chunk.
 std::optional<ChunkExtent> extent_over(const HeightSource& heights, const Volumes& volumes,
                                        const ChunkKey& key, const Edit& edit) {
     std::optional<ChunkExtent> extent;
@@ -146,10 +146,10 @@ namespace {
 /// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 110 to 280 for tubes
 /// and spheres.
 constexpr double kBytesPerSquare = 320.0;
-/// For what is cut of the heightfield.
+/// For the replaced triangles of the heightfield and their neighbours.
 constexpr double kLeastBytes = 0x1p18;
-/// Most area of a surface, in areas of the box that it lies in: many volumes in one place overlap. A chunk that needs
-/// more is a failed load, whose retry claims what it has turned out to need.
+/// Limit of a surface's area, in areas of its bounding box, because volumes may overlap. A chunk that needs more fails
+/// to load, and the retry claims its actual size.
 constexpr double kMostBoxAreas = 2.0;
 
 }  // namespace
@@ -232,7 +232,7 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
     const std::scoped_lock lock(mutex_);
     const auto found = entries_.find(key);
     const ChunkVersion now = found == entries_.end() ? ChunkVersion() : found->second.version;
-    // A change may have come into force meanwhile: then the tiles serve as a beginning.
+    // If a change has come into force meanwhile, the tiles can still be the start for the newer version.
     const bool is_beginning = begins_with(now.list(), version.list()) &&
                               (!now.tiles || now.tile_edits <= version.list().size());
     if (most_tile_bytes_ > 0 && is_beginning)
@@ -313,7 +313,7 @@ void begin(PreparedChange& prepared, const HeightSource& heights, const Volumes&
                 version.tiles = earlier.tiles;
                 version.tile_edits = earlier.tile_edits;
             }
-            // Level sets forget what an operation overwrote.
+            // An undo cannot be applied to level sets, which lose what an operation overwrites.
             if (version.tile_edits > version.list().size()) {
                 version.tiles.reset();
                 version.tile_edits = 0;

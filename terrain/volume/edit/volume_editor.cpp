@@ -17,15 +17,15 @@
 
 namespace terrane {
 
-/// Changes wait in `submitted` for update(), which finds the resident chunks that they touch, go from `queue` to
-/// `prepared` on the worker, or in update() where there is none, and from there into force in update(). All keep their
-/// order. A chunk that arrives between is made again for the last change that touches it: a
+/// A change passes through three queues, in order: `submitted` until update() finds the resident chunks that it
+/// touches; `queue` until the worker, or update() if there is none, prepares it; `prepared` until update() brings it
+/// into force. A chunk that is loaded in the meantime is made again for the last change that touches it: a
 /// *completion*.
 struct VolumeEditor::State {
     State(std::shared_ptr<VolumeHeights> ground, const VolumeEditorSettings& chosen);
     ~State();
 
-    // Constant, or of the owner.
+    // Constant, or used by the owner only.
     const std::shared_ptr<VolumeHeights> source;
     const VolumeEditorSettings settings;
     const Volumes volumes;
@@ -33,15 +33,15 @@ struct VolumeEditor::State {
     std::shared_ptr<internal::ChunkFiles> files;  // null without a folder
     std::optional<internal::DigLog> log;
     std::vector<std::shared_ptr<const internal::Edit>>
-        done;  // edits not taken back, waiting ones too
+        done;  // edits not undone, including waiting ones
     std::uint32_t last_number = 0;
-    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks and their last change
+    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks, and their last change
 
     std::deque<internal::Change> submitted;
 
     struct Start {
         internal::Change change;
-        std::vector<std::shared_ptr<const Chunk>> chunks;  // resident ones that it touches
+        std::vector<std::shared_ptr<const Chunk>> chunks;  // resident chunks that it touches
     };
     struct Completion {
         std::shared_ptr<internal::PreparedChange> change;
@@ -51,26 +51,27 @@ struct VolumeEditor::State {
         std::shared_ptr<const internal::Edit> edit;
         std::map<ChunkKey, internal::ChunkVersion> before;
     };
-    mutable std::mutex mutex;  // of all below
+    mutable std::mutex mutex;  // guards all below
     std::condition_variable_any changed;
     std::deque<Start> queue;
     std::deque<std::shared_ptr<internal::PreparedChange>> prepared;
     std::deque<Completion> completions;
     bool is_working = false;
     std::deque<Snapshot> snapshots;
-    /// The last change of a batch: of some changes that waited when it began, each chunk is made for the last one only.
+    /// Last change of the current batch, the changes that waited when it started: each chunk is made only for the last
+    /// of them that touches it.
     std::uint32_t batch_end = 0;
-    /// Replaced chunks, which the worker frees when nobody else holds them: megabytes each.
+    /// Replaced chunks, megabytes each; the worker frees them when it holds the last reference.
     std::vector<std::shared_ptr<const Chunk>> old_chunks;
     std::vector<std::shared_ptr<const internal::ChunkTiles>> old_tiles;
     std::vector<std::shared_ptr<internal::PreparedChange>> old_changes;
     VolumeEditorStats counts;
     std::string last_failure;
-    std::jthread worker;  // last: stopped first
+    std::jthread worker;  // last member: stopped first
 
     using Lock = std::unique_lock<std::mutex>;
     bool is_idle() const { return queue.empty() && completions.empty() && !is_working; }
-    /// Makes the first change or completion, if there is one.
+    /// Makes the first completion or change, if there is one.
     bool work(Lock& lock);
     void prepare(Lock& lock);
     void complete(Lock& lock);
@@ -79,27 +80,27 @@ struct VolumeEditor::State {
     bool free_old(Lock& lock);
     void run(const std::stop_token& stop);
 
-    /// Hands the submitted changes to the worker.
+    /// Queues the submitted changes for the worker.
     void start(const ResidentSet& set);
-    /// How many of the first `most` prepared changes can come into force now; asks for chunks that are missing.
+    /// How many of the first `most` prepared changes can come into force now; queues completions for missing chunks.
     ///
-    /// @param splits_batches also for those that later changes of a batch will make
+    /// @param splits_batches also requests chunks that later changes of the batch will make
     std::size_t ready_count(std::size_t most, const ResidentSet& set, bool splits_batches);
-    /// Brings the first changes into force; whether they fit.
+    /// Brings the first changes into force; false if their chunks do not fit.
     bool switch_to(std::size_t count, Pager* pager, const ResidentSet& set);
     std::uint32_t update(Pager* pager);
     Result<void> replay();
     std::uint32_t submit(internal::Change change);
 };
 
-// The worker's half of an editor: changes and the chunks that they need.
+// Worker side: prepares changes and the chunks that they touch.
 
 using internal::Change;
 using internal::ChunkVersion;
 using internal::PreparedChange;
 
 namespace {
-/// More would keep the first of them waiting for long.
+/// A larger batch would delay its first change too long.
 constexpr std::size_t kMostOfBatch = 32;
 }  // namespace
 
@@ -149,7 +150,7 @@ bool VolumeEditor::State::work(Lock& lock) {
     return true;
 }
 
-// The lock is released while tiles are made.
+// Releases the lock while tiles are made.
 void VolumeEditor::State::prepare(Lock& lock) {
     auto made = std::make_shared<PreparedChange>();
     made->change = std::move(queue.front().change);
@@ -189,7 +190,7 @@ void VolumeEditor::State::prepare(Lock& lock) {
           has_snapshot ? &earlier : nullptr);
     for (const auto& chunk : chunks) {
         make_chunk_of(*made, volumes, *chunk);
-        if (!made->failure.empty()) break;  // update() asks for it again
+        if (!made->failure.empty()) break;  // update() requests it again
     }
     chunks.clear();
     lock.lock();
@@ -233,7 +234,7 @@ void VolumeEditor::State::complete(Lock& lock) {
     }
 }
 
-// Of those held anywhere that are a beginning of the change's own.
+// Takes the most recent tiles whose edits are a prefix of the change's.
 void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKey& key) const {
     ChunkVersion& version = change.versions.at(key);
     const auto consider = [&version](const ChunkVersion& other) {
@@ -251,7 +252,7 @@ void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKe
     }
 }
 
-// The owner's half of an editor: what comes into force in a frame.
+// Owner side: brings changes into force.
 
 using internal::ChunkVersion;
 using internal::EditedVolumes;
@@ -316,7 +317,7 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
     return count;
 }
 
-// Called without the lock: the first prepared changes are nobody else's while they are not being completed.
+// Call without the lock: nothing else uses the first prepared changes while they are not being completed.
 bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const ResidentSet& set) {
     std::vector<std::shared_ptr<PreparedChange>> changes;
     {
@@ -398,7 +399,7 @@ std::uint32_t VolumeEditor::State::update(Pager* pager) {
         lock.lock();
         if (fits) break;
         ++counts.postponed;
-        // Where all do not fit at once, the first may.
+        // If all do not fit at once, the first alone may.
         count = count == 1 ? 0 : ready_count(1, chunks, true);
     }
     if (!is_idle() || has_free_chunks()) changed.notify_all();
@@ -470,7 +471,7 @@ Result<VolumeEditor> VolumeEditor::create(std::shared_ptr<VolumeHeights> source,
     return VolumeEditor(std::move(state));
 }
 
-// Brings the log into force; lists are made once for each chunk.
+// Brings the log into force; builds each chunk's list of edits once.
 Result<void> VolumeEditor::State::replay() {
     std::map<ChunkKey, internal::ChunkEdits> chunks;
     for (std::size_t i = 0; i < log->records().size(); ++i) {

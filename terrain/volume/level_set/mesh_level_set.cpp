@@ -13,7 +13,7 @@ namespace terrane::internal {
 namespace {
 
 constexpr float kBandVoxels = 4.0f;
-// Bytes of the level set for each voxel of its band: leaves that the band fills by half, and the work of conversion.
+// Bytes of the level set per voxel of its band: includes half-filled leaves and the temporary memory of the conversion.
 constexpr double kBytesOfVoxel = 24.0;
 
 }  // namespace
@@ -50,7 +50,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
         const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
         auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
                                                                      kBandVoxels, kBandVoxels);
-        // The area says little of needles, whose band is around their edges.
+        // For thin triangles the area underestimates the band, which surrounds their edges.
         const auto bytes = static_cast<double>(grid->memUsage());
         if (bytes > most) return too_large(bytes);
         const double band = double{grid->background()};

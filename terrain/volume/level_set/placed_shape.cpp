@@ -20,7 +20,7 @@ void PlacedShape::visit_part_bounds(const Aabb& within,
         return;
     }
     for (const CapsulePart& part : exact->capsules) {
-        // The interval of the segment that is over the rectangle, widened by the radius.
+        // The interval of the segment over the rectangle, widened by the radius.
         double begin = 0.0, end = 1.0;
         for (int axis = 0; axis < 2; ++axis) {
             const double from = part.from_world[axis], along = part.along[axis];
@@ -35,7 +35,7 @@ void PlacedShape::visit_part_bounds(const Aabb& within,
             end = std::min(end, std::max(t0, t1));
         }
         if (begin > end) continue;
-        // A long segment is cut into pieces, so that its boxes are few tiles more than it touches.
+        // A long segment is cut into pieces, so that their boxes cover few tiles that it does not touch.
         const double length = (end - begin) * std::sqrt(dot(part.along, part.along));
         const int count = std::clamp(static_cast<int>(length / (2.0 * part.radius)), 1, 1 << 16);
         for (int i = 0; i < count; ++i) {
@@ -79,8 +79,8 @@ BoxSide ShapeTraversal::enter(const NodeBox& box) {
 BoxSide ShapeTraversal::enter_exact(const ExactShape& shape, const NodeBox& box) {
     const std::size_t begin = begins_.back(), end = parts_.size();
     begins_.push_back(end);
-    // A signed distance is 1-Lipschitz: within the box it differs from the centre's by at most half the box's diagonal.
-    // The slack bounds the rounding.
+    // A signed distance is 1-Lipschitz: in the box it differs from the value at the centre by at most half the box's
+    // diagonal. The slack bounds the rounding.
     const double reach = std::sqrt(dot(box.half_extents, box.half_extents)) + band_ * 0x1p-10;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = begin; i < end; ++i) {
@@ -103,7 +103,7 @@ BoxSide ShapeTraversal::enter_sampled(const NodeBox& box) {
             return BoxSide::outside;
         }
     }
-    // Large boxes are divided; a few leaves are looked up.
+    // Large boxes are divided without a test, which looks up each leaf.
     if (box.half_extents.maxCoeff() > 16.0 * reader_->voxel() ||
         reader_->is_near(box.centre_world, box.half_extents))
         return BoxSide::near;
@@ -123,7 +123,7 @@ void ShapeTraversal::distances(std::span<const Eigen::Vector3d> nodes_world,
             std::floor(std::clamp(d, -band_, band_) * steps_of_metre + 0.5));
     };
     if (reader_ != nullptr) {
-        // Where the shape's band ends nothing more is known than that the surface is beyond it.
+        // Beyond the shape's own band it is only known that the surface is farther away.
         const double known = reader_->band() * 0.999;
         for (std::size_t i = 0; i < nodes_world.size(); ++i) {
             const double d = reader_->signed_distance(nodes_world[i]);

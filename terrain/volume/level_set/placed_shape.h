@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// The shape of a placed volume: with exact distances, or sampled.
+/// The shape of a placed volume: exact or sampled.
 class PlacedShape {
 public:
     using Kind = std::variant<ExactShape, std::shared_ptr<const SampledShape>>;
@@ -21,12 +21,12 @@ public:
     explicit PlacedShape(Kind kind);
 
     const Kind& kind() const { return kind_; }
-    /// Of the shape; of sampled ones, of their band.
+    /// Bounding box of the shape; of the band for sampled shapes.
     const Aabb& bounds() const { return bounds_; }
-    /// Visits boxes whose union contains the part of the shape over a rectangle: those of pieces of a tube's capsules,
-    /// for finding tiles. Stops where visit returns false.
+    /// Visits boxes whose union contains the part of the shape over a rectangle, for finding tiles; a tube is cut into
+    /// short pieces. Stops when visit returns false.
     ///
-    /// @param within its low and high x and y
+    /// @param within rectangle: its low and high x and y
     void visit_part_bounds(const Aabb& within, const std::function<bool(const Aabb&)>& visit) const;
     std::size_t bytes() const;
     double signed_distance(const Eigen::Vector3d& p_world) const;
@@ -36,35 +36,34 @@ private:
     Aabb bounds_;
 };
 
-/// Level sets hold distances as whole numbers from -kBandSteps to kBandSteps, in steps of band / kBandSteps.
+/// Level sets store distances as integers from -kBandSteps to kBandSteps, in steps of band / kBandSteps.
 inline constexpr std::int16_t kBandSteps = 32767;
 
-/// A box of nodes: its middle, and half of its extent, metres.
+/// A box of nodes: centre and half extents, metres.
 struct NodeBox {
     Eigen::Vector3d centre_world, half_extents;
 };
 
 enum class BoxSide { outside, inside, near };
 
-/// Distances of one shape over boxes that are divided: each box has a list of the parts that matter inside it.
+/// Distances of one shape during a recursive subdivision of boxes: each box keeps a list of the parts that may be near.
 ///
-/// The distances of a node are the same whatever boxes it was reached by, once limited to the band.
+/// The distances of a node, clamped to the band, do not depend on the boxes that led to it.
 class ShapeTraversal {
 public:
-    /// @param band distances are needed up to this, metres
+    /// @param band largest distance that is needed, metres
     ShapeTraversal(const PlacedShape& shape, double band);
 
-    /// Enters a box within the one entered last. `near`: distances of the box may be within the band; otherwise all
-    /// are beyond it on one side.
+    /// Enters a box inside the current one. `near`: distances in the box may be within the band; otherwise all are
+    /// beyond it, on one side.
     BoxSide enter(const NodeBox& box);
-    /// Parts of an exact shape that may be within the band in the box that was entered last, ascending.
+    /// Parts of an exact shape that may be within the band in the current box, ascending.
     std::span<const std::uint32_t> parts() const {
         return std::span(parts_).subspan(begins_.back());
     }
-    /// Leaves the box that was entered last.
+    /// Leaves the current box.
     void leave();
-    /// Distances of nodes of the box that was entered last, limited to the band, rounded to whole kBandSteps-th parts
-    /// of it.
+    /// Distances of nodes in the current box, clamped to the band and rounded to steps of band / kBandSteps.
     void distances(std::span<const Eigen::Vector3d> nodes_world, std::span<std::int16_t> steps_out);
 
 private:
@@ -73,8 +72,8 @@ private:
 
     const PlacedShape* shape_;
     double band_;
-    std::vector<std::uint32_t> parts_;  // of all entered boxes, one after the other
-    std::vector<std::size_t> begins_;   // where each box's parts begin
+    std::vector<std::uint32_t> parts_;  // of all entered boxes, concatenated
+    std::vector<std::size_t> begins_;   // start of each box's parts
     std::unique_ptr<SampledShape::Reader> reader_;
 };
 

@@ -8,7 +8,7 @@
 
 namespace terrane::internal {
 
-/// A grid and its place: index = index_from_offset * (p_world - origin_world) + index_of_origin.
+/// A grid and its pose: index = index_from_offset * (p_world - origin_world) + index_of_origin.
 struct SampledShape::Grid {
     openvdb::FloatGrid::Ptr grid;
     Eigen::Matrix3d index_from_offset;

@@ -47,7 +47,7 @@ double SampledShape::Reader::voxel() const { return grid_->voxel; }
 double SampledShape::Reader::signed_distance(const Eigen::Vector3d& p_world) {
     const Eigen::Vector3d index =
         rotated(grid_->index_from_offset, p_world - grid_->origin_world) + grid_->index_of_origin;
-    // Beyond the range of coordinates there is only the background.
+    // Outside the range of coordinates there is only background.
     for (int axis = 0; axis < 3; ++axis) {
         if (!(std::abs(index[axis]) < 0x1p30)) return grid_->band;
     }
@@ -82,7 +82,7 @@ bool SampledShape::Reader::is_near(const Eigen::Vector3d& centre_world,
         low[axis] = static_cast<int>(std::floor(centre[axis] - half)) >> 3;
         high[axis] = static_cast<int>(std::floor(centre[axis] + half) + 1.0) >> 3;
     }
-    // Interpolation reads the corners of a cell, and leaves have 8 voxels along the side.
+    // Interpolation reads the corners of a cell; leaves are 8 voxels wide.
     for (int x = low[0]; x <= high[0]; ++x) {
         for (int y = low[1]; y <= high[1]; ++y) {
             for (int z = low[2]; z <= high[2]; ++z) {

@@ -12,22 +12,21 @@
 
 namespace terrane::internal {
 
-/// A level set of OpenVDB as a shape: signed distances at the points of its own grid, interpolated trilinearly.
-/// Immutable.
+/// An OpenVDB level set as a shape: signed distances at the nodes of its own grid, interpolated trilinearly. Immutable.
 ///
 /// Threads: any number
 class SampledShape {
 public:
     struct Grid;  // of OpenVDB
 
-    /// The level set of a closed mesh with voxels of a given size and a band of four of them on both sides.
+    /// The level set of a closed mesh for a given voxel, with a band of four voxels on both sides.
     ///
     /// Fails: as PlacedVolume::create() for meshes
     static Result<std::shared_ptr<const SampledShape>> of_mesh(const VolumeMesh& mesh,
                                                                const Pose& world_from_shape,
                                                                double voxel,
                                                                const VolumeSettings& settings);
-    /// A level set of a file, for nodes that are `spacing` apart.
+    /// The level set in a file, for nodes that are `spacing` apart.
     ///
     /// Fails: as PlacedVolume::create() for files
     static Result<std::shared_ptr<const SampledShape>> of_file(const VolumeFile& file,
@@ -38,11 +37,11 @@ public:
     explicit SampledShape(std::unique_ptr<Grid> grid);
     ~SampledShape();
 
-    /// Of its band, world, metres.
+    /// Bounding box of the band, world, metres.
     const Aabb& bounds() const { return bounds_; }
     std::size_t bytes() const;
 
-    /// Reads many distances. The shape outlives it. Threads: one.
+    /// Cached access for many distances. The shape must outlive it. Threads: one.
     class Reader {
     public:
         explicit Reader(const SampledShape& shape);
@@ -50,9 +49,9 @@ public:
         Reader(const Reader&) = delete;
         Reader& operator=(const Reader&) = delete;
 
-        /// Metres, at most the band.
+        /// Metres, limited to the band.
         double signed_distance(const Eigen::Vector3d& p_world);
-        /// Whether a box along the world's axes may have points within the band.
+        /// Whether an axis-aligned box in the world may have points within the band.
         bool is_near(const Eigen::Vector3d& centre_world, const Eigen::Vector3d& half_extents);
         /// Half width of the band, metres.
         double band() const;
@@ -70,16 +69,16 @@ private:
     Aabb bounds_ = empty_box();
 };
 
-/// Whether a `.vdb` file says where its grids lie: written by openvdb::io::File, not by openvdb::io::Stream.
+/// Whether a `.vdb` file has the offsets of its grids: written by openvdb::io::File, not by openvdb::io::Stream.
 enum class VdbOffsets { absent, present };
 
 /// Checks the lengths in a `.vdb` file's header and in its grids' descriptors and metadata. OpenVDB allocates and
-/// clears as many bytes as each says, up to 4 GB, before it finds that the file is shorter. Not checked: files before
-/// format 222 (2013), and all but the first grid where the file does not say where they lie.
+/// clears as many bytes as each states, up to 4 GB, before it notices that the file is shorter. Not checked: files
+/// before format 222 (2013), and all grids but the first in a file without offsets.
 ///
 /// @param in    at the start of the file
-/// @param bytes of the file
-/// @return      nothing where a length does not fit in the file
+/// @param bytes size of the file
+/// @return      absent if a length exceeds the file
 std::optional<VdbOffsets> check_vdb_lengths(std::istream& in, std::uint64_t bytes);
 
 }  // namespace terrane::internal

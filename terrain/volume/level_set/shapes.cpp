@@ -101,7 +101,7 @@ Result<void> check_pose(const Pose& pose) {
         for (int b = 0; b < 3; ++b) {
             const double product = r(0, a) * r(0, b) + r(1, a) * r(1, b) + r(2, a) * r(2, b);
             const double off = std::abs(product - (a == b ? 1.0 : 0.0));
-            worst = off <= worst ? worst : off;  // keeps a NaN
+            worst = off <= worst ? worst : off;  // propagates NaN
         }
     }
     const double determinant = r(0, 0) * (r(1, 1) * r(2, 2) - r(1, 2) * r(2, 1)) -
@@ -155,7 +155,7 @@ Result<void> check_edges(const VolumeMesh& mesh) {
     return {};
 }
 
-/// Finds two triangles of which one has an edge that passes through the other, among those whose boxes overlap.
+/// Finds two triangles, among those whose boxes overlap, of which an edge of one passes through the other.
 class CrossingSearch {
 public:
     explicit CrossingSearch(const VolumeMesh& mesh)
@@ -180,7 +180,7 @@ public:
     }
 
 private:
-    // Whether an edge of one triangle passes through the inside of another without a common point.
+    // Whether an edge of one triangle passes through the interior of another that it shares no point with.
     bool pierces(std::uint32_t with_edges, std::uint32_t through) const {
         const Triangle& t = mesh_.triangles[through];
         for (std::size_t i = 0; i < 3; ++i) {
@@ -195,7 +195,7 @@ private:
         return false;
     }
 
-    // Sign of the volume of four points; 0 where rounding may decide.
+    // Sign of the volume of a tetrahedron; 0 if rounding could decide it.
     int side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
         const Eigen::Vector3d& origin = mesh_.points_shape[a];
         const Eigen::Vector3d u = mesh_.points_shape[b] - origin,
@@ -244,8 +244,8 @@ double surface_area(const VolumeMesh& mesh) {
     return area;
 }
 
-// Signed distances by formula. Sources: C. Ericson. Real-Time Collision Detection. 2005, sections 5.1.2 (segment) and
-// 5.1.4 (box).
+// Signed distances in closed form. Sources: C. Ericson. Real-Time Collision Detection. 2005, sections 5.1.2 (segment)
+// and 5.1.4 (box).
 
 namespace {
 

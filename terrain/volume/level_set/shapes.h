@@ -30,12 +30,12 @@ struct BoxPart {
 double signed_distance(const CapsulePart& part, const Eigen::Vector3d& p_world);
 double signed_distance(const BoxPart& part, const Eigen::Vector3d& p_world);
 
-/// A shape whose distance has a formula: a union of capsules, or one box.
+/// A shape whose distance has a closed form: a union of capsules, or one box.
 struct ExactShape {
     std::vector<CapsulePart> capsules;
-    std::vector<BoxPart> boxes;  // at most one, and then no capsules
+    std::vector<BoxPart> boxes;  // at most one, without capsules
 
-    /// Makes the parts of a sphere, capsule, box or tube that check() accepts.
+    /// Makes the parts of a sphere, capsule, box or tube accepted by check().
     static ExactShape place(const VolumeOperation& operation);
 
     Aabb bounds() const;
@@ -52,20 +52,21 @@ struct ExactShape {
     }
 };
 
-/// Whether a mesh that check() accepts bounds a solid: every edge has one triangle in each direction, no edge passes
-/// through a triangle, and the signed volume is positive. Surfaces that only touch are accepted.
+/// Checks that a mesh accepted by check() bounds a solid: every edge has one triangle in each direction, no edge passes
+/// through a triangle, and the signed volume is positive. Surfaces may touch.
 ///
 /// Fails: bad_data, naming an edge or two triangles
-/// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap): all pairs of a fan
+/// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap), which is all pairs for a fan
 Result<void> check_closed(const VolumeMesh& mesh);
 
 /// Sum of the areas of a mesh's triangles, square metres.
 double surface_area(const VolumeMesh& mesh);
 
-/// Writes an operation: op, kind of shape, its numbers, pose and voxel. Numbers keep their bits.
+/// Writes an operation: op, kind of shape, its numbers, pose and voxel. Numbers are written bit for bit.
 void put(ByteWriter& out, const VolumeOperation& operation);
 
-/// Reads what put() wrote; none where the bytes end early or name no kind of shape. Sizes and poses are not checked.
+/// Reads what put() wrote; absent if the bytes end early or name an unknown kind of shape. Does not check sizes and
+/// poses.
 std::optional<VolumeOperation> get_operation(ByteReader& in);
 
 }  // namespace terrane::internal

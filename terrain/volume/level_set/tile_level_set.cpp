@@ -25,8 +25,8 @@ using NodeLeaf = openvdb::tree::LeafNode<std::int16_t, 2>;
 using NodeTree =
     openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<NodeLeaf, 2>>>;
 
-/// Does something that OpenVDB divides among threads, such as to copy or free a tree, on this thread alone: tiles are
-/// divided among threads already, and a frame's thread is not to wait for others.
+/// Runs work that OpenVDB would divide among threads, such as copying or freeing a tree, on the calling thread only:
+/// tiles are already divided among threads, and a frame's thread must not wait for others.
 template <class Work>
 auto alone(const Work& work) {
     return tbb::task_arena(1).execute(work);
@@ -89,7 +89,7 @@ namespace {
 
 int leaf_of(double node) { return static_cast<int>(std::floor(node / kLeafSide)); }
 
-/// A box of leaves: first ones, and one past the last.
+/// A box of leaves; the upper end is excluded.
 struct LeafBox {
     Eigen::Vector3i low, high;
     bool is_empty() const { return low[0] >= high[0] || low[1] >= high[1] || low[2] >= high[2]; }
@@ -98,11 +98,11 @@ struct LeafBox {
 
 using LeafValues = std::array<std::int16_t, kLeafNodes>;
 
-// The larger or smaller of each value of a leaf and `distances`.
+// Takes the larger or smaller of each value of a leaf and `distances`.
 void combine_leaf(NodeTree& tree, const openvdb::Coord& origin, const LeafValues& distances,
                   bool keeps_least) {
     const auto limit = static_cast<std::int16_t>(
-        keeps_least ? -kBandSteps : kBandSteps);  // a value that nothing changes
+        keeps_least ? -kBandSteps : kBandSteps);  // neutral for the combination
     NodeLeaf* leaf = tree.probeLeaf(origin);
     if (leaf == nullptr) {
         if (tree.getValue(origin) == limit) return;
@@ -131,8 +131,8 @@ void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, std::int16_t value)
 
 }  // namespace
 
-/// One operation on a tile: divides boxes of leaves until the shape's surface is beyond the band of a box, or the box
-/// is one leaf.
+/// Applies one operation to a tile: divides boxes of leaves until the shape's surface is farther away than the band, or
+/// the box is one leaf.
 class TileLevelSet::Application {
 public:
     Application(TileLevelSet& level_set, VolumeOp op, const PlacedShape& shape,
@@ -196,7 +196,7 @@ private:
 
     void combine(const Eigen::Vector3i& at) {
         const openvdb::Coord origin(kLeafSide * at[0], kLeafSide * at[1], kLeafSide * at[2]);
-        // Nodes beyond the tile's last line keep their values.
+        // Nodes beyond the tile's last line are left unchanged.
         std::array<Eigen::Vector3d, kLeafNodes> nodes;
         std::array<std::size_t, kLeafNodes> index;
         std::size_t count = 0;
@@ -223,7 +223,7 @@ private:
 
     const TileLines& lines_;
     ShapeTraversal traversal_;
-    NodeTree& least_;  // of the field that becomes negative inside the shape
+    NodeTree& least_;  // of the field that is negative inside the shape
     NodeTree& most_;
 };
 
@@ -239,7 +239,7 @@ void TileLevelSet::apply(VolumeOp op, const PlacedShape& shape, const TileLines&
     LeafBox box;
     for (int axis = 0; axis < 3; ++axis) {
         const double origin = axis == 0 ? lines.x[0] : axis == 1 ? lines.y[0] : 0.0;
-        // Limited before the conversion: a large shape may reach far beyond the tile.
+        // Clamped before the conversion: a large shape may extend far beyond the tile.
         const double low =
             std::clamp((bounds.low[axis] - reach - origin) / s, -kMostNode, kMostNode);
         const double high =
@@ -261,7 +261,7 @@ FieldRuns TileLevelSet::runs(Field field, const TileLines& lines) const {
         int line, k;
         const std::int16_t* values;
     };
-    // Leaves come in the order of their coordinates, so that each line's pieces ascend.
+    // Leaves are visited in the order of their coordinates, so that the pieces of each line ascend.
     std::vector<Piece> pieces;
     std::vector<std::uint32_t> counts(kTileLines + 1, 0);
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
@@ -313,7 +313,7 @@ std::uint64_t TileLevelSet::band_node_count() const {
     });
 }
 
-// Level sets as bytes.
+// Serialisation of level sets.
 
 TileLevelSet::TileLevelSet(const TileLevelSet& other)
     : trees_(alone([&] { return std::make_unique<Trees>(*other.trees_); })), band_(other.band_) {}

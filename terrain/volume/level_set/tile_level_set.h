@@ -16,22 +16,23 @@
 namespace terrane::internal {
 
 inline constexpr int kTileLines = kVolumeTileSamples * kVolumeTileSamples;
-/// Most spacings between a node and height 0.
+/// Largest distance of a node from height 0, spacings.
 inline constexpr double kMostNode = 0x1p28;
-/// Half width of a tile's level sets, spacings. Nodes of one prism are less than 2.45 apart, so that at least one of
-/// two nodes of different sign is within the band even where interpolated distances rise by sqrt(3).
+/// Half width of the band of a tile's level sets, spacings. Nodes of one prism are less than 2.45 apart, so that at
+/// least one of two nodes of different sign is within the band even where interpolated distances have a slope of
+/// sqrt(3).
 inline constexpr double kBandSpacings = 3.0;
 
-/// Index of a vertical line of a tile: row by row from the south-west.
+/// Index of a vertical line in a tile: row by row from the south-west.
 constexpr int line_index(int column, int row) { return row * kVolumeTileSamples + column; }
 
-/// The lines through the samples of a tile, and the nodes on them: VolumeNode has the definition.
+/// The lines through the samples of a tile and the nodes on them, as defined at VolumeNode.
 struct TileLines {
     double spacing = 1.0;              // metres, of samples and of nodes
     std::int64_t west = 0, south = 0;  // of the first sample, spacings from lattice point (0, 0)
     std::array<double, kVolumeTileSamples> x{}, y{};  // world, metres
     std::array<double, kTileLines> height{};          // world, metres
-    std::array<std::int32_t, kTileLines> surface{};   // m: the node that is the sample
+    std::array<std::int32_t, kTileLines> surface{};   // m: the node at the sample
     std::array<double, kTileLines> offset{};          // of nodes from z = k spacing, metres
 
     /// Fails: as VolumeTile::create()
@@ -49,7 +50,7 @@ struct TileLines {
     VolumeNode node(int line, std::int32_t k) const {
         return {west + line % kVolumeTileSamples, south + line / kVolumeTileSamples, k};
     }
-    /// Whether node k of line a is below node k of line b: a total order, the same in all tiles.
+    /// Whether node k of line a is lower than node k of line b: a total order, the same in all tiles.
     bool is_lower(int a, int b) const {
         const double of_a = offset[static_cast<std::size_t>(a)],
                      of_b = offset[static_cast<std::size_t>(b)];
@@ -57,18 +58,18 @@ struct TileLines {
     }
 };
 
-/// Which of the two signed distances of a node.
+/// One of a node's two signed distances.
 enum class Field : std::uint8_t {
-    to_void,   ///< negative where the node is void: matters below the heightfield
-    to_solid,  ///< negative where it is solid: matters above
+    to_void,   ///< negative where the node is void; used below the heightfield
+    to_solid,  ///< negative where the node is solid; used above it
 };
 
-/// The values of one field along all lines of a tile, without those in regions of one sign. Between two runs of a line
-/// the sign does not change.
+/// The values of one field along all lines of a tile, without regions of constant sign. The sign does not change
+/// between two runs of a line.
 struct FieldRuns {
     struct Run {
         std::int32_t first = 0, last = 0;  // nodes
-        std::uint32_t begin = 0;           // of its values
+        std::uint32_t begin = 0;           // index of its first value
     };
     std::vector<std::uint32_t> line_begin;  // [kTileLines + 1] into runs
     std::vector<Run> runs;                  // of each line, ascending
@@ -82,13 +83,13 @@ struct FieldRuns {
     }
 };
 
-/// Two sparse grids over the nodes of a tile: trees of OpenVDB with leaves of 4 x 4 x 4 nodes, at coordinates
-/// (column, row, k). Values are limited to three spacings; where all are at that limit there is no leaf. They are held
-/// in 16 bits: a step is 1e-4 spacing, and nodes within half a step of a surface are on it, whatever the rounding of
-/// its distances.
+/// Two sparse grids over the nodes of a tile: OpenVDB trees with leaves of 4 x 4 x 4 nodes at coordinates (column, row,
+/// k). Values are clamped to three spacings; where all are at the limit there is no leaf. Values have 16 bits: a step
+/// is 1e-4 spacing, and nodes within half a step of a surface are on it, whatever the rounding of its distances.
 ///
-/// Composition is ours and not openvdb::tools::csgUnion: an operation updates both fields at once, without a grid of
-/// its own, and without OpenVDB's threads. Values are the same, `TileLevelSet.HasTheValuesOfOpenVdbsOwnComposition`.
+/// Operations are composed here instead of by openvdb::tools::csgUnion: both fields are updated at once, without a grid
+/// for the operation and without OpenVDB's threads. The values are the same
+/// (`TileLevelSet.HasTheValuesOfOpenVdbsOwnComposition`).
 class TileLevelSet {
 public:
     explicit TileLevelSet(double spacing);
@@ -98,13 +99,13 @@ public:
 
     /// Both trees in OpenVDB's format, uncompressed; the same bytes for the same level set.
     std::vector<std::uint8_t> encoded() const;
-    /// Replaces the level set by what encoded() gave. OpenVDB's reader is not hardened: only for bytes that are known
-    /// to be whole.
+    /// Replaces the level set by the result of encoded(). The bytes must be known to be intact: OpenVDB's reader is not
+    /// hardened.
     ///
     /// Fails: bad_data if there are too few or too many bytes
     Result<void> decode(std::span<const std::uint8_t> bytes);
 
-    /// remove: to_void = min(to_void, d), to_solid = max(to_solid, -d). add: the other way round.
+    /// remove: to_void = min(to_void, d), to_solid = max(to_solid, -d). add: with the fields exchanged.
     void apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines);
 
     /// In steps.

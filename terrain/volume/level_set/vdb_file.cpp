@@ -48,7 +48,7 @@ public:
         position_ = position;
         in_.seekg(static_cast<std::streamoff>(position));
     }
-    /// Bytes after their number.
+    /// Skips a byte string and its length.
     void skip_counted() {
         const std::uint64_t count = integer(4);
         if (count > bytes_ - position_) is_ok_ = false;
@@ -75,7 +75,7 @@ std::optional<VdbOffsets> check_vdb_lengths(std::istream& in, std::uint64_t byte
     const bool is_vdb = reader.integer(8) == openvdb::OPENVDB_MAGIC;
     const std::uint64_t version = reader.integer(4);
     if (!is_vdb || version < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
-        return VdbOffsets::present;  // OpenVDB says what it is
+        return VdbOffsets::present;  // not a format that is checked here: OpenVDB reports it
     }
     reader.integer(8);  // the library's version
     const VdbOffsets offsets = reader.integer(1) != 0 ? VdbOffsets::present : VdbOffsets::absent;
@@ -123,7 +123,7 @@ Result<void> check_bytes(const std::string& path, double bytes, const VolumeSett
                                               number_text(settings.memory_bytes));
 }
 
-/// The grid of a file that the settings name, by name, class, type and statistics: with or without its voxels.
+/// The grid that the settings name, checked by name, class, type and statistics; its voxels may not have been read.
 Result<openvdb::GridBase::Ptr> choose_grid(const openvdb::GridPtrVec& grids, const VolumeFile& file,
                                            const VolumeSettings& settings) {
     openvdb::GridBase::Ptr chosen;
@@ -163,13 +163,13 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
     const auto offsets = check_vdb_lengths(in, file_bytes);
     if (!offsets) return damaged(file.path);
     if (*offsets == VdbOffsets::present) {
-        // Refuses before voxels are read. A file without offsets would be read as a whole.
+        // Checks before voxels are read. A file without offsets would be read as a whole.
         openvdb::io::File reader(file.path);
         reader.open(false);
         const auto stated = choose_grid(*reader.readAllGridMetadata(), file, settings);
         if (!stated) return tl::unexpected(stated.error());
     }
-    // Through a stream that throws at the end of the file: io::File takes lengths from what it could not read.
+    // Reads through a stream that throws at the end of the file, because io::File uses lengths that it failed to read.
     in.seekg(0);
     in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     openvdb::io::Stream stream(in, false);
@@ -184,7 +184,7 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
     return grid;
 }
 
-// Whether all voxels, and all tiles inside, are so near the origin that coordinates beside them do not overflow.
+// Whether all voxels and all inside tiles are near enough to the origin that neighbouring coordinates do not overflow.
 bool are_coordinates_in_range(const openvdb::FloatGrid& grid) {
     constexpr int kFarthest = 1 << 30;
     const auto is_in_range = [](const openvdb::CoordBBox& box) {
@@ -205,8 +205,8 @@ bool are_coordinates_in_range(const openvdb::FloatGrid& grid) {
     return true;
 }
 
-// Whether neighbouring values differ by at most 5/4 voxel, and regions without voxels meet voxels and each other
-// without a change of sign.
+// Whether neighbouring values differ by at most 5/4 voxel, and regions without voxels border on voxels and on each
+// other without a change of sign.
 bool are_distances(const openvdb::FloatGrid& grid) {
     const double most = kMostSlope * grid.voxelSize()[0], band = double{grid.background()};
     auto values = grid.getConstAccessor();
@@ -225,7 +225,7 @@ bool are_distances(const openvdb::FloatGrid& grid) {
             }
         }
     }
-    // Beside a region inside are voxels, which were compared, or other regions inside.
+    // An inside region borders on voxels, which have been compared, or on other inside regions.
     for (auto tile = grid.tree().cbeginValueOff(); tile; ++tile) {
         if (tile.isVoxelValue() || !(*tile < 0.0f)) continue;
         openvdb::CoordBBox box;
@@ -299,7 +299,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
             Grid{grid, index_from_offset, world_from_shape.translation,
                  Eigen::Vector3d(origin[0], origin[1], origin[2]), voxel, band}));
     } catch (const std::bad_alloc&) {
-        // Sizes were checked: a length inside the file is wrong.
+        // Lengths were checked against the file's size, so a length within it must be wrong.
         return damaged(file.path);
     } catch (const std::exception& error) {
         return fail(ErrorCode::bad_data, "cannot read \"" + file.path + "\": " + error.what());

@@ -17,7 +17,7 @@ using internal::PlacedShape;
 
 constexpr std::size_t kMostTiles = std::size_t{1} << 22;
 
-/// Tiles under a box, limited to those of the world; first and last column and row.
+/// Tiles under a box, clipped to the world.
 struct TileRange {
     VolumeTileKey first, last;
     double count() const {
@@ -34,7 +34,7 @@ TileRange tiles_under(const Lattice& lattice, int level, const Aabb& box) {
     const std::int64_t tile_side = lattice.step(level) * kVolumeTileCells;
     const std::int64_t west = lattice.west() / tile_side, south = lattice.south() / tile_side;
     const std::int64_t east = lattice.east() / tile_side, north = lattice.north() / tile_side;
-    // Limited before the conversion: one beyond the world on both sides.
+    // Clamped before the conversion, to one tile beyond the world on both sides.
     const auto tile_at = [&](double p, double origin, std::int64_t first, std::int64_t end) {
         const double at = std::floor((p - origin) / side);
         return static_cast<std::int64_t>(
@@ -49,13 +49,13 @@ TileRange tiles_under(const Lattice& lattice, int level, const Aabb& box) {
     return range;
 }
 
-/// Extent of a box along an axis inside a column or row of tiles, metres.
+/// Width of a box along an axis inside one column or row of tiles, metres.
 double width_inside(const Aabb& box, int axis, double origin, std::int64_t index, double side) {
     const double begin = origin + static_cast<double>(index) * side;
     return std::max(0.0, std::min(box.high[axis], begin + side) - std::max(box.low[axis], begin));
 }
 
-/// The world's rectangle, widened by what shapes reach beyond their surface.
+/// The world's rectangle, widened by the band.
 Aabb world_of(const Lattice& lattice, int level) {
     const double reach = (internal::kBandSpacings + 1.0) * lattice.level_spacing(level);
     return {{lattice.x(lattice.west()) - reach, lattice.y(lattice.south()) - reach, 0.0},
@@ -184,10 +184,10 @@ struct Volumes::State {
     std::array<std::uint64_t, 2> fingerprint{};
     std::vector<VolumeTileKey> tiles;    // sorted
     std::vector<std::uint32_t> begins;   // [tiles + 1] into indices and parts
-    std::vector<std::uint32_t> indices;  // of operations, ascending for each tile
-    std::vector<VolumeTilePart> parts;   // of each index
+    std::vector<std::uint32_t> indices;  // of operations, ascending within each tile
+    std::vector<VolumeTilePart> parts;   // one for each index
 
-    // First and number of a tile's indices.
+    // First index and number of a tile's operations.
     std::pair<std::size_t, std::size_t> range_of(const VolumeTileKey& key) const;
 };
 
@@ -218,7 +218,7 @@ Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOp
     const auto named = [](std::size_t i, const Error& error) {
         return fail(error.code, "volume " + number_text(i) + ": " + error.message);
     };
-    // Checked first: the level follows from all of them.
+    // All operations are checked first, because the level depends on all of them.
     double voxel = operations.empty() ? 1.0 : operations.front().voxel;
     for (std::size_t i = 0; i < operations.size(); ++i) {
         if (auto ok = check(operations[i]); !ok) return named(i, ok.error());
@@ -227,7 +227,7 @@ Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOp
     state->level = settings.level.value_or(pinned_level(lattice, voxel));
     struct Touch {
         VolumeTilePart part;
-        std::uint32_t index = 0;  // of the operation
+        std::uint32_t index = 0;  // index of the operation
     };
     ContentHasher hasher;
     const auto add = [&hasher](const ByteWriter& bytes) { hasher.add(bytes.bytes()); };

@@ -18,7 +18,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261126;
 
-/// Largest coordinate of a shape along a world axis, by its convex pieces.
+/// Largest coordinate of a shape along a world axis: the maximum over its convex pieces.
 double support_along(const Shape& shape, const Pose& pose, const Eigen::Vector3d& axis) {
     double most = -std::numeric_limits<double>::infinity();
     for (const Piece& piece : pieces_of(shape, pose)) {
@@ -41,7 +41,7 @@ TEST(ComputeAabb, ContainsTheShapeAndIsTightForConvexShapes) {
         pose.translation = far * random.direction();
         const Aabb box = internal::compute_aabb(shape, pose);
         const Aabb any_rotation = internal::compute_rotating_aabb(shape, pose.translation);
-        // The oracle's own rounding.
+        // Rounding of the oracle.
         const double rounding = 1e-15 * far;
         for (int axis = 0; axis < 3; ++axis) {
             const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
@@ -70,7 +70,7 @@ TEST(ComputeAabb, OverlapsWhereShapesTouch) {
         if (i % 3 > 0) pose_a.rotation = random.rotation();
         if (i % 3 > 1) pose_b.rotation = random.rotation();
         pose_a.translation = (i % 2 == 0 ? 1e7 : 1.0) * random.direction();
-        // One is moved until they just touch, which their boxes must see.
+        // One shape is moved until they just touch; their boxes must then overlap.
         pose_b.translation = pose_a.translation + 3.0 * Eigen::Vector3d::Unit(i % 3);
         for (int step = 0; step < 4; ++step) {
             pose_b.translation[i % 3] -=
@@ -95,7 +95,7 @@ TEST(ComputeAabb, OverlapsWhereShapesTouchWithinRounding) {
         const Shape ball = Sphere{radius};
         Pose a, b;
         a.translation[axis] = (is_far ? 1e7 : 1.0) * random.between(-1.0, 1.0);
-        // Far away the coordinates have a grid of nanometres, near the origin touching has a tolerance.
+        // Far away coordinates are multiples of nanometres; near the origin touching has a tolerance.
         b.translation[axis] = a.translation[axis] + 2.0 * radius + (is_far ? 0.0 : 1e-12 * radius);
         if (b.translation[axis] - a.translation[axis] > 2.0 * radius && is_far) {
             b.translation[axis] = std::nextafter(b.translation[axis], -1e9);
@@ -125,7 +125,7 @@ Aabb random_box(Random& random, double width) {
     return {Eigen::Vector3d(x, y, z) - half, Eigen::Vector3d(x, y, z) + half};
 }
 
-/// Boxes of one shape of emptiness or another.
+/// Empty boxes in several representations.
 Aabb no_box(int i) {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     switch (i % 5) {
@@ -159,7 +159,7 @@ bool is_empty(const Aabb& box) {
            !box.high.allFinite();
 }
 
-/// Those that a predicate chooses among the boxes that are not empty.
+/// Slots of the non-empty boxes that satisfy a predicate.
 template <class Wanted>
 Slots choose(const std::vector<Aabb>& boxes, const Wanted& is_wanted) {
     Slots slots;
@@ -174,7 +174,7 @@ Slots sorted(Slots slots) {
     return slots;
 }
 
-/// By ternary search: the distance of a point of the sweep from the widened box is a convex function of the fraction.
+/// By ternary search: the distance of the sweep's point from the widened box is a convex function of the fraction.
 bool touches_up_to(const BoxSweep& sweep, double limit, const Aabb& box) {
     const auto distance_at = [&](double t) {
         const Eigen::Vector3d at = sweep.from + t * sweep.displacement;
@@ -261,7 +261,7 @@ TEST(BodyTree, FindsThemAfterARefitToo) {
         tree.build(boxes);
         for (int step = 0; step < 4; ++step) {
             for (Aabb& box : boxes) {
-                // Boxes come, go and move, a little or far.
+                // Boxes are added, removed and moved, by small and large distances.
                 const int what = random.below(10);
                 if (what == 0) box = no_box(random.below(5));
                 if (what == 1) box = random_box(random, width_of(count));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Every broadphase against a brute force comparison of all boxes.
+// Every broadphase against a brute-force comparison of all boxes.
 #include "support/allocation_counter.h"
 #include "support/random.h"
 
@@ -51,7 +51,7 @@ Eigen::Vector3d random_place(Random& random, const Eigen::Vector3d& width) {
     return {x, y, z};
 }
 
-// Pairs whose boxes are no further apart than two margins along any axis.
+// Pairs whose boxes are at most two margins apart along every axis.
 std::vector<BodyPair> compare_all(const Crowd& crowd, double margin) {
     std::vector<BodyPair> pairs;
     for (std::uint32_t i = 0; i < crowd.bounds.size(); ++i) {
@@ -100,7 +100,7 @@ std::vector<NamedCrowd> make_crowds(Random& random) {
     for (int axis = 0; axis < 3; ++axis) {
         Crowd& stacked = add("stacked along axis " + std::to_string(axis), 0.01);
         for (int i = 0; i < 300; ++i) {
-            // each touches the next exactly
+            // each box touches the next exactly
             stacked.add(i * Eigen::Vector3d::Unit(axis), {0.5, 0.5, 0.5});
         }
     }
@@ -231,7 +231,7 @@ TEST_P(Broadphases, KeepTheirMemory) {
         broadphase->update(crowd.bounds, crowd.balls);
         return broadphase->find_pairs().size();
     };
-    // the second update begins to keep pairs
+    // pairs are kept from the second update on
     const std::size_t pairs = ask();
     ASSERT_GT(pairs, 100u);
     EXPECT_EQ(ask(), pairs);
@@ -271,7 +271,7 @@ TEST(GridBroadphase, UpdatesInTheSameStepsABodyHoweverManyAndHoweverFarApart) {
 TEST(GridBroadphase, ComparesFewPairsOfLikeBodies) {
     Random random(kSeed + 4);
     Crowd crowd;
-    // 2 % of the volume
+    // spheres fill 2 % of the volume
     const int count = 20'000;
     const double width = std::cbrt(count * 0.5236 / 0.02);
     for (int i = 0; i < count; ++i) {
@@ -281,7 +281,7 @@ TEST(GridBroadphase, ComparesFewPairsOfLikeBodies) {
     grid->update(crowd.bounds, crowd.balls);
     const std::size_t pairs = grid->find_pairs().size();
     EXPECT_GT(pairs, 100u);
-    // 27 cells of which one row in three overlaps the other's neighbours, against 8 box volumes
+    // 27 cells, of which one row in three overlaps the neighbours of the other body, against 8 box volumes
     EXPECT_LT(grid->candidate_count(), 8 * pairs);
 }
 
@@ -300,7 +300,7 @@ TEST(SapBroadphase, KeepsItsOrderWhereLittleMoves) {
     EXPECT_LT(update(), from_scratch / 2);  // enlarged boxes
     const std::uint64_t kept = update();
     EXPECT_EQ(kept, crowd.bounds.size());
-    // out of the enlarged boxes
+    // beyond the enlarged boxes
     for (std::size_t i = 0; i < crowd.bounds.size(); ++i) crowd.move(i, 1.0 * random.direction());
     const std::uint64_t sorted = update();
     EXPECT_LT(sorted, from_scratch / 2);
@@ -309,7 +309,7 @@ TEST(SapBroadphase, KeepsItsOrderWhereLittleMoves) {
 
 }  // namespace broadphase_test
 
-// Pairs that are kept from update to update, against a broadphase that is made anew for each of them.
+// Pairs kept over many updates, against a broadphase made anew for each update.
 
 namespace kept_pairs_test {
 
@@ -343,7 +343,7 @@ Bodies make_bodies(Random& random, int count, double width) {
     return bodies;
 }
 
-/// Whether every kind, kept through all steps, finds the pairs of a fresh comparison of all boxes.
+/// Whether every kind of broadphase, kept through all steps, finds the pairs of a fresh comparison of all boxes.
 ///
 /// @param move void(Bodies&, step): called before each step
 void expect_fresh_pairs(Bodies bodies, int steps, const std::function<void(Bodies&, int)>& move) {
@@ -359,7 +359,7 @@ void expect_fresh_pairs(Bodies bodies, int steps, const std::function<void(Bodie
         for (std::size_t k = 0; k < kKinds.size(); ++k) {
             SCOPED_TRACE(to_string(kKinds[k]));
             kept[k]->update(bodies.bounds, bodies.balls);
-            // asking again gives the same
+            // a second query gives the same pairs
             for (int time = 0; time < 2; ++time) {
                 const std::span<const BodyPair> found = kept[k]->find_pairs();
                 ASSERT_TRUE(
@@ -387,7 +387,7 @@ TEST(KeptPairs, AreThoseOfAFreshComparisonWhileAFewCrossTheOthers) {
     Bodies bodies = make_bodies(random, 300, 10.0);
     for (int i = 0; i < 5; ++i) bodies.move(static_cast<std::size_t>(50 * i), {-20.0, 0.0, 0.0});
     expect_fresh_pairs(bodies, 40, [&](Bodies& all, int step) {
-        // one more joins every eight steps
+        // one body is added every eight steps
         for (int i = 0; i <= step / 8; ++i) {
             all.move(static_cast<std::size_t>(50 * i), {1.3, 0.1 * i, 0.0});
         }
@@ -429,7 +429,7 @@ TEST(KeptPairs, FollowBoxesThatBecomeEmptyWithoutMoving) {
         if (step % 8 < 4) return;
         all.bounds[7].low.y() = kNone;
         all.bounds[8].high.z() = std::numeric_limits<double>::infinity();
-        // turned inside out within its enlarged box
+        // inverted within its enlarged box
         std::swap(all.bounds.back().low, all.bounds.back().high);
         if (step % 8 < 6) return;
         for (std::size_t i = 20; i < 50; ++i) all.bounds[i].high.x() = kNone;
@@ -442,7 +442,7 @@ TEST(KeptPairs, AreThoseOfTheLastOfSeveralUpdates) {
     const auto kept = make_broadphase(BroadphaseKind::grid, 0.0);
     const auto fresh = make_broadphase(BroadphaseKind::brute, 0.0);
     for (int step = 0; step < 60; ++step) {
-        // others in each step: none, a few, or more than get new boxes alone
+        // different bodies in each step: none, a few, or more than the limit for updating boxes one by one
         for (int i = 0; i < step % 7 * 2; ++i) {
             bodies.move(static_cast<std::size_t>((11 * step + i) % 100), 1.5 * random.direction());
         }

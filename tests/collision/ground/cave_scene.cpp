@@ -13,7 +13,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-/// Distance of a point and a triangle: through the plane's coordinates, or to the edges.
+/// Distance of a point from a triangle: by barycentric coordinates of its projection, or to the edges.
 double distance_to(const Vec& p, const std::array<Vec, 3>& t) {
     const Vec n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
     bool is_inside = true;
@@ -29,7 +29,7 @@ double distance_to(const Vec& p, const std::array<Vec, 3>& t) {
 
 struct Builder {
     SolidTriangles solid;
-    /// A rectangle from a corner along two sides; out of the solid is u x v.
+    /// A rectangle spanned by u and v from a corner; u x v points out of the solid.
     void add(const Vec& corner, const Vec& u, const Vec& v, int parts) {
         for (int i = 0; i < parts; ++i) {
             for (int j = 0; j < parts; ++j) {
@@ -86,7 +86,7 @@ void add_points(const Compound& c, std::vector<RoundPoint>& out) {
     }
 }
 
-/// How deep a point is in a shape, metres; only for boxes and round shapes.
+/// Depth of a point in a shape, metres; only for boxes and round shapes.
 double depth_in(const Shape& shape, const Vec& p) {
     if (const Sphere* s = std::get_if<Sphere>(&shape)) return s->radius - p.norm();
     if (const Capsule* c = std::get_if<Capsule>(&shape)) {
@@ -123,13 +123,13 @@ double CaveScene::depth(const Shape& shape, const Pose& pose) const {
         if (beyond.maxCoeff() < radius + 0.5) near.push_back(t);
     }
     constexpr double kFar = 1e3;
-    // What no triangle is near to is in the air or in the solid as a whole.
+    // With no triangle nearby the shape is entirely in air or entirely in the solid.
     if (near.empty()) return is_air(pose.translation) ? -kFar : kFar;
     double deepest = -std::numeric_limits<double>::infinity();
     for (const RoundPoint& point : points) {
         deepest = std::max(deepest, point.radius - distance(pose * point.p, near));
     }
-    // Edges of the solid in the shape: along the edges of all triangles.
+    // Edges of the solid inside the shape, sampled along the edges of all triangles.
     for (const auto& triangle : near) {
         for (std::size_t i = 0; i < 3; ++i) {
             for (int k = 0; k < 4; ++k) {
@@ -145,7 +145,7 @@ double CaveScene::depth(const Shape& shape, const Pose& pose) const {
 CaveScene make_cave(double shift, bool is_closed) {
     const Vec o(shift, shift, 0.0);
     const Vec x = Vec::UnitX(), y = Vec::UnitY(), z = Vec::UnitZ();
-    // Cavern 20 x 20 x 10, shaft 6 x 6.
+    // Cavern of 20 x 20 x 10 m, shaft of 6 x 6 m.
     const double low = 40.0, high = 60.0, floor = 10.0, roof = 20.0, a = 46.0, b = 52.0;
     Builder builder;
     builder.add(o + Vec(low, low, floor), 20.0 * x, 20.0 * y, 10);  // floor

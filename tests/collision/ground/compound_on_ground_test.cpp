@@ -77,7 +77,7 @@ TEST(CompoundOnGround, AnswersAreThoseOfItsParts) {
             if (lift < 0.0) {
                 EXPECT_NEAR(of_all, distance, 1e-9);
             } else {
-                // The lift of the deepest part separates all.
+                // Lifting by the lift of the deepest part separates all parts.
                 EXPECT_LE(of_all, 0.0);
                 EXPECT_GE(of_all, -lift - 1e-9);
             }
@@ -177,7 +177,7 @@ TEST(CompoundOnGround, ContactsSeparateItAndNameTheirParts) {
             expect_separated_by_distance(compound, pose, ground);
             for (std::size_t k = 0; k < answer.count; ++k) {
                 ASSERT_LT(contacts[k].part, parts.size());
-                // The point is on the part of the contact.
+                // The point lies on the part that the contact names.
                 const CompoundPart& part = parts[contacts[k].part];
                 const Pose placed = world_from_part(pose, part);
                 const Eigen::Vector3d in_part =
@@ -231,7 +231,7 @@ TEST(CompoundOnGround, CastIsThatOfTheEarliestOfItsParts) {
                 of_part.start = world_from_part(motion.start, part);
                 earliest = std::min(earliest, cast(shape_of(part), of_part, ground).fraction);
             }
-            // Both stop within the tolerance, however grazing the motion.
+            // Both casts stop within the tolerance, even in grazing motion.
             const double first = std::min(earliest, answer.fraction);
             const double gap = signed_distance(compound, motion.at(first), ground, 1.0).distance;
             if (answer.hit) {
@@ -243,7 +243,7 @@ TEST(CompoundOnGround, CastIsThatOfTheEarliestOfItsParts) {
     }
 }
 
-// A rough sheet of 2 n^2 triangles above the body's origin, with one vertex below it.
+// A rough sheet of 2 n^2 triangles above the body's origin, with one vertex below the origin.
 Compound make_sheet(int n) {
     std::vector<Eigen::Vector3d> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -295,7 +295,7 @@ TEST(CompoundOnGround, OfAHundredThousandTrianglesTestsThoseNearTheGround) {
     const Compound sheet = make_sheet(220);
     ASSERT_GT(sheet.parts().size(), 96'000u);
     const Pose pose = pose_at(64.3, 64.4, 0.99);
-    // 4000 queries within a second in total: without the tree each would test 10^5 parts in 0.1 s.
+    // 4000 queries take less than a second in total; without the tree each would test 10^5 parts in 0.1 s.
     std::array<Contact, 16> contacts;
     for (int i = 0; i < 1000; ++i) {
         EXPECT_NEAR(compute_lift(sheet, pose, ground).lift, 0.01, 1e-12);

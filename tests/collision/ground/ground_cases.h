@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-// Poses, motions and grounds of random tests against the ground.
+// Poses, motions and grounds of random tests.
 namespace terrane::test {
 
 inline Pose pose_at(double x, double y, double z) {
@@ -52,14 +52,14 @@ inline Motion random_motion(Random& random, const Ground& ground, double distanc
     return motion;
 }
 
-/// Motion i of many: 5 or 60 m long, with up to four turns.
+/// Motion number i: 5 or 60 m long, with up to four turns.
 inline Motion random_motion(Random& random, const Ground& ground, int i) {
     constexpr std::array<double, 4> kSpins{0.0, 0.3, 3.0, 25.0};
     return random_motion(random, ground, i % 3 == 0 ? 5.0 : 60.0,
                          kSpins[static_cast<std::size_t>(i % 4)]);
 }
 
-/// The shortest translation that satisfies all contacts, by repeated projection (Dykstra).
+/// The shortest translation that satisfies all contacts, by Dykstra's projection algorithm.
 inline Eigen::Vector3d resolve(std::span<const Contact> contacts) {
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
     std::vector<double> corrections(contacts.size(), 0.0);
@@ -77,9 +77,9 @@ inline Eigen::Vector3d resolve(std::span<const Contact> contacts) {
     return d;
 }
 
-/// The same rough ground at the origin and 1e7 m east and north of it, whole root squares away.
+/// Identical rough ground at the origin and 1e7 m east and north of it, shifted by whole root squares.
 struct FarGround {
-    static constexpr std::int32_t kRoots = 78125;  // of 128 m each
+    static constexpr std::int32_t kRoots = 78125;  // root squares of 128 m
     static constexpr double kShift = 128.0 * kRoots;
 
     Ground near = make_test_ground(hash_height, 1.0, 1);
@@ -103,7 +103,7 @@ private:
     }
 };
 
-// Hulls and compounds for queries against the ground, and oracles that share no method with the library.
+// Hulls and compounds for ground queries, and oracles that share no method with the library.
 
 inline ConvexHull make_hull(const Points& points) { return ConvexHull::create(points).value(); }
 
@@ -122,7 +122,7 @@ struct NamedHull {
     Points points;
 };
 
-/// Hulls of every dimension, none of them centred on its origin.
+/// Hulls of every dimension, none centred on its origin.
 inline std::vector<NamedHull> make_hulls(Random& random) {
     const Eigen::Vector3d off(0.3, -0.2, 0.4);
     const auto turned = [&](const Points& points) {
@@ -140,8 +140,8 @@ inline std::vector<NamedHull> make_hulls(Random& random) {
     };
 }
 
-/// Triangles that cover the surface of the hull of a few points: every triple with all others on one side. For fewer
-/// than three points, the points themselves.
+/// Triangles that cover the hull of a few points: every triple with all other points on one side. Fewer than three
+/// points are returned as they are.
 inline std::vector<Points> cover_hull(const Points& points) {
     if (points.size() < 3) return {points};
     std::vector<Points> cover;
@@ -163,7 +163,7 @@ inline std::vector<Points> cover_hull(const Points& points) {
     return cover;
 }
 
-/// Lift of a surface of polygons over triangles, by clipping.
+/// Lift by clipping: surface polygons of the shape over the triangles of the ground.
 inline double clip_hull_lift(const std::vector<Points>& cover, const Pose& pose,
                              std::span<const Corners> soup) {
     double lift = -std::numeric_limits<double>::infinity();
@@ -183,7 +183,7 @@ inline std::vector<Corners> soup_around(const Ground& ground, const Pose& pose, 
     return make_soup(ground, p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius);
 }
 
-/// A shape of parametrised tests.
+/// A named shape for parametrised tests.
 struct NamedShape {
     std::string name;  ///< letters, digits and underscores
     Shape shape;
@@ -193,7 +193,7 @@ inline std::ostream& operator<<(std::ostream& out, const NamedShape& named) {
     return out << named.name;
 }
 
-/// A shape of every kind: make_shapes(), make_hulls(), those hulls side by side, and a compound of every kind.
+/// One shape of every kind: make_shapes(), make_hulls(), a compound of those hulls, and a compound of all kinds.
 inline std::vector<NamedShape> make_named_shapes() {
     Random random(20261102);
     std::vector<NamedShape> shapes;
@@ -217,7 +217,7 @@ inline std::vector<NamedShape> make_named_shapes() {
     return shapes;
 }
 
-/// Tests that run once for each of make_named_shapes().
+/// Tests that run once per shape of make_named_shapes().
 class EveryShape : public testing::TestWithParam<NamedShape> {
 protected:
     const Shape& shape() const { return GetParam().shape; }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/ground_cases.h"
 #include "ground/heightfield/heightfield_queries.h"
-#include "ground_cases.h"
 #include "ground_checks.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -11,10 +10,10 @@
 
 #include <limits>
 
-// Expectations about casts that hold for every kind of shape.
+// Checks of casts for any kind of shape.
 namespace terrane::test {
 
-/// Samples the motion up to a fraction and expects no overlap.
+/// Samples the motion up to `fraction` and expects no overlap.
 inline void expect_no_overlap(const Shape& shape, const Motion& motion, const Ground& ground,
                               double fraction) {
     constexpr int kSteps = 300;
@@ -25,7 +24,7 @@ inline void expect_no_overlap(const Shape& shape, const Motion& motion, const Gr
     }
 }
 
-/// For a shape that starts separated: it stops outside the ground, within the tolerance of it.
+/// For a shape that starts separated: it stops outside the ground and within the tolerance.
 inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
                                        const Ground& ground, long& hits) {
     const CastAnswer answer = cast(shape, motion, ground);
@@ -45,7 +44,7 @@ inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
     EXPECT_NEAR(answer.contact.depth, 0.0, 1e-4 + 1e-9);
 }
 
-/// The wall is at x = 64; the shape's origin stops within 5 m before it, or just behind where the shape is off its
+/// The wall is at x = 64. The shape's origin stops up to 5 m before it, or just behind it if the shape is off its
 /// origin.
 inline void expect_hits_a_thin_wall_at_any_speed(const Shape& shape) {
     const Ground ground =
@@ -64,7 +63,7 @@ inline void expect_hits_a_thin_wall_at_any_speed(const Shape& shape) {
     }
 }
 
-/// Motions just above a plane, over seams of cells and root squares, hit nothing.
+/// Motions just above a plane, across seams of cells and root squares, hit nothing.
 inline void expect_slides_over_flat_seams(Random& random, const Shape& shape, int count) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
     for (int i = 0; i < count; ++i) {
@@ -93,7 +92,7 @@ inline void expect_reports_touch_and_overlap_at_the_start(const Shape& shape) {
     }
 }
 
-/// For a shape whose half extents are 0.5 m in z and at most 1 m in x and y.
+/// For a shape with a half extent of 0.5 m in z and at most 1 m in x and y.
 inline void expect_skips_separating_contacts(const Shape& shape) {
     const Ground ground =
         make_test_ground([](double x, double) { return x > 70.0 ? x - 70.0 : 0.0; }, 1.0, 1);
@@ -229,7 +228,7 @@ TEST(Cast, SkipsSeparatingContactsUntilTheyCloseAgain) {
 
 TEST(Cast, DoesNotHitWhenTurningAwayFromAContact) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    // Starts a quarter of the tolerance above the ground, and tips away from it.
+    // Starts a quarter of the tolerance above the ground and tips away from it.
     Motion motion;
     motion.start.translation = {64.3, 64.4, 0.5 + 0.25e-4};
     motion.translation = {0.0, 0.0, 0.5};
@@ -247,14 +246,14 @@ TEST(Cast, OfGreatLengthCostsNoMoreThanTheGroundBelowIt) {
     const auto cast_far = [&](const WorldPos& from, const Eigen::Vector3d& by) {
         return cast(Sphere{0.5}, straight(from, by), ground);
     };
-    // From far above and from far beside: each must end within milliseconds.
+    // From far above and far beside; each cast must take only milliseconds.
     constexpr double kDistance = 1e9;
     const CastAnswer down = cast_far({64.3, 64.4, 0.5 * kDistance}, {0.0, 0.0, -kDistance});
     EXPECT_TRUE(down.hit);
     EXPECT_NEAR(down.fraction, 0.5, 1e-8);
     EXPECT_FALSE(cast_far({64.3, 64.4, 9.0}, {kDistance, 0.0, 0.0}).hit);
     EXPECT_FALSE(cast_far({-1e6, 64.4, 9.0}, {-kDistance, kDistance, 0.0}).hit);
-    // Beyond that doubles do not resolve the tolerance.
+    // At larger distances doubles do not resolve the tolerance.
     for (const double distance : {1e15, 1e100}) {
         EXPECT_EQ(cast_far({64.3, 64.4, 0.5 * distance}, {0.0, 0.0, -distance}).status,
                   QueryStatus::invalid);
@@ -279,7 +278,7 @@ TEST(Cast, RejectsNonFiniteArguments) {
 
 TEST(Cast, TurnsAboutTheBodysOriginAndNotAboutItsCentre) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    // A needle 3 m to the east goes down a quarter of a circle, to 2 m below its start.
+    // A needle 3 m to the east swings down a quarter circle, past the ground 1.5 m below the origin.
     const std::vector<Eigen::Vector3d> points{{3.0, 0.0, 0.0}, {2.9, 0.0, 0.0}};
     const std::vector<CompoundPart> parts{{Sphere{0.0}, pose_at(3.0, 0.0, 0.0)}};
     for (const Shape& shape :
@@ -329,9 +328,9 @@ using internal::is_sweep_clear;
 
 constexpr std::uint64_t kSeed = 20261123;
 constexpr double kMargin = 1e-3;
-constexpr int kSamples = 48;  // of a motion
+constexpr int kSamples = 48;  // samples per motion
 
-/// Hulls and compounds are off their origins, so that turning moves them.
+/// Hulls and compounds are off their origins, so that rotation also translates them.
 std::vector<Shape> make_shapes() {
     std::vector<Shape> shapes{Sphere{0.5},          Capsule{0.4, 0.8},     Capsule{0.1, 0.0},
                               Box{{1.0, 2.0, 0.5}}, Box{{0.3, 0.2, 0.01}}, Box{{2.0, 0.0, 0.0}}};
@@ -353,7 +352,7 @@ std::vector<Shape> make_shapes() {
     return shapes;
 }
 
-/// A short motion that starts just above the ground, like those of bodies in a substep.
+/// A short motion that starts just above the ground, like that of a body in a substep.
 Motion random_short_motion(Random& random, const Shape& shape, const Ground& ground) {
     Motion motion;
     motion.start = random_pose(random, ground, 0.0, 1.0);
@@ -366,7 +365,7 @@ Motion random_short_motion(Random& random, const Shape& shape, const Ground& gro
     return motion;
 }
 
-/// Least distance to the ground at some poses of a motion, at most `most`.
+/// Least distance to the ground over sampled poses of a motion, at most `most`.
 double least_distance(const Shape& shape, const Motion& motion, const Ground& ground, double most) {
     double least = most;
     for (int i = 0; i <= kSamples; ++i) {
@@ -395,7 +394,7 @@ TEST(SweepClear, ProvedMotionsKeepTheMargin) {
             }
         }
     }
-    // Enough cases of each kind.
+    // Both outcomes occur often enough.
     EXPECT_GT(met, 500);
     EXPECT_GT(clear, 500);
     EXPECT_GT(proved, clear / 2) << "of " << clear;

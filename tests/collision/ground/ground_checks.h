@@ -7,10 +7,11 @@
 
 #include <cstring>
 
-// Expectations about queries that hold for every kind of shape.
+// Checks of queries for any kind of shape.
 namespace terrane::test {
 
-/// Contacts are sorted, deepest first, and the shortest translation that resolves them all separates the shape.
+/// Contacts are sorted by depth, and the shortest translation that resolves all of them separates the shape. Counts the
+/// calls with an overlap.
 inline void expect_separated_by_contacts(const Shape& shape, const Pose& pose, const Ground& ground,
                                          long& overlapping) {
     std::array<Contact, 256> contacts;
@@ -34,7 +35,7 @@ inline void expect_separated_by_contacts(const Shape& shape, const Pose& pose, c
     }
 }
 
-/// The translation of signed_distance() separates the shape.
+/// The translation that signed_distance() returns separates the shape.
 inline void expect_separated_by_distance(const Shape& shape, const Pose& pose,
                                          const Ground& ground) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
@@ -42,7 +43,7 @@ inline void expect_separated_by_distance(const Shape& shape, const Pose& pose,
               1e-9);
 }
 
-/// A kilometre below the ground there is a contact, and the minimum translation separates.
+/// One kilometre below the ground there is a contact, and the minimum translation separates.
 inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
     const Ground ground = make_test_ground(hash_height, 1.0, 1);
     const Pose pose = pose_at(64.3, 64.4, -1000.0);
@@ -55,7 +56,7 @@ inline void expect_pushed_up_from_a_kilometre_below(const Shape& shape) {
     expect_separated_by_distance(shape, pose, ground);
 }
 
-/// For a shape that is a point: at, below and above a slope.
+/// For a shape that is a single point: at, below and above a slope.
 inline void expect_answers_of_a_point(const Shape& shape) {
     const Ground ground =
         make_test_ground([](double x, double y) { return 0.25 * x + 0.5 * y; }, 1.0, 1);
@@ -71,7 +72,7 @@ inline void expect_answers_of_a_point(const Shape& shape) {
                 0.5 * upright, 1e-9);
 }
 
-/// For a box of half extents 3 x 3 x 0.5 m, or a hull that is one: over a spike.
+/// For a box, or a hull equal to it, of half extents 3 x 3 x 0.5 m above a spike.
 inline void expect_spike_under_the_middle(const Shape& box, Contact& contact_out) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);

@@ -55,7 +55,7 @@ TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
             std::array<Contact, 64> contacts;
             const ContactAnswer touching = find_contacts(shape(), pose, ground, 0.0, contacts);
             for (std::size_t k = 0; k < touching.count; ++k) EXPECT_LE(contacts[k].depth, 1e-8);
-            // With a margin just above the gap there is a contact, and none is nearer than the gap.
+            // With a margin just above the gap there is a contact, and no contact is nearer than the gap.
             const double gap = signed_distance(shape(), pose, ground, 5.0).distance;
             const ContactAnswer near = find_contacts(shape(), pose, ground, gap + 1e-6, contacts);
             if (gap > 4.9) continue;
@@ -75,7 +75,7 @@ TEST_P(ShapeContacts, HaveTheFaceNormalOnFlatSeams) {
     for (int i = 0; i < 100; ++i) {
         Pose pose;
         pose.rotation = random.rotation();
-        // Over corners, edges and the seam of two root squares.
+        // Over corners, edges and the seam between two root squares.
         pose.translation = {128.0 + random.between(-2.0, 2.0), 128.0, 0.0};
         const double lift = compute_lift(shape(), pose, ground).lift;
         pose.translation.z() = lift - 0.001;
@@ -249,14 +249,14 @@ TEST(FindContacts, FindASpikeUnderTheMiddleOfABoxFace) {
     expect_spike_under_the_middle(Box{{3.0, 3.0, 0.5}}, contact);
 }
 
-// Shapes too large for one window are tested square by square: contacts at the seams must be found too.
+// Shapes too large for one window are tested square by square; contacts at the seams must be found too.
 TEST(FindContacts, FindASpikeUnderALargeShapeAtEveryCellOfASquare) {
     constexpr double kApart =
-        37.0;  // cells: one spike in each column and row of a square, modulo its size
+        37.0;  // cells; modulo the size of a square the spikes are in all columns and rows
     const auto is_on_line = [](double p) { return p == kApart * std::floor(p / kApart); };
     const Ground ground = make_test_ground(
         [&](double x, double y) { return is_on_line(x) && is_on_line(y) ? 5.0 : 0.0; }, 1.0, 5);
-    // over one spike each: a level face, an edge, and a round shape
+    // over one spike each: a level face, an edge, a round shape
     struct Case {
         Shape shape;
         Pose pose;
@@ -431,7 +431,7 @@ TEST(HullDistance, IsThatOfTheBoxWhoseCornersItHas) {
                 {random.between(0.3, 2.0), random.between(0.3, 2.0), random.between(0.3, 2.0)}};
             const ConvexHull hull = make_hull(box_corners(box.half_extents));
             Pose pose = random_pose(random, ground, 0.0, 4.0);
-            // Apart at first, then with a small overlap.
+            // Separated at first, then with a small overlap.
             for (const bool is_overlapping : {false, true}) {
                 if (is_overlapping)
                     pose.translation.z() += compute_lift(box, pose, ground).lift - 0.001;
@@ -483,7 +483,7 @@ TEST(HullContacts, OfAPlankOverTwoRidgesKeepTheFeaturesOfItsEdges) {
     {
         const ConvexHull plank = make_hull(box_corners({3.0, 0.25, 0.1}));
         std::array<ShapeFeature, 4> before;
-        // Feature indices stay the same while the plank slides along the ridges, over many cells.
+        // Feature indices stay the same while the plank slides along the ridges over many cells.
         for (int step = 0; step < 40; ++step) {
             const Pose pose = pose_at(64.0, 60.3 + 0.1 * step, 0.599);
             std::array<Contact, 16> contacts;
@@ -536,7 +536,7 @@ TEST(ShapeFeatures, AreThoseThatTouchTheGround) {
                     {{0, 0}, {1, 1}, {2, 2}, {3, 3}});
     lying.translation.z() = 0.19;
     expect_features(Box{{0.3, 0.2, 0.2}}, lying, {{0, 0}, {1, 1}, {4, 4}, {5, 5}});
-    // A spike under the middle of each face, and a ridge under an edge.
+    // A spike below the middle of each face, and a ridge below an edge.
     const Ground spike = make_test_ground(
         [](double x, double y) { return x == 64.0 && y == 64.0 ? 1.0 : 0.0; }, 1.0, 1);
     const Shape cube = Box{{0.5, 0.5, 0.5}};

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Depth and time of contact over planes, where both have a closed form, in long double: the bounds that
-// docs/numerics.md derives.
+// Depth and time of contact over planes against closed forms in long double, within the bounds that docs/numerics.md
+// derives.
 #include "collision/ground/ground_cases.h"
 #include "ground/heightfield/min_translation.h"
-#include "ground_cases.h"
 
 #include <terrane/collision/ground_queries.h>
 
@@ -29,7 +28,7 @@ static_assert(std::numeric_limits<Long>::digits >= 64, "the oracle needs 11 bits
 
 constexpr std::uint64_t kSeed = 20261129;
 constexpr Long kUnit = 0x1p-53L;  // unit roundoff u of double
-constexpr Long kRounding = 40;    // roundings of the largest length, see docs/numerics.md
+constexpr Long kRounding = 40;    // rounding errors of the largest length, see docs/numerics.md
 
 // A plane through the south-western corner of a ground of 128 cells of 1 m.
 struct Plane {
@@ -66,7 +65,7 @@ std::vector<Plane> planes() {
     return made;
 }
 
-// Support distance of a rotated shape in the direction opposite to a given one.
+// Support distance of a rotated shape opposite to a direction.
 Long drop(const Shape& shape, const LongMat& rotation, const LongVec& n) {
     const LongVec m = rotation.transpose() * n;
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
@@ -98,7 +97,7 @@ Long gap_at(const Plane& plane, const Shape& shape, const Motion& motion, Long t
     return plane.above(p) - drop(shape, rotation, plane.normal);
 }
 
-// A pose near the middle of the ground, with a gap to the plane.
+// A pose near the middle of the ground at a given gap from the plane.
 Pose pose_with_gap(Random& random, const Plane& plane, const Shape& shape, double gap) {
     Pose pose;
     pose.rotation = random.rotation();
@@ -110,7 +109,7 @@ Pose pose_with_gap(Random& random, const Plane& plane, const Shape& shape, doubl
     return pose;
 }
 
-// The largest length of a question: the shape, the cells next to it, how far it moves.
+// Length scale of a query: the shape, adjacent cells, and the motion.
 Long length_of(const Shape& shape, const Motion& motion) {
     return bounding_radius(shape) * (1 + Long{motion.rotation_vector.norm()}) + 2 +
            motion.translation.norm();
@@ -130,7 +129,7 @@ TEST(ExactPlane, DepthIsWithinTheDerivedBound) {
                 const DistanceAnswer answer =
                     signed_distance(shape, still.start, plane.ground, 1.0);
                 const Long rounding = kRounding * kUnit * length_of(shape, still);
-                // Lifts up to 1e-10 count as none, and translations may be longer by as much.
+                // Lifts up to 1e-10 count as separated, and translations may be longer by as much.
                 const Long bound = 1e-12L * depth + 2e-10L + rounding;
                 const Long error = std::abs(-Long{answer.distance} - depth);
                 ASSERT_LE(error, bound) << "depth " << wanted << ", case " << i;
@@ -146,7 +145,7 @@ TEST(ExactPlane, DepthIsWithinTheDerivedBound) {
     EXPECT_GT(worst_share, 1e-3L);
 }
 
-// A motion that meets the plane at about half of its length, near the middle of the ground.
+// A motion that meets the plane at about half its length near the middle of the ground.
 Motion random_motion(Random& random, const Plane& plane, const Shape& shape, double spin) {
     Motion motion;
     motion.start = pose_with_gap(random, plane, shape, std::pow(10.0, random.between(-2.0, 1.0)));
@@ -220,8 +219,8 @@ TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
 
 }  // namespace exact_plane_test
 
-// The work of a search for the minimum translation is limited, however many cells a shape overlaps, where nothing is
-// promised of its length.
+// The search for the minimum translation does a bounded amount of work, however many cells a shape overlaps, wherever
+// no accuracy is promised.
 
 namespace depth_limit_test {
 
@@ -235,8 +234,8 @@ constexpr std::uint64_t kSeed = 20261128;
 
 struct Searched {
     MinTranslation found;
-    std::int64_t cells;        // tested
-    std::int64_t of_one_lift;  // of the lift before
+    std::int64_t cells;        // cells tested
+    std::int64_t of_one_lift;  // cells tested by a single lift
     double lift_after;
 };
 
@@ -250,7 +249,7 @@ Searched search(const Shape& shape, const Pose& pose, const Ground& ground,
     return {found, cells, of_one_lift, find_lift(query.ground, query.body, found.d).lift};
 }
 
-// A hull from (0, 0, 0) to a corner far away.
+// A hull with one corner at (0, 0, 0) and another one far away.
 ConvexHull make_needle(const Eigen::Vector3d& tip) {
     return make_hull({{-0.9, -0.6, -0.3}, {1.2, -0.7, -0.4}, {-0.5, 0.1, 0.9}, tip});
 }
@@ -276,8 +275,7 @@ TEST(DepthLimit, HoldsForLargeShapesThatAreDeeperThanTheyAreThick) {
             pose.translation.z() += compute_lift(shape, pose, ground).lift - depth;
             const SearchLimits limits{.most_cells = 1 << 11};
             const Searched searched = search(shape, pose, ground, limits);
-            // The first translation, the first triangles of the search, and shortening what it finds last, have no
-            // limit.
+            // The initial translation, the first triangles of the search and the final shortening are not limited.
             const std::int64_t first = search(shape, pose, ground, {.most_splits = 0}).cells;
             EXPECT_LE(searched.cells, 2 * first + limits.most_cells + 24 * searched.of_one_lift);
             EXPECT_GT(searched.found.d.norm(), 2.0 * smallest_half_extent(shape));
@@ -295,7 +293,7 @@ TEST(DepthLimit, HoldsForLargeShapesThatAreDeeperThanTheyAreThick) {
     EXPECT_GE(limited, 5);
 }
 
-// Up to half its smallest extent the minimum is promised for any shape.
+// Up to half its smallest extent the minimum is promised for every shape.
 TEST(DepthLimit, DoesNotHoldUpToHalfTheSmallestExtent) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
     Random random(kSeed + 1);

@@ -15,12 +15,12 @@
 #include <limits>
 #include <vector>
 
-// Brute-force oracles that share no method with the library, and the grounds and shapes of random tests.
+// Brute-force oracles that share no method with the library; grounds and shapes of random tests.
 namespace terrane::test {
 
 using HeightFunction = std::function<double(double, double)>;
 
-/// A pseudorandom height of a lattice point, in [0, 1).
+/// Pseudorandom height of a lattice point, in [0, 1).
 inline double hash_height(double x, double y) {
     auto h = static_cast<std::uint32_t>(static_cast<std::int64_t>(x) * 73856093 ^
                                         static_cast<std::int64_t>(y) * 19349663);
@@ -29,13 +29,13 @@ inline double hash_height(double x, double y) {
     return static_cast<double>(h ^ (h >> 16)) / 4294967296.0;
 }
 
-/// A ground of random tests: heights of samples.
+/// A named height function.
 struct Scene {
     const char* name;
     HeightFunction height;
 };
 
-/// Grounds over [0, 128]^2 with 1 m cells, each with a different difficulty.
+/// Grounds over [0, 128]^2 with 1 m cells, each difficult in a different way.
 inline std::vector<Scene> make_scenes() {
     return {
         {"plane", [](double x, double y) { return 0.25 * x - 0.5 * y; }},
@@ -58,7 +58,7 @@ inline std::vector<Shape> make_shapes() {
     return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{Eigen::Vector3d(1.0, 1.5, 0.5)}};
 }
 
-/// A triangle of the contact surface, counter-clockwise from above.
+/// A triangle of the contact surface, counter-clockwise seen from above.
 using Corners = std::array<Eigen::Vector3d, 3>;
 
 /// All triangles of the cells within a rectangle, in world coordinates.
@@ -87,8 +87,8 @@ inline std::vector<Corners> make_soup(const Ground& ground, double west, double 
     return soup;
 }
 
-/// Lift of a polygon over one triangle: the largest at a corner of the polygon clipped by the triangle's three walls.
-/// Segments and points are polygons of two corners and of one.
+/// Lift of a polygon over one triangle: the largest at a corner of the polygon clipped by the triangle's three vertical
+/// planes. Segments and points are polygons with two corners and one.
 inline double clip_polygon_lift(std::vector<Eigen::Vector3d> polygon, const Corners& triangle) {
     const Eigen::Vector3d n = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     double lift = -std::numeric_limits<double>::infinity();
@@ -117,7 +117,7 @@ inline double clip_polygon_lift(std::vector<Eigen::Vector3d> polygon, const Corn
     return lift;
 }
 
-/// Lift of a box over one triangle: the largest of its faces.
+/// Lift of a box over one triangle: the largest over its faces.
 inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
                             const Corners& triangle) {
     double lift = -std::numeric_limits<double>::infinity();
@@ -137,8 +137,8 @@ inline double clip_box_lift(const Eigen::Vector3d& half, const Pose& pose,
     return lift;
 }
 
-/// Largest of surface minus z over sampled points of a round shape: at most the lift, and less by at most the slope
-/// times the distance between samples.
+/// Largest surface height minus z over sampled points of a round shape. It is at most the lift, and less by at most
+/// slope times sample distance.
 inline double sample_round_lift(const Shape& shape, const Pose& pose, const Ground& ground,
                                 int steps) {
     double radius = 0.0, half = 0.0;

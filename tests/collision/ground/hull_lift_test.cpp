@@ -54,7 +54,7 @@ TEST(HullLift, OfANeedleIsThatOfClippedFaces) {
                 const double expected =
                     clip_hull_lift(cover_hull(points), pose,
                                    soup_around(ground, pose, std::min(1.01 * reach, 130.0)));
-                // Coordinates of 3e4 m are rounded to 4e-12 m, times the slope of the needle.
+                // Coordinates of 3e4 m are rounded by 4e-12 m; the needle's slope multiplies that.
                 EXPECT_NEAR(compute_lift(make_hull(points), pose, ground).lift, expected, 1e-8);
             }
         }
@@ -68,7 +68,7 @@ TEST(HullLift, IsThatOfTheBoxWhoseCornersItHas) {
         SCOPED_TRACE(scene.name);
         const Ground ground = make_test_ground(scene.height, 1.0, 1);
         for (int i = 0; i < 100; ++i) {
-            // Larger than cells, some without thickness.
+            // Larger than a cell, some without thickness.
             const Box box{{random.between(0.0, 6.0), i % 5 == 0 ? 0.0 : random.between(0.0, 6.0),
                            i % 7 == 0 ? 0.0 : random.between(0.0, 3.0)}};
             const ConvexHull hull = make_hull(box_corners(box.half_extents));
@@ -101,7 +101,7 @@ TEST(HullLift, OfTenThousandPointsIsBoundedByVerticesAndSphere) {
                 sampled =
                     std::max(sampled, ground.height(placed.x(), placed.y()).height - placed.z());
             }
-            // Between the lift of the vertices and that of the sphere that they lie on.
+            // Between the lift of the vertices and that of their circumscribed sphere.
             Pose centre = pose;
             centre.translation = pose * Eigen::Vector3d(0.0, 0.5, -0.3);
             const double lift = compute_lift(hull, pose, ground).lift;
@@ -128,7 +128,7 @@ TEST(HullLift, IsAccurateOnCliffs) {
             pose.translation.x() = random.between(60.0, 66.0);
             pose.translation.z() = random.between(-1.0, 1e5);
             const double expected = clip_hull_lift(cover, pose, soup_around(ground, pose, 3.0));
-            // On the cliff a rounding error in x is 1e5 times as large in z.
+            // On the cliff a rounding error in x is amplified 1e5 times in z.
             EXPECT_NEAR(compute_lift(hull, pose, ground).lift, expected, 1e-8);
         }
     }
@@ -150,7 +150,7 @@ TEST(HullLift, IsThatOfTheBoxAtAnySizeAndFarFromTheBodysOrigin) {
                 Pose pose = random_pose(random, ground, 0.0, 0.0);
                 pose.translation.z() += compute_lift(box, pose, ground).lift;
                 const Pose of_hull = moved(pose, -(pose.rotation * offset));
-                // Coordinates of 1e5 m are rounded to 1e-11 m.
+                // Coordinates of 1e5 m are rounded by 1e-11 m.
                 EXPECT_NEAR(compute_lift(hull, of_hull, ground).lift, 0.0, 1e-9);
                 EXPECT_NEAR(
                     signed_distance(hull, moved(of_hull, {0, 0, 0.5}), ground, 1.0).distance,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Queries of shapes in a closed room below the ground, against formulas.
+// Queries of shapes in a closed chamber below the ground, against closed forms.
 #include "collision/ground/cave_scene.h"
 #include "collision/world/body_cases.h"
 #include "support/allocation_counter.h"
@@ -22,9 +22,9 @@ namespace mesh_contact_test {
 
 using namespace test;
 
-const Eigen::Vector3d kLow(40.0, 40.0, 10.0), kHigh(60.0, 60.0, 20.0);  // of the room
+const Eigen::Vector3d kLow(40.0, 40.0, 10.0), kHigh(60.0, 60.0, 20.0);  // corners of the chamber
 
-/// Gaps of a shape from the six walls of the room; wall 2 i is the lower one along axis i.
+/// Gaps of a shape from the six walls of the chamber; wall 2 i is the lower one along axis i.
 std::array<double, 6> wall_gaps(const Shape& shape, const Pose& pose, double shift) {
     std::array<double, 6> gaps{};
     for (int i = 0; i < 3; ++i) {
@@ -36,7 +36,7 @@ std::array<double, 6> wall_gaps(const Shape& shape, const Pose& pose, double shi
     return gaps;
 }
 
-/// A random pose in the room whose least gap from a wall is about `gap`.
+/// A random pose in the chamber whose smallest gap from a wall is about `gap`.
 Pose pose_near_walls(Random& random, const Shape& shape, double gap, double shift) {
     Pose pose;
     pose.rotation = random.rotation();
@@ -192,7 +192,7 @@ TEST(MeshContact, AShapeInTheSolidComesOutTheShortWay) {
             pose.translation -= answer.distance * answer.normal;
             EXPECT_LT(scene.depth(shape, pose), 1e-6) << name_of(shape);
         }
-        // Between the room and the ground, nearer to the ground.
+        // Between the chamber and the surface, nearer to the surface.
         Pose pose;
         pose.translation = {50.0, 50.0, 36.0};
         const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
@@ -236,11 +236,11 @@ TEST(MeshContact, TouchingIsADistanceOfZeroAndACastWithoutMotionStays) {
         EXPECT_EQ(still.status, QueryStatus::complete);
         EXPECT_FALSE(still.hit);
         EXPECT_EQ(still.fraction, 1.0);
-        // Away from what it touches.
+        // Away from the contact.
         Motion away{pose, {0.0, 0.0, 3.0}};
         const CastAnswer leaves = cast(shape, away, scene.ground, {.skip_separating = true});
         EXPECT_FALSE(leaves.hit) << name_of(shape);
-        // And along it.
+        // Along the contact.
         away.translation = {3.0, 1.0, 0.0};
         EXPECT_FALSE(cast(shape, away, scene.ground, {.skip_separating = true}).hit)
             << name_of(shape);
@@ -286,13 +286,13 @@ INSTANTIATE_TEST_SUITE_P(NearAndFar, MeshQueries, ::testing::Values(0.0, 1048576
 
 }  // namespace mesh_contact_test
 
-// Bodies in a shaft and a cavern: none gets deeper than its tolerance, judged by formulas over the poses of all steps.
+// Bodies in a shaft and a cavern: closed forms check at every step that no body is deeper than its tolerance.
 
 namespace mesh_bodies_test {
 
 using namespace test;
 
-/// Bodies of each shape: TERRANE_CAVE_BODIES, or a few.
+/// Number of bodies of each shape: TERRANE_CAVE_BODIES, or a few.
 int body_count() {
     const char* const count = std::getenv("TERRANE_CAVE_BODIES");
     return count != nullptr ? std::atoi(count) : 12;
@@ -320,7 +320,7 @@ TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
         std::vector<BodyId> bodies;
         for (int i = 0; i < body_count(); ++i) {
             BodyState state;
-            // Over the mouth and its rim; or in the cavern, in any direction.
+            // Above the mouth and its rim, or in the cavern in any direction.
             if (i % 2 == 0) {
                 state.pose.translation = {random.between(45.0, 53.0), random.between(45.0, 53.0),
                                           43.0};
@@ -346,7 +346,7 @@ TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
                 if ((pose.translation.head<2>() - Eigen::Vector2d(64.0, 64.0))
                         .cwiseAbs()
                         .maxCoeff() > 60.0) {
-                    continue;  // it flew to the border of the world
+                    continue;  // it flew beyond the world's border
                 }
                 ASSERT_LT(scene.depth(world.settings(body).shape, pose), tolerance + 1e-9)
                     << name_of(shape) << ' ' << body.index << " at " << time << ": "
@@ -407,7 +407,7 @@ TEST(BodiesOnAMesh, ASphereRollsOverTheRimAndFalls) {
         ASSERT_EQ(world.step(scene.ground, 1.0 / 60.0).too_deep, 0u);
         const Pose& pose = world.state(body).pose;
         ASSERT_LT(scene.depth(Sphere{0.5}, pose), 0.01) << i;
-        // Nothing hits it before the rim.
+        // It hits nothing before the rim.
         if (pose.translation.x() < 45.9) {
             ASSERT_NEAR(pose.translation.z(), 40.5, 0.01) << i;
             ASSERT_GT(world.state(body).velocity.x(), 1.9) << i;
@@ -483,7 +483,7 @@ TEST(BodiesOnAMesh, AStepAllocatesNothing) {
 }
 
 TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
-    // A room that ends at the border of the chunk, beyond which nothing is known.
+    // A chamber that ends at the chunk's border, beyond which the ground is not resident.
     SolidTriangles solid;
     const auto quad = [&](Eigen::Vector3d p, Eigen::Vector3d u, Eigen::Vector3d v) {
         const auto first = static_cast<std::uint32_t>(solid.vertices_world.size());

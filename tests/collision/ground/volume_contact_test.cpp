@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Contact with contours of volumes, against the formulas of the volumes.
+// Contact with contours of volumes, against closed forms of the volumes.
 #include "collision/ground/volume_ground.h"
 #include "collision/world/body_cases.h"
 #include "collision/world/lone_vehicle.h"
@@ -22,7 +22,7 @@ using namespace test;
 
 double flat(double, double) { return 10.0; }
 
-/// Points and radii whose hull a shape is.
+/// Balls whose convex hull is the shape.
 std::vector<std::pair<Eigen::Vector3d, double>> balls_of(const Shape& shape) {
     if (const Sphere* s = std::get_if<Sphere>(&shape))
         return {{Eigen::Vector3d::Zero(), s->radius}};
@@ -52,8 +52,8 @@ TEST(VolumeContact, DepthInASphereOfTwentyVoxelsIsThatOfTheFormula) {
             Pose pose;
             pose.rotation = random.rotation();
             const Eigen::Vector3d out = random.direction();
-            const double wanted = random.between(-0.3, 0.3);  // gap
-            // Outwards until the gap is as wanted; it falls with the distance.
+            const double wanted = random.between(-0.3, 0.3);  // the wanted gap
+            // Bisects along a direction; the gap decreases with the distance.
             const auto gap_at = [&](double along) {
                 pose.translation = centre + along * out;
                 double least = 1e9;
@@ -171,7 +171,7 @@ TEST(VolumeBodies, StayInACavernOfTwoShapes) {
                             Eigen::Vector3d axis = x - Eigen::Vector3d(64.0, 64.0, 2.0);
                             axis.z() -= std::clamp(axis.z(), -14.0, 14.0);
                             const double shaft = axis.norm() - 4.0, above = 10.0 - x.z();
-                            // Contours are within 0.02 voxels of spheres; they cut corners where shapes meet.
+                            // Contours are within 0.02 voxels of spheres but cut off edges where shapes meet.
                             const bool is_corner =
                                 std::abs(shaft) < 1.5 &&
                                 (std::abs(sphere) < 1.5 || std::abs(above) < 1.5);
@@ -234,7 +234,7 @@ TEST(VolumeVehicles, ATruckDrivesRoundATunnel) {
 
 TEST(VolumeCharacters, OneWalksIntoAHillAndStopsAtTheEnd) {
     const auto hill = [](double x, double) { return std::clamp(x - 40.0, 0.0, 20.0); };
-    // A tunnel along x, from the foot of the hill; its floor is a little lower than the ground.
+    // A tunnel along x from the foot of the hill, with its floor slightly below the ground.
     const Ground ground = make_volume_ground(
         hill, {place_volume(VolumeOp::remove, VolumeBox{{30.0, 3.0, 2.5}}, {70.0, 64.0, 2.4})});
     LoneCharacter character({33.0, 64.2, 1.0});
@@ -254,7 +254,7 @@ TEST(VolumeCharacters, OneWalksIntoAHillAndStopsAtTheEnd) {
 }
 
 TEST(VolumeBodies, NeitherFallThroughABridgeNorFlyIntoItFromBelow) {
-    // A slab in the air, of 20 x 20 x 4 voxels.
+    // A floating slab of 20 x 20 x 4 voxels.
     const Ground ground = make_volume_ground(
         flat, {place_volume(VolumeOp::add, VolumeBox{{10.0, 10.0, 2.0}}, {64.0, 64.0, 30.0})});
     for (const double speed : {0.0, 30.0, 300.0, 3000.0}) {
@@ -311,8 +311,8 @@ TEST(VolumeBodies, ABoxSlidesOverTheBorderOfTwoChunks) {
 
 }  // namespace volume_contact_test
 
-// Bodies among random volumes in rough ground. The judge is Ground::height_below(): points of a body that is shrunk by
-// its tolerance are never in the solid.
+// Bodies among random volumes in rough ground. The oracle is Ground::height_below(): no point of a body shrunk by its
+// tolerance is in the solid.
 
 namespace random_volume_test {
 
@@ -320,7 +320,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261124;
 
-/// Scenes from TERRANE_VOLUME_FIRST on, TERRANE_VOLUME_SCENES or a few.
+/// Scenes from TERRANE_VOLUME_FIRST on: TERRANE_VOLUME_SCENES of them, or a few.
 int number_from(const char* name, int otherwise) {
     const char* const text = std::getenv(name);
     return text != nullptr ? std::atoi(text) : otherwise;
@@ -363,7 +363,7 @@ Ground make_random_ground(Random& random) {
     return make_volume_ground(height, operations);
 }
 
-/// Points and radii that a body consists of, shrunk by a tolerance along every normal.
+/// Balls that a body consists of, shrunk by a tolerance.
 std::vector<std::pair<Eigen::Vector3d, double>> inner_points(const Shape& shape, double tolerance) {
     std::vector<std::pair<Eigen::Vector3d, double>> points;
     const auto add_ball = [&](const Eigen::Vector3d& p, double radius) {
@@ -390,7 +390,7 @@ std::vector<std::pair<Eigen::Vector3d, double>> inner_points(const Shape& shape,
 }
 
 bool is_solid(const Ground& ground, const WorldPos& p) {
-    // Three points: a vertical line may run through an edge.
+    // Three points, because a vertical line may pass through an edge.
     for (const double d : {0.0, 1e-6, -1e-6}) {
         const HeightAnswer below = ground.height_below(p.x() + d, p.y() - 0.7 * d, p.z());
         if (below.status == GroundStatus::outside) return false;

@@ -12,7 +12,7 @@
 
 namespace terrane::test {
 
-/// A volume with voxels of 1 m at a place.
+/// A volume with 1 m voxels at a position.
 inline VolumeOperation place_volume(VolumeOp op, VolumeShape shape, const Eigen::Vector3d& at,
                                     const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity()) {
     VolumeOperation operation{.op = op, .shape = std::move(shape), .voxel = 1.0};
@@ -21,7 +21,7 @@ inline VolumeOperation place_volume(VolumeOp op, VolumeShape shape, const Eigen:
     return operation;
 }
 
-/// Ground at 1 m whose chunks have the solids of volumes.
+/// Ground with 1 m cells and the solid surfaces of volumes.
 inline Ground make_volume_ground(std::function<double(double, double)> height,
                                  std::vector<VolumeOperation> operations, int roots = 1) {
     TableGroundSettings settings;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Extreme sizes and arguments: the right answer, or status `invalid`.
+// Extreme sizes and arguments give the right answer or status `invalid`.
 #include "law_cases.h"
 #include "support/allocation_counter.h"
 
@@ -63,7 +63,7 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 const Pose pose = random_pose(random, scene, shape, lift);
                 SCOPED_TRACE(describe(scene, shape, pose));
                 const double expected = true_lift(scene, shape, pose);
-                // 1e-9, and the rounding of coordinates of 5 km
+                // 1e-9 plus the rounding of coordinates of 5 km
                 const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
                 const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
                 EXPECT_EQ(answer.status, QueryStatus::complete);
@@ -140,7 +140,7 @@ TEST(Extremes, CastsOfLargeTurningShapesStopWhereTheyTouch) {
     expect_right_turning_casts(kSeed + 4, large_shapes());
 }
 
-// Every number of a query is replaced by NaN or infinity.
+// Each number of a query is replaced by NaN or infinity.
 TEST(Extremes, NonFiniteArgumentsAreInvalid) {
     const LawScene& scene = scene_named("rough");
     std::array<Contact, 4> contacts;
@@ -253,7 +253,8 @@ TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
 
 }  // namespace extremes_test
 
-// The same query on the same ground elsewhere: shifted by whole chunks or by anything, mirrored, turned by 90 degrees.
+// The same query on the same ground elsewhere: shifted by whole chunks or arbitrarily, mirrored, or rotated by 90
+// degrees.
 
 namespace invariance_test {
 
@@ -284,7 +285,7 @@ LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_r
     return make_scene(
         scene.name,
         [&scene, shift](double x, double y) {
-            // back to the exact lattice
+            // rounds to the exact lattice
             const double h = scene.soup.spacing();
             return scene.height(h * std::round((x - shift) / h), h * std::round((y - shift) / h));
         },
@@ -369,8 +370,8 @@ TEST(LawsOfInvariance, ShiftedByAnythingDepthsChangeByLessThan10Nanometres) {
     expect_the_same_after_a_shift(true);
 }
 
-// Diagonals of cells alternate like the squares of a chess board: a reflection or a rotation by 90 degrees about a
-// lattice point maps diagonals to diagonals.
+// Cell diagonals alternate like the squares of a chess board: a reflection or 90 degree rotation about a lattice point
+// maps diagonals to diagonals.
 void expect_the_same_turned(bool is_overlapping) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
     Random random(kSeed + 2);
@@ -396,7 +397,7 @@ void expect_the_same_turned(bool is_overlapping) {
             for (const LawShape& shape : law_shapes()) {
                 const bool is_symmetric = shape.shape.index() < 3;  // sphere, capsule, box
                 if (turn == mirror && !is_symmetric) continue;
-                // a flat shape is deep at any overlap: the result then depends on rounding
+                // any overlap of a flat shape is deep, so its result depends on rounding
                 if (is_overlapping && shape.name == "flat hull") continue;
                 long compared = 0;
                 for (long i = 0; i < count; ++i) {
@@ -408,7 +409,7 @@ void expect_the_same_turned(bool is_overlapping) {
                     there.rotation = turn * here.rotation;
                     if (turn == mirror) there.rotation = there.rotation * mirror;
                     SCOPED_TRACE(describe(scene, shape, here));
-                    // on a slope of 1e6 a rounding error in x is 1e6 times as large in z
+                    // on a slope of 1e6 a rounding error in x is amplified 1e6 times in z
                     if (scene.name != "cliffs") {
                         ASSERT_NEAR(compute_lift(shape.shape, there, turned.ground).lift, lift,
                                     1e-9);

@@ -15,7 +15,7 @@ namespace {
 template <class Real>
 constexpr Real kFar = std::numeric_limits<Real>::max();
 
-// Squared distance to a triangle where the projection is inside it; edges are tested separately.
+// Squared distance to a triangle if the projection is inside; edges are tested separately.
 template <class Real>
 Real square_to_face(const Vec<Real>& p, const Vec<Real>& a, const Vec<Real>& b,
                     const Vec<Real>& c) {
@@ -102,8 +102,8 @@ using V = Vec<Real>;
 
 constexpr Real kParallel = 1e-20L;  // squared sine below which directions are parallel
 
-// A pair of features, with their gap after a translation d: n.d - b; for round ones the length of the component of a +
-// d perpendicular to `along`, less the radius.
+// A pair of features. Its gap after a translation d is n.d - b; for round features it is the length of the component of
+// a + d perpendicular to `along`, less the radius.
 struct Pair {
     bool is_round = false;
     V n = V::Zero();
@@ -134,7 +134,7 @@ public:
         pair.b = b;
         add(pair);
     }
-    // `along` is the direction of the feature that is an edge, or zero.
+    // `along` is the edge direction of one of the features, or zero.
     void add_round(const V& a, const V& along, Real radius) {
         Pair pair;
         pair.is_round = true;
@@ -192,7 +192,7 @@ void pair_with(const PosedPart<Real>& part, const SoupTriangle<Real>& t, Pairs& 
             (part.points[j] - part.points[i]).cross(part.points[k] - part.points[i]).normalized();
         const Support s = support(part.points, n);
         const Real at = n.dot(part.points[i]);
-        // only faces whose outside is down
+        // only faces with the solid above and the outside below
         if ((n.z() > 0 && at - s.least > kSlack) || (n.z() < 0 && s.most - at > kSlack)) continue;
         if (n.z() != 0) add(n);
     }
@@ -223,7 +223,7 @@ void pair_with(const PosedPart<Real>& part, const SoupTriangle<Real>& t, Pairs& 
     }
 }
 
-// The shortest translation after which all of one to three pairs touch, if all multipliers are >= 0.
+// The shortest translation after which one to three pairs touch, if all multipliers are >= 0.
 std::optional<V> shortest_for(const std::array<const Pair*, 3>& active, std::size_t count,
                               Real largest) {
     std::array<V, 3> n;
@@ -236,7 +236,7 @@ std::optional<V> shortest_for(const std::array<const Pair*, 3>& active, std::siz
             const Real gap = active[i]->gap(d, n[i]);
             b[i] = n[i].dot(d) - gap;
         }
-        // Multipliers for n.d = b, by Cramer's rule.
+        // Solves for the multipliers of n.d = b by Cramer's rule.
         V next;
         if (count == 1) {
             multipliers[0] = b[0];
@@ -302,8 +302,8 @@ long double brute_depth(const Soup& soup, const OracleShape& shape, const Pose& 
     return std::numeric_limits<Real>::infinity();
 }
 
-// Sources: I. Rechenberg. Evolutionsstrategie. 1973 (a random walk that keeps improvements; its step grows with
-//          each, and shrinks without).
+// Source: I. Rechenberg. Evolutionsstrategie. 1973 (a random walk that keeps improvements; its step grows after each
+// improvement and shrinks otherwise).
 
 namespace {
 
@@ -318,7 +318,7 @@ double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pos
                      const SampledDepthSettings& settings, Random& random,
                      Eigen::Vector3d* best_out) {
     constexpr double kSeparatedLift = 1e-10;  // lifts up to this count as separated
-    // The shortest separating translation with a sideways offset, if it is shorter than `less_than`.
+    // The shortest separating translation for a horizontal offset, if shorter than `less_than`.
     const auto measure = [&](double x, double y, double less_than, Translation& out) {
         const double square = less_than * less_than - x * x - y * y;
         if (!(square > 0.0)) return false;
@@ -337,7 +337,7 @@ double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pos
         if (best_out != nullptr) *best_out = found.d;
     };
 
-    // Offsets whose translations are up to 1.2 times the known length are candidates for refinement.
+    // Offsets whose translations are at most 1.2 times the known length are candidates for refinement.
     std::vector<Translation> starts;
     for (int i = 0; i < settings.samples; ++i) {
         const double angle = random.between(0.0, 6.283185307179586);

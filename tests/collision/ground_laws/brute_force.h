@@ -6,57 +6,57 @@
 
 namespace terrane::test {
 
-/// Lift of a shape: the largest over every triangle of the soup; minus infinity where there is none below or above it.
-/// Hulls: every edge is clipped by the three walls of a triangle, every corner of a triangle is tested against every
-/// face.
-/// Capsules: the best sphere on the core, by golden section.
+/// Lift of a shape: the largest over all triangles of the soup, minus infinity if none is above or below it. For hulls,
+/// every edge is clipped by the three vertical planes of a triangle and every corner of a triangle is tested against
+/// every face; for capsules, a golden-section search finds the best sphere along the core.
 ///
-/// @param offset added to the pose's translation: differences too small for a double far from the origin
-/// @param least  lifts up to this need not be found: `least` may be returned instead
+/// @param offset added to the pose's translation, for differences too small for a double far from the origin
+/// @param least  lifts up to this may be reported as `least`
 template <class Real>
 Real brute_lift(const Soup& soup, const OracleShape& shape, const Pose& pose,
                 const Vec<Real>& offset = Vec<Real>::Zero(),
                 Real least = -std::numeric_limits<Real>::infinity());
 
-/// Whether the lift is above a value; ends at the first point that is.
+/// Whether the lift exceeds a value; stops at the first point where it does.
 template <class Real>
 bool is_deeper(const Soup& soup, const OracleShape& shape, const Pose& pose,
                const Vec<Real>& offset, Real lift);
 
-/// Lift of a sphere over one triangle, in the same frame.
+/// Lift of a sphere over one triangle in the same frame.
 template <class Real>
 Real sphere_lift(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>& triangle);
 
-/// Distance of a separated shape to the nearest triangle of the soup: the least over vertex-face and edge-edge pairs of
-/// every triangle and every part; `largest` where none is nearer.
+/// Distance of a separated shape from the nearest triangle of the soup: the least over all vertex-face and edge-edge
+/// pairs of every part and triangle, at most `largest`.
 template <class Real>
 Real brute_gap(const Soup& soup, const OracleShape& shape, const Pose& pose, Real largest);
 
-/// Length of the minimum translation of an overlapping shape, if it is at most `largest`, else infinity; metres.
+/// Length of the minimum translation of an overlapping shape, metres; infinity if it exceeds `largest`.
 ///
-/// At the minimum at most three pairs of features are active constraints with multipliers >= 0 (the conditions of
-/// Karush, Kuhn and Tucker). So all pairs of features within `largest` of touching are found, all sets of one to three
-/// of them are solved, and the result is the shortest solution that separates the whole shape by brute_lift.
+/// At the minimum at most three pairs of features are active constraints, with multipliers >= 0 (Karush-Kuhn-Tucker
+/// conditions). All pairs within `largest` of touching are collected and all sets of one to three of them solved; the
+/// result is the shortest solution that separates the whole shape according to brute_lift().
 ///
-/// Cost: the third power of the number of near pairs: for shallow overlaps
+/// Cost: cubic in the number of near pairs; suited to shallow overlaps
 long double brute_depth(const Soup& soup, const OracleShape& shape, const Pose& pose,
                         long double largest);
 
-/// How hard sampled_depth() tries.
+/// Effort of sampled_depth().
 struct SampledDepthSettings {
     int samples = 400;      ///< random offsets
-    int starts = 8;         ///< the number of them that are refined
-    int refinements = 120;  ///< steps of each refinement
+    int starts = 8;         ///< of them are refined
+    int refinements = 120;  ///< steps per refinement
 };
 
-/// Length of the shortest separating translation that a random search finds for an overlapping shape, at most `known`.
+/// Shortest separating translation of an overlapping shape found by a random search, at most `known`.
 ///
-/// After a sideways offset (x, y) a shape is separated by raising it by its brute-force lift there, and by no less: the
-/// depth is the least of |(x, y, max(0, lift))| over all offsets. Offsets in the disc of radius `known` are sampled,
-/// and the best of them are refined by a random walk with an adaptive step. An upper bound of the depth, at any depth,
-/// that shares no method with the library.
+/// After a horizontal offset (x, y), raising a shape by its brute-force lift there separates it, and raising it by less
+/// does not. So the depth is the minimum of
+/// (x, y, max(0, lift))
+/// over all offsets. Offsets are sampled in the disc of radius `known`, and the best are refined by a random walk with
+/// an adaptive step. The result is an upper bound at any depth and shares no method with the library.
 ///
-/// @param best_out a translation of that length, if it is not null and one shorter than `known` is found
+/// @param best_out receives a translation of that length if it is not null and one shorter than `known` is found
 double sampled_depth(const Soup& soup, const OracleShape& shape, const Pose& pose, double known,
                      const SampledDepthSettings& settings, Random& random,
                      Eigen::Vector3d* best_out = nullptr);

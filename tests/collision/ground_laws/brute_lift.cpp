@@ -7,7 +7,7 @@ namespace {
 template <class Real>
 constexpr Real kNone = -std::numeric_limits<Real>::infinity();
 
-// Twice the area of (a, b, p) in the plane: >= 0 to the left of a to b.
+// Twice the signed area of (a, b, p) in the plane: >= 0 to the left of ab.
 template <class Real>
 Real left_of(const Vec<Real>& a, const Vec<Real>& b, const Vec<Real>& p) {
     return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
@@ -73,7 +73,7 @@ Real hull_lift(const PosedPart<Real>& part, const SoupTriangle<Real>& t) {
     return lift;
 }
 
-// The lift; where the sphere is beside the triangle, a large negative value that decreases with the distance.
+// The lift; if the sphere is beside the triangle, a large negative value that decreases with distance.
 template <class Real>
 Real sphere_lift_or_miss(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>& t) {
     const Real lift = sphere_lift(centre, radius, t);
@@ -88,14 +88,14 @@ Real sphere_lift_or_miss(const Vec<Real>& centre, Real radius, const SoupTriangl
     return Real(-1e30) * (1 + std::sqrt(square));
 }
 
-// The lift of a capsule's spheres is concave along the core. Lifts up to `least` need not be found; any lift above
+// The lift of the spheres along a capsule's core is concave. Lifts up to `least` need not be found, and any lift above
 // `enough` may be returned.
 template <class Real>
 Real capsule_lift(const Vec<Real>& from, const Vec<Real>& to, Real radius,
                   const SoupTriangle<Real>& t, Real least, Real enough) {
     constexpr int kRounds = std::is_same_v<Real, double> ? 60 : 90;
     const Real golden = (std::sqrt(Real(5)) - 1) / 2;
-    // Only spheres near the triangle.
+    // Restricts the core to spheres near the triangle.
     Real low = 0, high = 1;
     for (int k = 0; k < 2; ++k) {
         const auto [least_of, most_of] = std::minmax({t.v[0][k], t.v[1][k], t.v[2][k]});
@@ -166,7 +166,7 @@ Real sphere_lift(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>&
         // over the corner
         const Real rest = radius * radius - from.x() * from.x() - from.y() * from.y();
         if (rest >= 0) lift = std::max(lift, a.z() - centre.z() + std::sqrt(rest));
-        // over the edge: the section of the sphere with the vertical plane is a disc
+        // over the edge: the vertical plane cuts the sphere in a disc
         const Real run = std::sqrt(edge.x() * edge.x() + edge.y() * edge.y());
         const Real aside = (edge.x() * from.y() - edge.y() * from.x()) / run;
         const Real square = radius * radius - aside * aside;
@@ -182,7 +182,7 @@ Real sphere_lift(const Vec<Real>& centre, Real radius, const SoupTriangle<Real>&
 
 namespace {
 
-// Largest over all triangles; or anything above `enough`, as soon as it is found.
+// The largest lift over all triangles, or the first one above `enough`.
 template <class Real>
 Real find_lift(const Soup& soup, const OracleShape& shape, const Pose& pose,
                const Vec<Real>& offset, Real least, Real enough) {

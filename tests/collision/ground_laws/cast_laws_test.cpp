@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Casts against brute-force lifts along the motion: never through the ground, never a hit too early.
+// Casts against brute-force lifts along the motion: they never pass through the ground and never hit too early.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -43,7 +43,7 @@ std::string describe(const LawScene& scene, const LawShape& shape, const Motion&
     return text;
 }
 
-// The first of many samples of the motion up to a fraction with a lift above 1e-8; -1 where there is none.
+// The first sampled fraction with a lift above 1e-8; -1 if there is none.
 double find_overlap(const LawScene& scene, const LawShape& shape, const Motion& motion,
                     double fraction, int steps) {
     for (int k = 0; k <= steps; ++k) {
@@ -70,7 +70,7 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
         ADD_FAILURE() << "status or start: " << describe(scene, shape, motion);
         return;
     }
-    // Samples at most half a metre and a fifth of a radian apart; no scene is wider than 400 m.
+    // Samples at most 0.5 m and 0.2 rad apart; no scene is wider than 400 m.
     const double distance_moved = std::min(1e3, answer.fraction * motion.translation.norm());
     const double turn = answer.fraction * motion.rotation_vector.norm();
     const int steps = 16 + static_cast<int>(std::max(2.0 * distance_moved, 5.0 * turn));
@@ -81,8 +81,8 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
                       << (answer.hit ? "hit" : "no hit") << ": " << describe(scene, shape, motion);
     }
     if (!answer.hit) return;
-    // Touching within the tolerance. signed_distance() ignores the sides of the ground: there twice the tolerance
-    // further must overlap.
+    // Touches within the tolerance. signed_distance() ignores the sides of the ground; there the shape must overlap
+    // twice the tolerance further on.
     const Pose there = motion.at(answer.fraction);
     const double distance = signed_distance(shape.shape, there, scene.ground, 1.0).distance;
     const Eigen::Vector3d& n = answer.contact.normal;
@@ -100,7 +100,7 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     Random random(kSeed);
     const long count = count_of_cases(20'000, 10'000'000);
     CastScore score;
-    constexpr long kMany = 20;  // failures, after which the test ends
+    constexpr long kMany = 20;  // failures after which the test stops
     for (long i = 0; i < count && score.through + score.late < kMany; ++i) {
         const LawScene& scene = law_scenes()[static_cast<std::size_t>(
             random.below(static_cast<int>(law_scenes().size())))];
@@ -117,8 +117,8 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     EXPECT_LT(score.hits, score.casts);
 }
 
-// Regressions from long runs, all hit too early: an escape direction that rounding pointed down, and on a high cliff
-// the rounding of a direction.
+// Regressions from long runs that hit too early: an escape direction that rounding tilted downwards, and, on a high
+// cliff, the rounding of a direction.
 TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
     struct Case {
         const char *scene, *shape;
@@ -176,7 +176,7 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
     EXPECT_GE(score.hits, 3);
 }
 
-// Regression from a long run: the rod's corner passes below the rim.
+// Regression from a long run: the corner of the rod passes below the rim.
 TEST(LawsOfCasts, ATurningRodHitsTheSideOfTheGround) {
     const LawScene& scene = scene_named("sloped plane");
     Motion motion;
@@ -243,7 +243,7 @@ TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
             EXPECT_LE(signed_distance(shape.shape, at, scene.ground, 1.0).distance, 1e-4 + 1e-9);
             motion.translation = {0.0, 0.0, 1e6};
             EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
-            // level, beyond the ground's border: the same hit as with a motion of a thousandth of the length
+            // level, beyond the border of the ground: the same hit as for a motion of a thousandth of the length
             motion.translation = 1e6 * Eigen::Vector3d(0.6, 0.8, 0.0);
             const CastAnswer far = cast(shape.shape, motion, scene.ground);
             motion.translation *= 1e-3;
@@ -326,7 +326,7 @@ TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
     }
 }
 
-// Whether a shape is inside the ground by more than a touch: its lift is positive after small sideways offsets too.
+// Whether a shape overlaps by more than a touch: its lift is positive after small horizontal offsets too.
 bool is_inside(const Shape& shape, const Pose& pose, const Ground& ground) {
     constexpr double kOffset = 1e-6;
     for (const Eigen::Vector3d& d :
@@ -339,8 +339,8 @@ bool is_inside(const Shape& shape, const Pose& pose, const Ground& ground) {
     return true;
 }
 
-// From outside through the border, below the surface, on lattice lines and diagonals of cells: there a shape without
-// thickness only ever touches columns.
+// Through the border from outside, below the surface, on lattice lines and cell diagonals, where a shape without
+// thickness only touches columns.
 TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 7);
     Random random(kSeed + 7);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Lift, test and the sign of the signed distance, against brute force over every triangle of the ground.
+// Lift, overlap test and sign of the signed distance against brute force over all triangles.
 #include "law_cases.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -37,7 +37,7 @@ TEST(LawsOfLift, IsTheLargestOverEveryTriangle) {
     }
 }
 
-// A shape whose surface lies `growth` further out, or in where that is negative, metres.
+// A shape whose surface is moved outwards by `growth` metres, inwards if negative.
 LawShape grown(const Shape& shape, double growth) {
     Shape made = shape;
     if (auto* sphere = std::get_if<Sphere>(&made)) sphere->radius += growth;
@@ -46,7 +46,7 @@ LawShape grown(const Shape& shape, double growth) {
     return {"grown", made, make_oracle(made)};
 }
 
-// One ground of 128 cells of 1 m, `far` from the origin: random heights of up to `size`.
+// Ground of 128 cells of 1 m at a distance `far` from the origin, with random heights up to `size`.
 LawScene rounding_scene(double far, double size) {
     TableGroundSettings settings;
     settings.first_root = static_cast<std::int32_t>(far / 128.0);
@@ -58,7 +58,7 @@ LawScene rounding_scene(double far, double size) {
     return make_scene("rounding", height, settings);
 }
 
-// The bound that docs/numerics.md derives.
+// The bound derived in docs/numerics.md.
 TEST(LawsOfLift, LiesBetweenThoseOfShapesGrownAndShrunkByRounding) {
     static_assert(std::numeric_limits<long double>::digits >= 64);
     constexpr double kUnit = 0x1p-53, kRounding = 40.0;
@@ -102,7 +102,7 @@ TEST(LawsOfSign, DistanceAndTestHaveTheSignOfTheLift) {
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
-            // of all sizes, down to little more than rounding
+            // of all sizes down to a few rounding errors
             const double size = std::pow(10.0, random.between(-8.0, 0.0));
             const double lift = random.below(2) == 0 ? size : -size;
             const Pose pose = random_pose(random, scene, shape, lift);
@@ -141,7 +141,7 @@ TEST(LawsOfSign, DistanceIsZeroWhereTheShapeTouches) {
 
 }  // namespace lift_laws_test
 
-// Contacts: present wherever brute force overlaps, with normals in the ground's normal cones and depths along them.
+// Contacts exist wherever brute force overlaps; normals are in the ground's normal cones, depths along normals.
 
 namespace contact_laws_test {
 
@@ -170,8 +170,8 @@ TEST(LawsOfContacts, ExistWhereverBruteForceOverlaps) {
     }
 }
 
-// Whether a contact's normal is in the normal cone of the surface at a feature within reach of its point, and the plane
-// there is `depth` above the point.
+// Whether a contact's normal is in the normal cone at a feature within reach of its point, with the supporting plane
+// `depth` above the point.
 bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach) {
     constexpr double kSlack = 1e-9;
     const Eigen::Vector3d& n = contact.normal;
@@ -180,7 +180,7 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
     const auto is_through = [&](const Eigen::Vector3d& v) {
         return std::abs(n.dot(v) - contact.depth) < kSlack;
     };
-    // Triangles near, relative to the point; then all that share their corners.
+    // Triangles near the point, relative to it; then all triangles that share their corners.
     std::vector<SoupTriangle<double>> near;
     soup.visit<double>(contact.point_world, -around, around, -1e300,
                        [&](const SoupTriangle<double>& t) { near.push_back(t); });
@@ -204,7 +204,7 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
         for (std::size_t k = 0; k < 3 && !is_found; ++k) {
             const Eigen::Vector3d &a = t.v[k], &b = t.v[(k + 1) % 3];
             if (!is_through(a)) continue;
-            // an edge that is not level along n is not its support
+            // an edge that is not perpendicular to n is not its supporting feature
             if (is_through(b) && all_below(a, &b)) is_found = true;
             if (all_below(a, nullptr)) is_found = true;
         }
@@ -213,7 +213,7 @@ bool is_normal_of_ground(const Soup& soup, const Contact& contact, double reach)
     return false;
 }
 
-// Tolerance for a contact point to lie on the contact's feature, metres.
+// Largest distance of a contact point from the feature that its contact names, metres.
 constexpr double kOnFeature = 1e-7;
 
 bool lies_in_some_face(const OraclePart& part, const Eigen::Vector3d& p) {
@@ -242,7 +242,7 @@ bool lies_on_feature(const LawShape& shape, const Pose& pose, const Contact& con
             box = std::get_if<Box>(&of.shape);
             p = of.body_from_part.rotation.transpose() * (p - of.body_from_part.translation);
         }
-        if (box == nullptr) return true;  // faces of hulls have no public order
+        if (box == nullptr) return true;  // the order of a hull's faces is not public
         const auto axis = static_cast<Eigen::Index>(feature.first / 2);
         const double side = feature.first % 2 == 0 ? -1.0 : 1.0;
         return std::abs(p[axis] - side * box->half_extents[axis]) < kOnFeature;
@@ -292,7 +292,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
                         contact.depth, answer.lift);
                     example = describe(scene, shape, pose) + text;
                 }
-                // At most four on one plane.
+                // At most four contacts on one plane.
                 int same = 0;
                 for (std::size_t j = 0; j < answer.count; ++j) {
                     same += (contacts[j].normal - contact.normal).norm() < 1e-12 &&
@@ -381,7 +381,7 @@ TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
     const long count = count_of_cases(1'200, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
-        // A flat shape is deep at any overlap: the minimum translation may be shorter than the contact's depth.
+        // Any overlap of a flat shape is deep: the minimum translation may be shorter than the contact's depth.
         if (shape.name == "flat hull") continue;
         long compared = 0;
         for (long i = 0; i < count; ++i) {
@@ -400,7 +400,7 @@ TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
     }
 }
 
-// For round shapes, whose gap is that of the core: the closest feature has a contact.
+// Round shapes, whose gap follows from the core's, have a contact at the closest feature.
 TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
     Random random(kSeed + 4);

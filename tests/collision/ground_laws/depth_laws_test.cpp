@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Overlaps at any depth: no shorter translation separates, and the certified lower bound holds.
+// Overlaps of any depth: no shorter translation separates, and the certified lower bound holds.
 #include "collision/ground_laws/brute_force.h"
 #include "law_cases.h"
 
@@ -22,13 +22,13 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261123;
 
-// Lower limit of the true minimum that signed_distance() promises for a depth.
+// Lower limit that signed_distance() promises for the true minimum at a reported depth.
 double least_of(double depth) { return depth * (1.0 - 1e-6) - 1e-9; }
 
-// Two cases of three over noise, which has the widest spread of normals; else over every scene.
+// Two of three cases over noise, which has the widest spread of normals; the rest over all scenes.
 const LawScene& noisy_scene(long i) { return i % 3 == 0 ? scene_of(i / 3) : scene_named("rough"); }
 
-// Checks what holds at every depth. Returns the length of the shortest separating translation of a random search.
+// Checks that hold at every depth. Returns the shortest separating translation that a random search finds.
 double check_answer(const LawScene& scene, const LawShape& shape, const Pose& pose,
                     const DistanceAnswer& answer, Random& random) {
     const double depth = -answer.distance;
@@ -87,7 +87,7 @@ TEST(LawsOfDepth, WithTheCoreAboveTheGroundNoShorterTranslationSeparates) {
         long checked = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = noisy_scene(i);
-            // The core is above the ground by less than the radius.
+            // The core is less than a radius above the ground.
             const Pose pose = random_pose(random, scene, inside,
                                           -smallest_half_extent(shape) * random.between(0.01, 1.0));
             checked += expect_shortest(scene, round, pose, random);
@@ -129,7 +129,7 @@ TEST(LawsOfDepth, DeepOverlapsHaveABoundThatHoldsAndIsTight) {
 
 }  // namespace depth_laws_test
 
-// Depths that are known from the shape of the ground.
+// Depths with closed forms.
 
 namespace depth_extremes_test {
 
@@ -143,7 +143,7 @@ Pose pose_at(double x, double y, double z) {
     return pose;
 }
 
-// Expects this depth, and a lower bound that proves it.
+// Expects this depth and a lower bound equal to it.
 void expect_depth(const Shape& shape, const Pose& pose, const Ground& ground, double depth) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
     ASSERT_EQ(answer.status, QueryStatus::complete);
@@ -166,11 +166,11 @@ TEST(ShortestTranslation, OverFlatGroundIsStraightUpAtAnyDepth) {
 TEST(ShortestTranslation, OverARampIsAlongItsNormal) {
     const LawScene ramp = make_scene(
         "ramp", [](double x, double) { return 0.75 * x; }, TableGroundSettings{});
-    const double up = 1.25;  // vertical distance per distance along the normal
+    const double up = 1.25;  // vertical distance over distance along the normal
     for (const double depth : {1e-6, 1e-3, 0.3, 2.0, 15.0}) {
         expect_depth(Sphere{0.5}, pose_at(64.3, 64.2, 0.75 * 64.3 + up * (0.5 - depth)),
                      ramp.ground, depth);
-        // A box that touches with an edge of its bottom, level along y.
+        // A box that touches with one bottom edge, which is level along y.
         const double reach = 0.6 * 1.0 + 0.8 * 0.5;
         expect_depth(Box{{1.0, 1.5, 0.5}}, pose_at(64.3, 64.2, 0.75 * 64.3 + up * (reach - depth)),
                      ramp.ground, depth);
@@ -178,7 +178,7 @@ TEST(ShortestTranslation, OverARampIsAlongItsNormal) {
 }
 
 TEST(ShortestTranslation, InAPitIsNotLongerThanRandomSearchFinds) {
-    // One vertex 4 m down: a funnel one cell wide to each side.
+    // One vertex at -4 m: a funnel one cell wide on each side.
     const LawScene pit = make_scene(
         "pit", [](double x, double y) { return x == 64.0 && y == 64.0 ? -4.0 : 0.0; },
         TableGroundSettings{});
@@ -236,7 +236,7 @@ TEST(ShortestTranslation, OverCellsOfACentimetreIsExactForALargeShape) {
     }
 }
 
-// The sides of the ground do not block: the minimum translation may be sideways.
+// The sides of the ground do not block: the minimum translation may be horizontal.
 TEST(ShortestTranslation, AtTheBorderOfTheGroundIsOutOverTheBorder) {
     const LawScene flat = make_scene(
         "flat", [](double, double) { return 0.0; }, TableGroundSettings{});
@@ -248,7 +248,7 @@ TEST(ShortestTranslation, AtTheBorderOfTheGroundIsOutOverTheBorder) {
     // In a corner: out over the nearer side.
     const double south = flat.ground.extent().south;
     expect_depth(Sphere{0.5}, pose_at(west + 0.4, south + 0.1, -20.0), flat.ground, 0.6);
-    // Near the surface the translation up is shorter.
+    // Near the surface the upward translation is shorter.
     expect_depth(Sphere{0.5}, pose_at(west + 0.2, 64.2, 0.1), flat.ground, 0.4);
 }
 
@@ -268,7 +268,7 @@ TEST(ShortestTranslation, AtTheRimOfAHoleIsIntoTheHole) {
     }();
     expect_depth(Sphere{0.5}, pose_at(59.8, 64.2, -20.0), holed.ground, 0.7);
     expect_depth(Box{{1.0, 1.5, 0.5}}, pose_at(59.8, 64.2, -20.0), holed.ground, 1.2);
-    // A sphere that fits moves into a hole of one cell; a larger one rests on its four sides.
+    // A sphere that fits sinks into a hole of one cell; a larger one rests on its four sides.
     expect_depth(Sphere{0.25}, pose_at(63.9, 64.5, -20.0), narrow.ground, 0.35);
     expect_depth(Sphere{0.75}, pose_at(64.5, 64.5, -3.0), narrow.ground,
                  3.0 + std::sqrt(0.75 * 0.75 - 0.5 * 0.5));
@@ -289,7 +289,7 @@ TEST(ShortestTranslation, IntoGroundThatIsNotLoadedIsNotResident) {
     EXPECT_NEAR(far.distance, -20.25, 1e-6);
 }
 
-// The lower bound is loose for them: it comes from single columns.
+// Their lower bound is loose because it comes from single columns.
 TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirLowestPoint) {
     const LawScene ramp = make_scene(
         "ramp", [](double x, double) { return 0.75 * x; }, TableGroundSettings{});
@@ -315,7 +315,7 @@ TEST(ShortestTranslation, OfInvalidInputIsInvalid) {
 
 }  // namespace depth_extremes_test
 
-// Distances apart and depths of overlap against brute force.
+// Gaps and overlap depths against brute force.
 
 namespace distance_laws_test {
 
@@ -364,7 +364,8 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
             SCOPED_TRACE(describe(scene, shape, pose));
             const DistanceAnswer start = signed_distance(shape.shape, pose, scene.ground, 2.0);
             if (start.distance < -deepest) continue;
-            // Along its normal another part of rough ground may come nearer: only the rate is bounded.
+            // Another part of rough ground may come nearer while the shape moves along its normal: only the rate is
+            // bounded.
             for (const Eigen::Vector3d& direction :
                  {start.normal, Eigen::Vector3d(0.0, 0.0, 1.0)}) {
                 double last = start.distance;
@@ -389,12 +390,12 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
     }
 }
 
-// Comparison with brute force for depths of at most a tenth of the smallest extent.
+// Comparison with brute force at depths up to a tenth of the smallest extent.
 struct DepthScore {
     long shallow = 0;
     long not_separated = 0;  // lift above 1e-9 after the translation
-    long too_short = 0;      // by more than 1e-9 shorter than the shortest
-    long too_long = 0;       // by more than 1e-9 longer
+    long too_short = 0;      // shorter than the minimum by more than 1e-9
+    long too_long = 0;       // longer than the minimum by more than 1e-9
     double longest_m = 0.0;
     std::string example;
 };

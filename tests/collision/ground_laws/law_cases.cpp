@@ -14,7 +14,7 @@
 namespace terrane::test {
 namespace {
 
-// A pseudorandom height of a lattice point, in [0, 1).
+// Pseudorandom height of a lattice point, in [0, 1).
 double hash_of(double x, double y) {
     Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(x) * 0x10001 +
                                              static_cast<std::int64_t>(y)));
@@ -42,7 +42,8 @@ LawScene make_contact_terrain() {
         1.0, 2);
 }
 
-// Not centred on its origin. Every point must be a vertex: sorted, they have the indices of features.
+// Hulls that are not centred on their origin. Every point must be a vertex: once sorted, indices equal those of
+// features.
 LawShape make_hull(const std::string& name, std::vector<Eigen::Vector3d> points) {
     std::sort(points.begin(), points.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
         return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
@@ -50,7 +51,7 @@ LawShape make_hull(const std::string& name, std::vector<Eigen::Vector3d> points)
     return {name, ConvexHull::create(points).value(), make_hull_oracle(points)};
 }
 
-// Points of an ellipsoid, so that no face is like another.
+// Points of an ellipsoid, so that no two faces are alike.
 LawShape make_irregular_hull() {
     Random random(14);
     std::vector<Eigen::Vector3d> points;
@@ -61,7 +62,7 @@ LawShape make_irregular_hull() {
     return make_hull("hull", std::move(points));
 }
 
-// All points are exactly in one plane.
+// All points exactly in one plane.
 LawShape make_flat_hull() {
     std::vector<Eigen::Vector3d> points;
     for (const auto& [x, y] :
@@ -72,7 +73,7 @@ LawShape make_flat_hull() {
     return make_hull("flat hull", std::move(points));
 }
 
-// Two overlapping boxes, one of them turned, and a sphere beside them.
+// Two overlapping boxes, one of them rotated, and a sphere beside them.
 LawShape make_compound() {
     Pose upright, ball;
     upright.rotation << 0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0;
@@ -180,7 +181,7 @@ Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, d
     pose.translation.y() = scene.soup.south() + random.between(border, width - border);
     pose.translation.z() = scene.soup.height(pose.translation.x(), pose.translation.y());
     pose.translation.z() += brute_lift<double>(scene.soup, shape.oracle, pose) - lift;
-    // Again in long double, to remove the rounding error: few triangles matter now.
+    // Repeated in long double to remove the rounding error; few triangles matter by now.
     pose.translation.z() += static_cast<double>(brute_lift<long double>(
                                 scene.soup, shape.oracle, pose, Vec<long double>::Zero(),
                                 static_cast<long double>(lift) - 1e-3L)) -

@@ -51,7 +51,7 @@ double Soup::height(double x, double y) const {
 
 namespace {
 
-// Triangles are all triples with every other point on one side; edges are all pairs that are on two planes.
+// Triangles are all triples with every other point on one side; edges are all pairs that lie in two planes.
 OraclePart hull_of(std::vector<Eigen::Vector3d> points) {
     struct Plane {
         Eigen::Vector3d normal;

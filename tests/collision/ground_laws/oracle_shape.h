@@ -17,18 +17,19 @@ namespace terrane::test {
 template <class Real>
 using Vec = Eigen::Matrix<Real, 3, 1>;
 
-/// A triangle of the surface, counter-clockwise from above.
+/// A triangle of the contact surface, counter-clockwise seen from above.
 template <class Real>
 struct SoupTriangle {
     std::array<Vec<Real>, 3> v;
 };
 
-/// All triangles of a ground's contact surface, read cell by cell once; the rule for diagonals is implemented again.
+/// All triangles of a ground's contact surface, read once cell by cell; the rule for diagonals is implemented
+/// independently.
 class Soup {
 public:
     explicit Soup(const Ground& ground);
 
-    /// Height of the surface over a point inside the extent, metres.
+    /// Height of the surface at a point inside the extent, metres.
     double height(double x, double y) const;
     int cells() const { return side_; }
     double spacing() const { return spacing_; }
@@ -40,7 +41,7 @@ public:
     }
     static bool is_cut_to_north_east(int column, int row) { return ((column + row) & 1) == 0; }
 
-    /// Calls visit(triangle) for the triangles of cells that meet a rectangle and have a corner above a height; all
+    /// Calls visit(triangle) for triangles of cells that overlap a rectangle and have a corner above a height, all
     /// relative to `origin`.
     template <class Real, class Visit>
     void visit(const Eigen::Vector3d& origin, const Vec<Real>& low, const Vec<Real>& high,
@@ -88,14 +89,14 @@ private:
     double spacing_ = 1.0;
     double west_ = 0.0, south_ = 0.0;
     std::vector<double> heights_;
-    std::vector<double> highest_;  // of each cell's corners
+    std::vector<double> highest_;  // highest corner of each cell
     std::vector<bool> is_cell_;
 };
 
-/// All points within `radius` of the convex hull of some points.
+/// All points within `radius` of the convex hull of `points`.
 struct OraclePart {
     std::vector<Eigen::Vector3d> points;                ///< body frame
-    std::vector<std::array<std::size_t, 2>> edges;      ///< include all edges of the hull
+    std::vector<std::array<std::size_t, 2>> edges;      ///< contain all edges of the hull
     std::vector<std::array<std::size_t, 3>> triangles;  ///< cover all faces of the hull
     double radius = 0.0;
 };
@@ -105,18 +106,18 @@ struct OracleShape {
     std::vector<OraclePart> parts;
 };
 
-/// The oracle of any shape. A radius comes with a core of one or two points.
+/// The oracle of any shape. Parts with a radius have a core of one or two points.
 OracleShape make_oracle(const Shape& shape);
 
-/// The oracle of the hull of some points, found without the library.
+/// The oracle of the hull of points, found without the library.
 OracleShape make_hull_oracle(std::vector<Eigen::Vector3d> points);
 
-/// A part in its pose, relative to the pose's translation less an offset.
+/// A part at its pose, relative to the pose's translation minus an offset.
 template <class Real>
 struct PosedPart {
     const OraclePart* part = nullptr;
     std::vector<Vec<Real>> points;
-    Vec<Real> low, high;  ///< bounds, the radius included
+    Vec<Real> low, high;  ///< bounds, including the radius
 
     PosedPart(const OraclePart& of, const Eigen::Matrix3d& rotation, const Vec<Real>& offset)
         : part(&of) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Tests of the oracles, against slower or simpler ones.
+// The oracles against slower or simpler ones.
 #include "collision/ground_laws/brute_force.h"
 #include "collision/ground_laws/law_cases.h"
 
@@ -15,7 +15,7 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260301;
 
-// Largest of surface minus z over points of the shape on a grid of directions and of the core.
+// Largest surface height minus z over a grid of directions and of points of the core.
 double sampled_lift(const LawScene& scene, const OraclePart& part, const Pose& pose, int steps) {
     double lift = -std::numeric_limits<double>::infinity();
     const auto sample = [&](const Eigen::Vector3d& p) {
@@ -61,7 +61,7 @@ TEST(LawShapes, HullsHaveTheVerticesOfTheirOracles) {
             std::equal(vertices.begin(), vertices.end(), part.points.begin(), part.points.end()))
             << name;
     }
-    // Euler's formula; for the flat hull, every pair of vertices is in its plane.
+    // Euler's formula; in the flat hull every pair of vertices lies in its plane.
     const OraclePart& hull = shape_named("hull").oracle.parts[0];
     EXPECT_EQ(hull.points.size() + hull.triangles.size(), hull.edges.size() + 2);
     EXPECT_EQ(shape_named("flat hull").oracle.parts[0].edges.size(), 15u);
@@ -71,7 +71,7 @@ TEST(BruteLift, IsTheLargestOverManyPointsOfTheShape) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     Random random(kSeed);
     for (const LawScene& scene : law_scenes()) {
-        if (scene.name == "cliffs") continue;  // samples miss the cliffs by their whole height
+        if (scene.name == "cliffs") continue;  // samples miss a cliff by its whole height
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 2; ++i) {
                 const Pose pose = random_pose(random, scene, shape, random.between(-0.5, 0.5));
@@ -116,7 +116,7 @@ TEST(BruteLift, OfASphereIsTheLargestOverATriangleByNestedSearch) {
             }
             return best;
         };
-        // Concave over the sphere; beside it, decreasing away from it.
+        // Concave over the sphere; decreases with distance beside it.
         const double searched = largest(0.0, 1.0, [&](double v) {
             return largest(0.0, 1.0, [&](double u) {
                 const Eigen::Vector3d p =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Facts that other libraries (Jolt, coal, parry) test about themselves.
+// Facts that Jolt, coal and parry test about themselves.
 #include "collision/ground_laws/brute_force.h"
 #include "law_cases.h"
 
@@ -51,7 +51,7 @@ TEST(PeerFacts, ASquareHolePassesSmallerSpheresAndStopsLargerOnes) {
     EXPECT_TRUE(test_contact(Sphere{0.51}, pose, ground).is_touching);
 }
 
-// Time of impact of a moving sphere with the faces, edges and corners of all triangles; infinity where there is none.
+// Time of impact of a moving sphere with the faces, edges and corners of all triangles; infinity if it misses all.
 Real time_of_impact(const Soup& soup, const Eigen::Vector3d& from,
                     const Eigen::Vector3d& translation, double radius_of) {
     const Real radius(radius_of);
@@ -118,7 +118,7 @@ TEST(PeerFacts, TwentyThousandRandomSphereCastsAgreeWithBruteForce) {
             continue;
         }
         ++hits;
-        // Not later than the first touch, and at most the tolerance away.
+        // Not later than the first touch, and earlier by at most the tolerance.
         if (is_hit) {
             ASSERT_LE(answer.fraction, static_cast<double>(expected) + 1e-12);
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Bodies that slide without friction over seams of a plane get no velocity off the plane.
+// Bodies that slide without friction over seams of a plane get no velocity out of the plane.
 #include "law_cases.h"
 #include "references/reference_maps.h"
 
@@ -31,8 +31,8 @@ struct DyadicPlane {
 constexpr std::array<DyadicPlane, 4> kPlanes{
     DyadicPlane{0.0, 0.0}, {0.25, 0.0}, {0.25, -0.5}, {-1.0, 0.125}};
 
-// A paged world of one root square with two levels of chunks below it: at 128 m two neighbouring chunks have the same
-// parent, at 256 m only the root in common.
+// A paged world of one root square with two further levels: the chunks that meet at 128 m have the same parent, those
+// at 256 m only the root in common.
 template <class Height>
 Ground make_paged_ground(const Height& height) {
     HeightTable table;
@@ -53,7 +53,7 @@ Ground make_paged_ground(const Height& height) {
     return pager.ground();
 }
 
-// Slides from 10 m before a seam to 10 m behind it, along x, y or both, with and without gravity onto the plane.
+// Slides from 10 m before a seam to 10 m beyond it along x, y or both, with and without gravity towards the plane.
 void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
                     const LawShape& shape) {
     const Eigen::Vector3d n = plane.normal();
@@ -71,7 +71,7 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
             body.shape = shape.shape;
             body.friction = body.restitution = 0.0;
             BodyState state;
-            // on the plane; a capsule with its axis along the motion, which is the worst case
+            // in the plane; a capsule with its axis along the motion, the worst case
             const Eigen::Vector3d side = n.cross(along);
             if (std::holds_alternative<Capsule>(shape.shape)) {
                 state.pose.rotation << side, n, along;
@@ -150,7 +150,7 @@ Eigen::Vector3d solid_inertia(const Shape& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) {
         return Eigen::Vector3d::Constant(0.4 * sphere->radius * sphere->radius);
     }
-    // A cylinder and two hemispheres, whose centres of mass are 3/8 of the radius outside of it.
+    // A cylinder and two hemispheres, whose centres of mass are 3/8 of the radius beyond its ends.
     const auto& capsule = std::get<Capsule>(shape);
     const double r = capsule.radius, h = capsule.half_height;
     const double ends = (4.0 / 3.0 * r) / (4.0 / 3.0 * r + 2.0 * h), middle = 1.0 - ends;
@@ -159,7 +159,7 @@ Eigen::Vector3d solid_inertia(const Shape& shape) {
     return {across, across, middle * r * r / 2.0 + ends * 0.4 * r * r};
 }
 
-/// A body that slides down without friction from rest.
+/// A body that slides from rest without friction.
 class Downhill {
 public:
     // @param along downhill at the start: horizontal, unit
@@ -198,7 +198,7 @@ public:
         energy_ = now;
     }
     const BodyState& body() const { return world_->states()[0]; }
-    /// Largest growth of the energy of 1 kg in a step, joules.
+    /// Largest energy gain of 1 kg in a step, joules.
     double growth() const { return growth_; }
 
     static constexpr double kStep = 1.0 / 60.0;
@@ -254,7 +254,7 @@ TEST(LawsOfSliding, ThroughAValleyThePositionIsThatOfABeadOnTheCurve) {
         const double slope = (start - kMiddle) / kRadius;
         Downhill downhill(ground, shape_named(name), {start, 100.3},
                           Eigen::Vector3d(-slope, 0.0, 1.0).normalized(), {1.0, 0.0});
-        // a bead on that curve, by the midpoint rule
+        // reference: a bead on that curve, by the midpoint rule
         double x = downhill.body().pose.translation.x() - kMiddle, v = 0.0;
         const double from = x;
         const auto pull = [](double at, double speed) {
@@ -280,7 +280,7 @@ TEST(LawsOfSliding, ThroughAValleyThePositionIsThatOfABeadOnTheCurve) {
     }
 }
 
-// Casts and contacts without a solver: a motion along the plane never hits, and all contacts have the plane's normal.
+// Casts and contacts without a solver: a motion along the plane hits nothing, and all contacts have the plane's normal.
 TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
     CastSettings settings;
     settings.skip_separating = true;
@@ -314,7 +314,7 @@ TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
 
 }  // namespace sliding_test
 
-// Shapes below the ground are separated by repeatedly finding contacts and resolving them all.
+// Shapes below the ground are separated by alternately finding contacts and resolving all of them.
 
 namespace freed_test {
 
@@ -325,7 +325,7 @@ constexpr int kRounds = 8;
 
 using V = Vec<long double>;
 
-// The shortest d with n.d >= depth for some contacts, by trying all sets of up to three of them.
+// The shortest d with n.d >= depth for all contacts, by trying every set of up to three of them.
 V shortest_for(const std::vector<const Contact*>& some) {
     V best = V::Constant(1e30L);
     const auto consider = [&](const V& d) {
@@ -356,7 +356,7 @@ V shortest_for(const std::vector<const Contact*>& some) {
     return best;
 }
 
-// The shortest translation that resolves all contacts, by an active set: the contact that is violated most is added.
+// The shortest translation that resolves all contacts, by an active set to which the most violated contact is added.
 Eigen::Vector3d resolve(std::span<const Contact> contacts) {
     std::vector<const Contact*> some;
     V d = V::Zero();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "collision/pairs/pair_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 #include "shapes/query_shapes.h"
 
@@ -11,7 +10,7 @@
 #include <string>
 #include <vector>
 
-// Random compounds, and brute force queries over all parts.
+// Random compounds and brute-force queries over all their parts.
 namespace terrane::test {
 
 inline Shape as_shape(const ConvexShape& shape) {
@@ -34,7 +33,7 @@ inline Pose composed(const Pose& a, const Pose& b) {
     return product;
 }
 
-/// A shape's convex pieces with their poses in the world.
+/// A shape's convex pieces with their world poses.
 struct Piece {
     ConvexShape shape;
     Pose world_from_piece;
@@ -53,7 +52,7 @@ inline std::vector<Piece> pieces_of(const Shape& shape, const Pose& pose) {
     return {{std::get<ConvexHull>(shape), pose}};
 }
 
-/// Least signed distance of any two pieces, by all pairs of their features.
+/// Least signed distance over all pairs of pieces, by the feature oracle.
 inline double oracle_least(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
     double least = std::numeric_limits<double>::infinity();
     for (const Piece& p : pieces_of(a, pose_a)) {
@@ -65,7 +64,7 @@ inline double oracle_least(const Shape& a, const Pose& pose_a, const Shape& b, c
     return least;
 }
 
-/// The same by the library's query of two convex shapes.
+/// The same by the library's query for two convex shapes.
 inline double least_distance(const Shape& a, const Pose& pose_a, const Shape& b,
                              const Pose& pose_b) {
     double least = std::numeric_limits<double>::infinity();
@@ -79,7 +78,7 @@ inline double least_distance(const Shape& a, const Pose& pose_a, const Shape& b,
     return least;
 }
 
-/// A box cut into tiles along its three sides.
+/// A box divided into tiles along its three axes.
 inline Compound tiled_box(const Eigen::Vector3d& half, const std::array<int, 3>& counts) {
     std::vector<CompoundPart> parts;
     const Eigen::Vector3d step(2.0 * half[0] / counts[0], 2.0 * half[1] / counts[1],
@@ -109,7 +108,7 @@ inline ConvexShape random_convex(Random& random, int kind) {
     return ConvexHull::create(points).value();
 }
 
-/// Up to six parts of all kinds, rotated, near each other.
+/// Up to six parts of all kinds, rotated and close together.
 inline Compound random_compound(Random& random) {
     std::vector<CompoundPart> parts(1 + static_cast<std::size_t>(random.between(0.0, 6.0)));
     for (CompoundPart& part : parts) {
@@ -143,11 +142,11 @@ inline Compound random_mesh(Random& random) {
     return Compound::from_triangles(vertices, triangles).value();
 }
 
-/// What a compound is tested against: sphere, capsule, box, hull, compound, mesh.
+/// Kinds of shapes that a compound is tested against.
 inline constexpr std::array<const char*, 6> kOtherNames = {"sphere", "capsule",  "box",
                                                            "hull",   "compound", "mesh"};
 
-/// Compounds are made once: making them costs more than querying them.
+/// Made once, because making a compound costs more than querying it.
 inline const std::vector<Shape>& others_of(int kind) {
     static const std::array<std::vector<Shape>, 6> all = [] {
         std::array<std::vector<Shape>, 6> made;

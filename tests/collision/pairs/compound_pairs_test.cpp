@@ -60,7 +60,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
     Random random(kSeed + 1);
     const int cases = test::case_count(1'000);
     double worst = 1.0;
-    int overlapping = 0, longer = 0;  // than 1.25 times the shortest sampled one
+    int overlapping = 0, longer = 0;  // longer: above 1.25 times the shortest sampled translation
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         CompoundCase c = test::random_compound_case(random, GetParam(), i);
@@ -77,7 +77,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
         c.pose_a.translation = from - answer.distance * answer.normal;
         EXPECT_GE(test::least_distance(c.a, c.pose_a, c.b, c.pose_b), -1e-11);
         for (int k = 0; k < 40; ++k) {
-            // No sampled direction separates with a much shorter translation.
+            // No sampled direction gives a much shorter separating translation.
             const double share = random.between(0.3, 1.0);
             c.pose_a.translation = from - share * answer.distance * random.direction();
             if (share < enough && !test_contact(c.a, c.pose_a, c.b, c.pose_b).is_touching) {
@@ -116,7 +116,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
             EXPECT_NEAR(contacts[k].normal.norm(), 1.0, 1e-9);
             EXPECT_LE(contacts[k].depth, contacts[k == 0 ? 0 : k - 1].depth);
             EXPECT_GE(contacts[k].depth, -margin - 1e-9);
-            // The point lies on the named part of a.
+            // The point lies on the part of a that the contact names.
             const test::Piece p = test::pieces_of(c.a, c.pose_a)[contacts[k].part_a];
             Pose at_point;
             at_point.translation = contacts[k].point_world;
@@ -127,7 +127,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
         }
         if (least > -1e-9) continue;
         ++overlapping;
-        // The shortest translation with each contact's depth along its normal separates the shapes.
+        // The shortest translation that resolves every contact along its normal separates the shapes.
         bool is_free = false;
         for (int round = 0; round < 8 && !is_free; ++round) {
             const PairContactAnswer now =
@@ -260,24 +260,24 @@ TEST(CompoundFacts, AnglesInEachOtherAreFreedIntoTheCorner) {
     for (const double x : {0.9, 0.95, 0.7}) {
         for (const double z : {0.9, 0.6, 0.99}) {
             const PairDistanceAnswer answer = signed_distance(both, at({x, 0, z}), both, Pose{});
-            // Single pairs have min translations of 1 - x and 1 - z; the union needs both.
+            // Single pairs have minimum translations of 1 - x and 1 - z; the union must satisfy both.
             const double expected = std::sqrt((1 - x) * (1 - x) + (1 - z) * (1 - z));
             EXPECT_NEAR(-answer.distance, expected, 1e-12) << x << " " << z;
             EXPECT_NEAR(answer.normal.x(), (1 - x) / expected, 1e-9);
             EXPECT_NEAR(answer.normal.y(), 0.0, 1e-9);
         }
     }
-    // They touch in the corner.
+    // Touching in the corner.
     EXPECT_EQ(signed_distance(both, at({1, 0, 1}), both, Pose{}).distance, 0.0);
     EXPECT_TRUE(test_contact(both, at({1, 0, 1}), both, Pose{}).is_touching);
     EXPECT_FALSE(test_contact(both, at({1.001, 0, 1.001}), both, Pose{}).is_touching);
     EXPECT_NEAR(signed_distance(both, at({1.5, 0, 1.25}), both, Pose{}).distance, 0.25, 1e-15);
-    // At the bottom: the shortest translation is sideways.
+    // Touching at the bottom: the minimum translation is horizontal.
     EXPECT_NEAR(signed_distance(both, at({0, 0.25, 0}), both, Pose{}).distance, -0.75, 1e-12);
 }
 
 TEST(CompoundFacts, APegInASlotLeavesItAlong) {
-    // Walls 4 m high, 1 m apart, on a floor; a peg as wide as the slot whose foot is 0.3 m in the floor.
+    // Walls 4 m high and 1 m apart on a floor; a peg as wide as the slot reaches 0.3 m into the floor.
     const Compound slot =
         make_compound({box_part({-3, -2, -1}, {3, 2, 0}), box_part({-3, -2, 0}, {-0.5, 2, 4}),
                        box_part({0.5, -2, 0}, {3, 2, 4})});
@@ -288,7 +288,7 @@ TEST(CompoundFacts, APegInASlotLeavesItAlong) {
         EXPECT_NEAR(answer.distance, -depth, 1e-12);
         EXPECT_NEAR(answer.normal.z(), 1.0, 1e-12);
     }
-    // Wider than the slot by 0.2 m on each side, and shorter out at the open ends (2.5 m) or the top (4 m).
+    // 0.2 m wider than the slot on each side: the shortest ways out are the open ends (2.5 m) and the top (4 m).
     const Box wide{{0.7, 0.5, 2.0}};
     EXPECT_NEAR(signed_distance(wide, at({0, 0, 2.0}), slot, Pose{}).distance, -2.5, 1e-9);
     EXPECT_NEAR(signed_distance(wide, at({0, 0, 5.0}), slot, Pose{}).distance, -1.0, 1e-9);
@@ -393,7 +393,7 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
         if (expected.distance > 0.0) {
             EXPECT_NEAR(answer.distance, expected.distance, 1e-9);
         } else if (smallest_half_extent(other) > 0.0) {
-            // A shape without thickness may end in a seam, of which it touches neither side.
+            // A shape without thickness may end in a seam without touching either side.
             ++overlapping;
             EXPECT_LE(answer.distance, expected.distance + 1e-9);
             EXPECT_GE(answer.distance, 1.25 * expected.distance - 1e-9);
@@ -407,7 +407,7 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
         still.start = place;
         const PairCastAnswer met = cast(box, thrown, other, still, settings);
         const PairCastAnswer met_tiles = cast(tiles, thrown, other, still, settings);
-        // For a grazing ray both results are valid.
+        // A grazing ray may hit or miss.
         if (met.hit == met_tiles.hit) {
             EXPECT_NEAR(met.fraction * 6.0, met_tiles.fraction * 6.0, 1e-6);
         } else {

@@ -20,13 +20,13 @@
 
 namespace terrane::test {
 
-/// Number of random cases, times TERRANE_CASE_FACTOR, which the tests labelled long set.
+/// Number of random cases; tests labelled long multiply it by TERRANE_CASE_FACTOR.
 inline int case_count(int usual) {
     const char* factor = std::getenv("TERRANE_CASE_FACTOR");
     return factor == nullptr ? usual : usual * std::atoi(factor);
 }
 
-// Hulls by brute force: every triple of points is tried as a face.
+// Brute-force hulls: every triple of points is tested as a face.
 
 class TestHull {
 public:
@@ -71,7 +71,7 @@ private:
             if (height > offset - slack) members.push_back(i);
         }
         for (const auto& face : faces_) {
-            if (face.normal.dot(m) > 1.0 - 1e-12) return;  // another triple of the same face
+            if (face.normal.dot(m) > 1.0 - 1e-12) return;  // already found from another triple
         }
         Eigen::Vector3d middle = Eigen::Vector3d::Zero();
         for (const std::uint32_t i : members) {
@@ -133,7 +133,7 @@ private:
     std::vector<std::uint32_t> neighbours_;
 };
 
-// Random pairs of shapes: about half of them overlap.
+// Random pairs of shapes, about half of them overlapping.
 
 enum class Kind { sphere, capsule, box, hull };
 inline constexpr std::array<const char*, 4> kKindNames = {"sphere", "capsule", "box", "hull"};
@@ -155,7 +155,7 @@ inline std::vector<KindPair> all_pairs() {
     return pairs;
 }
 
-/// Hulls of every kind: regular, random, flat, a segment, a point.
+/// Hulls of every kind: regular, random, flat, segment, point.
 inline const std::vector<TestHull>& test_hulls() {
     static const std::vector<TestHull> hulls = [] {
         using V = Eigen::Vector3d;
@@ -183,7 +183,7 @@ inline const std::vector<TestHull>& test_hulls() {
             for (int i = 0; i < count; ++i) ball.push_back(random.direction());
             made.emplace_back(ball);
         }
-        // Needle.
+        // Needle-shaped.
         made.emplace_back(
             std::vector<V>{{2, 0, 0}, {-1, 0.05, 0}, {-1, -0.05, 0.05}, {-1, -0.03, -0.05}});
         return made;
@@ -191,7 +191,7 @@ inline const std::vector<TestHull>& test_hulls() {
     return hulls;
 }
 
-/// @param is_degenerate some of its sizes may be 0
+/// @param is_degenerate whether sizes may be 0
 inline internal::ConvexView random_shape(Random& random, Kind kind, bool is_degenerate) {
     const auto size = [&](double low, double high) {
         return is_degenerate && random.between(0, 1) < 0.4 ? 0.0 : random.between(low, high);
@@ -238,7 +238,7 @@ inline Case random_case(Random& random, const KindPair& kinds, int i) {
     return c;
 }
 
-/// The pair in world axes relative to a's origin, as the library places it.
+/// The pair in world axes relative to a's origin, as the library represents it.
 struct PlacedCase {
     explicit PlacedCase(const Case& c)
         : a(internal::place(c.a, orthonormalized(c.pose_a.rotation), Eigen::Vector3d::Zero())),
@@ -251,7 +251,7 @@ struct PlacedCase {
 
 // Casts of two shapes that move towards each other.
 
-/// Orthonormal starts, as bodies have them.
+/// Exactly orthonormal start rotations, as bodies have them.
 inline Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
                         const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
     Motion motion;
@@ -265,7 +265,7 @@ struct Thrown {
     Motion a, b;
 };
 
-/// Motions of pair i: usually apart at the start, one aimed near the other, with or without rotation.
+/// Motions of pair i: usually separated at the start, one aimed near the other, with or without rotation.
 inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, int i) {
     const double distance =
         std::array<double, 3>{3.0, 10.0, 100.0}[static_cast<std::size_t>(i % 3)];
@@ -273,7 +273,7 @@ inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, in
     const Eigen::Vector3d from = random.direction();
     pose_b.translation = pose_a.translation + random.between(0.3, 0.9) * distance * from;
     const Eigen::Vector3d both = 20.0 * random.direction();
-    // Named, so that every compiler draws in the same order.
+    // Named variables fix the order of the draws on every compiler.
     const Eigen::Vector3d aside = 0.5 * random.direction();
     const Eigen::Vector3d spin_a = spin * random.direction();
     const Eigen::Vector3d spin_b = spin * random.direction();
@@ -281,10 +281,10 @@ inline Thrown throw_together(Random& random, const Pose& pose_a, Pose pose_b, in
             motion_of(pose_b, both, spin_b)};
 }
 
-/// Before the reported time the distance is never below touching; at a hit it is within the tolerance.
+/// Before the reported time the shapes do not touch; at a hit their distance is within the tolerance.
 ///
-/// @param distance_at of a fraction of the motions
-/// accuracy of the distances, metres
+/// @param distance_at distance at a fraction of the motions
+/// @param slack accuracy of the distances, metres
 template <class Answer, class DistanceAt>
 void expect_stops_where_they_meet(const Answer& answer, DistanceAt&& distance_at, int steps,
                                   const CastSettings& settings, double slack) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/pairs/pair_cases.h"
 #include "compound_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +81,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
             EXPECT_NEAR(answer.contacts[0].depth, -placed.gap.distance, 1e-9);
         }
         EXPECT_FALSE(cast_convex(c.a, parting, c.b, still, passing).hit);
-        // Nor with equal motions.
+        // Equal motions do not hit either.
         const Motion along = motion_of(c.pose_b, {3.0, -2.0, 1.0});
         EXPECT_FALSE(
             cast_convex(c.a, motion_of(c.pose_a, {3.0, -2.0, 1.0}), c.b, along, passing).hit);
@@ -96,7 +95,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
 TEST(PairCast, ReportsAContactThatOpensAndClosesAgain) {
     CastSettings passing;
     passing.skip_separating = true;
-    // A rod tips over one edge of a table and hits it with its other end.
+    // A rod tips over an edge of a table and hits the table with its other end.
     Motion rod = motion_of({}, {0.0, 0.0, 0.5}, {0.0, 3.1, 0.0});
     rod.start.translation = {0.0, 0.0, 0.1};
     const Motion table = motion_of({}, Eigen::Vector3d::Zero());
@@ -107,7 +106,7 @@ TEST(PairCast, ReportsAContactThatOpensAndClosesAgain) {
     rod.translation = {0.0, 0.0, 3.0};
     rod.rotation_vector = {0.0, 0.3, 0.0};
     EXPECT_FALSE(cast_convex(Box{{1.0, 0.1, 0.1}}, rod, Box{{5.0, 5.0, 0.0}}, table, passing).hit);
-    // Up, over, and down again: two half turns of a lever.
+    // A lever rotates a full turn: up, over and down again.
     Motion lever = motion_of({}, Eigen::Vector3d::Zero(), {0.0, -6.0, 0.0});
     lever.start.translation = {-2.0, 0.0, 0.2};
     Pose wall;
@@ -194,7 +193,7 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const CompoundCase c = test::random_compound_case(random, GetParam(), i);
         settings.skip_separating = i % 3 == 0;
-        // Without rotation a part moves as its body does.
+        // Without rotation a part has the motion of its body.
         const Motion a = motion_of(c.pose_a, 5.0 * random.direction());
         const Motion b = motion_of(c.pose_b, random.direction());
         const PairCastAnswer answer = cast(c.a, a, c.b, b, settings);
@@ -209,7 +208,7 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
                 if (one.hit && one.fraction < expected.fraction) expected = one;
             }
         }
-        // For grazing contacts both results are valid.
+        // A grazing motion may hit or miss.
         if (answer.hit == expected.hit) {
             EXPECT_NEAR(answer.fraction, expected.fraction, 1e-6);
         } else {
@@ -223,8 +222,7 @@ TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
 }
 
 TEST(CompoundCast, TurnsPartsAboutTheBodysOrigin) {
-    // A ball on an arm of 2 m rotates by a quarter turn onto a plate; the ball itself has no rotation axis off its
-    // centre.
+    // A ball on a 2 m arm swings a quarter turn onto a plate. About its own centre the ball would not hit.
     CompoundPart ball;
     ball.shape = Sphere{0.25};
     ball.body_from_part.translation = {2.0, 0.0, 0.0};
@@ -243,7 +241,7 @@ TEST(CompoundCast, TurnsPartsAboutTheBodysOrigin) {
         const PairCastAnswer met = cast(arm, turning, Box{{0.5, 1.0, 1.0}}, still, settings);
         ASSERT_TRUE(met.hit) << turns;
         EXPECT_EQ(met.contacts[0].part_a, 1u);
-        // The ball's side is at x = 0 where its centre's x is 0.25.
+        // The ball touches x = 0 when its centre is at x = 0.25.
         EXPECT_NEAR(std::cos(met.fraction * turns * quarter), 0.125, 1e-8) << turns;
         const PairCastAnswer alone =
             cast(Sphere{0.25},
@@ -275,7 +273,7 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
         EXPECT_TRUE(at_once.started_in_contact);
         EXPECT_EQ(at_once.fraction, 0.0);
         EXPECT_GT(at_once.count, 0u);
-        // Equal motions: nothing approaches.
+        // Equal motions: no approach.
         const Eigen::Vector3d translation(3.0, -2.0, 1.0);
         EXPECT_FALSE(cast(c.a, motion_of(c.pose_a, translation), c.b,
                           motion_of(c.pose_b, translation), passing)
@@ -385,14 +383,14 @@ TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
 }
 
 TEST(ShapeRay, MeetsPeersFacts) {
-    // A ball of radius 0.2 halfway along 30 m: the fraction is (15 - 0.2) / 30.
+    // A ball of radius 0.2 in the middle of a 30 m ray: the fraction is (15 - 0.2) / 30.
     Pose pose;
     pose.translation = {15.0, 0.0, 0.0};
     const ShapeRayAnswer ball = cast_ray(Sphere{0.2}, pose, {0, 0, 0}, {30, 0, 0});
     ASSERT_TRUE(ball.hit);
     EXPECT_NEAR(ball.fraction, (15.0 - 0.2) / 30.0, 1e-15);
     EXPECT_NEAR(ball.normal.x(), -1.0, 1e-15);
-    // A ray in the plane of a face touches; one beside it does not.
+    // A ray in the plane of a face touches; a ray beside it misses.
     EXPECT_TRUE(cast_ray(Box{}, Pose{}, {-2, 0.5, 0}, {2, 0.5, 0}).hit);
     EXPECT_FALSE(cast_ray(Box{}, Pose{}, {-2, 0.5000001, 0}, {2, 0.5000001, 0}).hit);
     EXPECT_TRUE(cast_ray(Capsule{0.5, 1.0}, Pose{}, {-2, 0, 1.5}, {2, 0, 1.5}).hit);

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-// Oracles in extended precision that share no method with the library: brute force over all pairs of features.
+// Oracles in extended precision by brute force over all pairs of features; they share no method with the library.
 namespace terrane::test {
 
 using Long = long double;
@@ -21,7 +21,7 @@ struct Solid {
     struct Face {
         LongVector normal;
         std::vector<LongVector> loop;
-        Long area = 0;  ///< twice; 0 where a box has no thickness
+        Long area = 0;  ///< twice the area; 0 for the sides of a box without thickness
     };
     std::vector<Face> faces;
     Long radius = 0;
@@ -86,7 +86,7 @@ inline Long gap_of(const Solid& a, const Solid& b, const LongVector& n) {
     return low - high;
 }
 
-/// Largest gap of the cores over all face normals and all cross products of edges, with both signs.
+/// Largest gap between the cores along all face normals and cross products of edges, in both directions.
 inline Long widest_gap(const Solid& a, const Solid& b) {
     Long widest = -std::numeric_limits<Long>::infinity();
     const auto consider = [&](const LongVector& n) {
@@ -120,7 +120,7 @@ inline Long point_to_segment(const LongVector& p, const LongVector& q, const Lon
     return (p - (q + t * v)).norm();
 }
 
-/// Distance of two cores that do not overlap.
+/// Distance between two separated cores.
 inline Long distance_apart(const Solid& a, const Solid& b) {
     Long best = std::numeric_limits<Long>::infinity();
     for (const auto& p : a.vertices) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/ground_oracle.h"
 #include "collision/pairs/pair_cases.h"
-#include "pair_cases.h"
 #include "pair_oracle.h"
 #include "support/allocation_counter.h"
 
@@ -18,7 +17,7 @@ using test::Random;
 
 constexpr std::uint64_t kSeed = 20261203;
 
-// Including a hull that is no box.
+// Also a hull that is not a box.
 std::vector<Shape> make_shapes() {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 12; ++i) {
@@ -74,14 +73,14 @@ TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
         find_contacts(Capsule{0.25, 1.0}, lying, Box{{2, 2, 0.5}}, Pose{}, 0.0, contacts);
     ASSERT_EQ(rod.count, 2u);
     EXPECT_NEAR(std::abs(contacts[0].point_world.x() - contacts[1].point_world.x()), 2.0, 1e-15);
-    // Two parallel rods that overlap along half of their length.
+    // Two parallel rods that overlap over half their length.
     Pose beside = at({0.0, 0.4, 1.0});
     const PairContactAnswer rods =
         find_contacts(Capsule{0.25, 1.0}, beside, Capsule{0.25, 1.0}, Pose{}, 0.0, contacts);
     ASSERT_EQ(rods.count, 2u);
     EXPECT_NEAR(contacts[0].depth, 0.1, 1e-15);
     EXPECT_NEAR(contacts[0].point_world.z() + contacts[1].point_world.z(), 1.0, 1e-15);
-    // A smaller buffer keeps the deepest contacts and reports the truncation.
+    // With a smaller buffer the deepest contacts are kept and the truncation is reported.
     EXPECT_EQ(
         find_contacts(Box{}, at({0, 0, 0.9}), Box{}, Pose{}, 0.0, std::span(contacts.data(), 1))
             .status,
@@ -255,7 +254,7 @@ TEST_P(Pairs, DistanceIsThatOfAllPairsOfFeatures) {
     EXPECT_LT(overlapping, 9 * kCases / 10);
 }
 
-// How far a point is from a shape's surface.
+// Distance of a point from a shape's surface.
 double off_surface(const internal::ConvexView& shape, const Pose& pose, const Eigen::Vector3d& p) {
     Pose at_p;
     at_p.translation = p;
@@ -302,7 +301,7 @@ TEST_P(Pairs, ContactsPartTheShapesAndLieOnBoth) {
             EXPECT_EQ(contact.normal, contacts[0].normal);
             const Eigen::Vector3d on_a = c.pose_a.translation + contact.point_world;
             const Eigen::Vector3d on_b = on_a + contact.depth * contact.normal;
-            // At an end of a capsule that is not the deepest the point is inside the other shape.
+            // At the end of a capsule that is not the deepest one, the point is inside the other shape.
             if (k == 0 || GetParam().a != test::Kind::capsule) {
                 EXPECT_LE(off_surface(c.a, c.pose_a, on_a), 1e-8) << k;
                 EXPECT_LE(off_surface(c.b, c.pose_b, on_b), 1e-8) << k;
@@ -320,7 +319,7 @@ TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         Case c = test::random_case(random, GetParam(), i);
-        // Some pairs are moved to touch.
+        // Some pairs are moved into touch.
         if (i % 3 == 0) {
             const PlacedCase before(c);
             const double rest = i % 2 == 0 ? 0.0 : random.between(-1e-11, 1e-11);
@@ -332,7 +331,7 @@ TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
         std::array<PairContact, 4> contacts;
         const bool is_found = find_contacts(placed.a, placed.b, placed.gap, touch, contacts) > 0;
         EXPECT_EQ(is_found, placed.gap.distance <= touch) << placed.gap.distance;
-        // Except within rounding of the touching distance.
+        // Undecided within rounding of the touching distance.
         if (std::abs(placed.gap.distance - touch) > 1e-14) {
             EXPECT_EQ(is_touching(placed.a, placed.b), is_found) << placed.gap.distance;
         }

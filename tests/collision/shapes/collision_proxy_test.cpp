@@ -61,7 +61,7 @@ TEST_P(ProxyOfMesh, DistanceHoldsAgainstDenseSampling) {
         EXPECT_EQ(proxy->distance_m, std::max(proxy->mesh_to_proxy_m, proxy->proxy_to_mesh_m));
         EXPECT_EQ(proxy->is_within_error,
                   proxy->distance_m <= share * extent_of(named.mesh) * (1.0 + 1e-6));
-        // The bound is not idle: samples reach most of it, where it is not small.
+        // The bound is tight where it is not small: samples reach most of it.
         if (proxy->distance_m > 0.05 * extent_of(named.mesh)) {
             EXPECT_GE(std::max(measured.mesh_to_proxy, measured.proxy_to_mesh),
                       0.8 * proxy->distance_m);
@@ -166,7 +166,7 @@ TEST(CollisionProxy, CornersOfOneTriangleEachAreWelded) {
         for (const std::uint32_t corner : t) soup.positions.push_back(mesh.positions[corner]);
         soup.triangles.push_back({first, first + 1, first + 2});
     }
-    soup.triangles.push_back({0, 0, 1});  // without area
+    soup.triangles.push_back({0, 0, 1});  // degenerate
     const Result<CollisionProxy> proxy = make_collision_proxy(soup, {});
     ASSERT_TRUE(proxy);
     EXPECT_EQ(bits_of(proxy->shape), bits_of(make_collision_proxy(mesh, {})->shape));
@@ -215,7 +215,7 @@ TEST(CollisionProxy, AnyTrianglesGiveAnAnswer) {
         TriangleMesh mesh;
         const std::size_t points = 3 + random() % 6;
         for (std::size_t i = 0; i < points;
-             ++i) {  // of a small lattice: many coincide and are coplanar
+             ++i) {  // on a small lattice, so that many coincide or are coplanar
             mesh.positions.emplace_back(static_cast<double>(random() % 3),
                                         static_cast<double>(random() % 3),
                                         static_cast<double>(random() % 2));
@@ -224,7 +224,7 @@ TEST(CollisionProxy, AnyTrianglesGiveAnAnswer) {
             TriangleMesh::Triangle t{};
             for (auto& corner : t) corner = static_cast<std::uint32_t>(random() % points);
             mesh.triangles.push_back(t);
-            // Half of them closed: every triangle is also there from behind.
+            // Half of the meshes contain every triangle with both orientations and are thus closed.
             if (seed % 2 == 0) mesh.triangles.push_back({t[0], t[2], t[1]});
         }
         for (const double error : {0.0, 0.1, 3.0}) {
@@ -259,7 +259,7 @@ TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
             const double error = (is_tiny ? 1e-9 : 0.05) * solid.extent;
             const double least = internal::least_error(solid, cut(solid, error));
             known += least > 0.0 ? 1 : 0;
-            // few vertices move hulls away, inwards
+            // with few vertices hulls shrink inwards, away from the mesh
             const CollisionProxySettings settings{.proxy_error = error,
                                                   .max_parts = kMaxParts,
                                                   .max_hull_vertices = is_tiny ? 8u : 64u};
@@ -276,7 +276,7 @@ TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
     const std::vector<ProxyPart> parts = cut(solid, 1e-9);
     const double least = internal::least_error(solid, parts);
     EXPECT_GT(least, 1e-3);
-    // work of the cuts: with a precision of a quarter of the error every piece would have 20,000 sub-triangles
+    // work of the cuts: at a precision of a quarter of the error every piece would have 20,000 sub-triangles
     std::size_t pieces = 0;
     for (const ProxyPart& part : parts) pieces += part.distance.pieces;
     EXPECT_LT(pieces, 3000 * parts.size());
@@ -328,7 +328,7 @@ TEST(SolidMesh, InsideAndDistanceAgreeWithSlowOnes) {
         for (int i = 0; i < 500; ++i) {
             Eigen::Vector3d p;
             for (int axis = 0; axis < 3; ++axis) {
-                // Half of the points share coordinates with vertices: rays meet edges and vertices.
+                // Half of the points share coordinates with vertices, so that rays meet edges and vertices.
                 p[axis] = i % 2 == 0 ? low[axis] + (high[axis] - low[axis]) *
                                                        static_cast<double>(random() >> 11) * 0x1p-53
                                      : mesh.positions[random() % mesh.positions.size()][axis];

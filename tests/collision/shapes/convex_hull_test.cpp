@@ -23,14 +23,15 @@
 
 namespace terrane::test {
 
-/// Errors of a polyhedron; empty if there are none. Loops, edges and neighbours agree; it is closed; Euler's formula
-/// holds; faces are flat and convex, and so is the whole.
+/// Describes what is wrong with a polyhedron; empty if nothing is. Loops, edges and neighbours must agree; the surface
+/// must be closed and satisfy Euler's formula; faces must be flat and convex, and the polyhedron convex.
 ///
 /// @param tolerance metres
 std::string find_fault(const internal::Polyhedron& hull, double tolerance);
 
-/// Errors of a polyhedron as the hull of points. Vertices are points bit for bit; no point is in front of a face, or
-/// beyond the hull along any of 500 directions, by more than the tolerance.
+/// Describes what is wrong with a polyhedron as the hull of points; empty if nothing is. Vertices must be points, bit
+/// for bit. No point may be in front of a face, or beyond the hull along any of 500 directions, by more than the
+/// tolerance.
 std::string find_fault_of_hull(const internal::Polyhedron& hull,
                                std::span<const Eigen::Vector3d> points, double tolerance);
 
@@ -221,7 +222,7 @@ double extent_of(const Points& points) {
 
 ConvexHull hull_of(const Points& points) { return ConvexHull::create(points).value(); }
 
-// Checks the contract of shapes.h for a set of points.
+// Checks the contract in shapes.h for a set of points.
 void expect_good(const Points& points, const std::string& name) {
     const ConvexHull hull = hull_of(points);
     const internal::Polyhedron& polyhedron = internal::polyhedron(hull);
@@ -300,7 +301,7 @@ TEST(ConvexHull, OfOneTwoAndCollinearPoints) {
         expect_good({a}, "point");
         expect_good(line, "line");
     }
-    // Along an axis, with the ends not first in any order.
+    // Along an axis, with the end points not first in any order.
     expect_good({{0, 0, 0}, {0, 1, 0}, {1e-17, -1, 0}, {-1e-17, 0.5, 0}}, "axis");
 }
 
@@ -351,11 +352,11 @@ TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
         expect_good(test::transformed(test::integers(random, 5 + 4 * i, 2 + i % 5), 0.1, turn),
                     "turned integers " + name);
         expect_good(test::transformed(test::prism(8 + 10 * i, 2.0), 1.0, turn), "prism " + name);
-        Points twice = ball;  // and duplicated next to each other
+        Points twice = ball;  // and near duplicates
         for (const Eigen::Vector3d& p : ball) twice.push_back(p + 1e-16 * random.direction());
         for (const Eigen::Vector3d& p : round) twice.push_back(p + 1e-13 * random.direction());
         expect_good(twice, "twice " + name);
-        Points cluster = round;  // smooth within the tolerance, with one distant point
+        Points cluster = round;  // smooth to within the tolerance, with one distant point
         for (Eigen::Vector3d& p : cluster) {
             p = Eigen::Vector3d(1e-6 * p.x(), 1e-6 * p.y(), 0.0);
             p.z() = -0.5 * (p.x() * p.x() + p.y() * p.y());
@@ -365,7 +366,7 @@ TEST(ConvexHull, KeepsItsPromisesForHardPoints) {
     }
 }
 
-// Nearly coplanar and collinear by about the tolerance, where every predicate is close.
+// Coplanar and collinear to about the tolerance, where every predicate is ill-conditioned.
 TEST(ConvexHull, KeepsItsPromisesForPointsThatAreOffByTheTolerance) {
     SCOPED_TRACE("seed 51");
     test::Random random(51);
@@ -413,7 +414,7 @@ TEST(ConvexHull, HasTheFacesThatBruteForceFinds) {
     int solid = 0;
     for (int i = 0; i < 2000; ++i) {
         const Points points = test::integers(random, 4 + i % 9, 2 + i % 3);
-        // All planes through three points with every point on one side, in exact small integers.
+        // All planes through three points with the other points on one side, in exact integers.
         std::vector<std::pair<Eigen::Vector3d, double>> planes;
         for (const Eigen::Vector3d& a : points) {
             for (const Eigen::Vector3d& b : points) {
@@ -523,7 +524,7 @@ TEST(ConvexHull, CopiesShareWhatWasMadeAndStayWhenMovedFrom) {
     EXPECT_EQ(hull.vertices().data(), moved.vertices().data());  // NOLINT(bugprone-use-after-move)
 }
 
-// Every face's plane against all vertices, and every pair of edges.
+// Brute force: every face's plane against all vertices, and every pair of edges.
 double brute_force_width(const internal::Polyhedron& hull) {
     double least = std::numeric_limits<double>::infinity();
     const auto take = [&](const Eigen::Vector3d& direction) {

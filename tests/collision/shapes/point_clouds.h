@@ -9,7 +9,8 @@
 #include <cstddef>
 #include <vector>
 
-// Points of hulls that are difficult for different reasons; all from a Random, so that a seed reproduces them.
+// Point sets whose hulls are difficult for different reasons; all are drawn from a Random, so that a seed reproduces
+// them.
 namespace terrane::test {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -26,23 +27,23 @@ inline Points sphere(Random& random, int count) {
     return points;
 }
 
-/// The points of a grid of n^3: nearly all are coplanar or collinear with others.
+/// The points of an n^3 grid: nearly all are coplanar or collinear with others.
 inline Points grid(int n) {
     Points points;
     for (int i = 0; i < n * n * n; ++i) points.emplace_back(i % n, i / n % n, i / n / n);
     return points;
 }
 
-/// Points with small integer coordinates: symmetric, coplanar and coincident in all combinations.
+/// Points with small integer coordinates, many of them symmetric, coplanar or coincident.
 inline Points integers(Random& random, int count, int highest) {
     Points points;
     const auto draw = [&] { return std::floor(random.between(0.0, highest + 1.0)); };
-    // Braces, so that every compiler draws in the same order.
+    // Braces fix the order of evaluation on every compiler.
     for (int i = 0; i < count; ++i) points.push_back(Eigen::Vector3d{draw(), draw(), draw()});
     return points;
 }
 
-/// Two regular polygons of count / 2 corners.
+/// Two regular polygons with count / 2 corners each.
 inline Points prism(int count, double height) {
     Points points;
     for (int i = 0; i < count / 2; ++i) {

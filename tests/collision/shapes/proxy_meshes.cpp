@@ -28,7 +28,7 @@ void append(const TriangleMesh& part, TriangleMesh& mesh) {
     }
 }
 
-/// A grid of quads that closes along both directions.
+/// A grid of quads that is closed along both directions.
 TriangleMesh tube(std::size_t around, std::size_t across,
                   const std::function<Eigen::Vector3d(double)>& curve, double radius) {
     TriangleMesh mesh;
@@ -55,7 +55,7 @@ TriangleMesh tube(std::size_t around, std::size_t across,
     return mesh;
 }
 
-/// A surface of revolution about z of a profile of radii and heights from the axis at the bottom to that at the
+/// A surface of revolution about z. The profile lists radii and heights from the axis at the bottom to the axis at the
 /// top.
 TriangleMesh turned(std::span<const Eigen::Vector2d> profile, std::size_t around) {
     TriangleMesh mesh;
@@ -232,7 +232,7 @@ double point_to_segment(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
     return (a + t * (b - a) - p).norm();
 }
 
-/// Random points of triangles, uniform by area.
+/// Random points on triangles, uniform by area.
 class Sampler {
 public:
     Sampler(const std::vector<Corners>& triangles, std::uint64_t seed)
@@ -270,7 +270,7 @@ double slow_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
                      const Eigen::Vector3d& p) {
     double least =
         std::min({point_to_segment(a, b, p), point_to_segment(b, c, p), point_to_segment(c, a, p)});
-    // Inside the triangle: the solution of the normal equations.
+    // Interior of the triangle: solves the normal equations.
     const Eigen::Vector3d e = b - a, f = c - a, r = p - a;
     const double ee = e.dot(e), ef = e.dot(f), ff = f.dot(f), determinant = ee * ff - ef * ef;
     if (determinant > 0.0) {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-// Closed meshes with known shapes; metres.
+// Closed meshes of known shape; metres.
 namespace terrane::test {
 
-/// A mesh and what it shows.
+/// A named mesh.
 struct NamedMesh {
     std::string name;
     TriangleMesh mesh;
@@ -21,11 +21,11 @@ struct NamedMesh {
 
 TriangleMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 
-/// A prism over a polygon of the xy plane, counter-clockwise; triangulated by `faces`, indices of corners.
+/// A prism over a counter-clockwise polygon in the xy plane; `faces` triangulates it by corner indices.
 TriangleMesh prism_mesh(std::span<const Eigen::Vector2d> corners,
                         std::span<const TriangleMesh::Triangle> faces, double height);
 
-/// Volume 3: squares of side 2 less one of side 1, height 1.
+/// Volume 3: squares of side 2 minus one of side 1, height 1.
 TriangleMesh l_mesh();
 
 /// A star of five points, radii 0.4 and 1, height 0.3.
@@ -38,29 +38,29 @@ TriangleMesh knot_mesh(std::size_t around, std::size_t across, double small);
 /// A half ball of radius 1 with a half ball of radius 0.8 removed.
 TriangleMesh bowl_mesh(std::size_t around);
 
-/// Two balls of radius 0.5 on a rod of radius 0.15; 2.4 m long.
+/// Two balls of radius 0.5 joined by a rod of radius 0.15; 2.4 m long.
 TriangleMesh dumb_bell_mesh(std::size_t around);
 
-/// A ball of radius 1 whose vertices are moved inwards by up to `depth` by a hash of the seed.
+/// A ball of radius 1 with vertices moved inwards by up to `depth`, by a hash of the seed.
 TriangleMesh rock_mesh(std::size_t around, double depth, std::uint64_t seed);
 
-/// Seat, back and four legs, as six boxes that overlap.
+/// Seat, back and four legs as six overlapping boxes.
 TriangleMesh chair_mesh();
 
-/// All of them.
+/// All these meshes.
 std::vector<NamedMesh> proxy_meshes();
 
-/// Largest distances of samples, metres.
+/// Largest sampled distances, metres.
 struct ProxyDistance {
     double mesh_to_proxy = 0.0;
     double proxy_to_mesh = 0.0;
 };
 
-/// Distance from a point to a triangle by a search over barycentric coordinates: slow, and independent of the library.
+/// Distance from a point to a triangle by a search over barycentric coordinates: slow and independent of the library.
 double slow_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                      const Eigen::Vector3d& p);
 
-/// Winding number about a point by the sum of solid angles (van Oosterom and Strackee 1983).
+/// Winding number about a point as the sum of solid angles (van Oosterom and Strackee 1983).
 double solid_angle_winding(const TriangleMesh& mesh, const Eigen::Vector3d& p);
 
 /// Measures both distances at random points, uniform by area over the triangles of the mesh and the faces of the parts.

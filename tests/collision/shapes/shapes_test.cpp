@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/aabb_tree.h"
 #include "collision/shapes/point_clouds.h"
-#include "point_clouds.h"
 #include "shapes/query_shapes.h"
 #include "shapes/quickhull.h"
 #include "support/random.h"
@@ -53,7 +52,7 @@ TEST(MotionAt, StaysOrthonormal) {
     }
 }
 
-// As accurate near orthonormal as far from it: the method changes at 1e-8.
+// Equally accurate near and far from orthonormal matrices: the method changes at 1e-8.
 TEST(Orthonormalized, KeepsTheFirstAxisAndThePlaneOfTheSecond) {
     SCOPED_TRACE("seed 11");
     test::Random random(11);
@@ -130,7 +129,7 @@ ConvexShape random_shape(test::Random& random, int kind) {
     return ConvexHull::create(test::ball(random, 30)).value();
 }
 
-// Dense samples of a shape's surface, for brute force.
+// Dense samples of a shape's surface for brute-force checks.
 std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, test::Random& random) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 20'000; ++i) {
@@ -171,7 +170,7 @@ TEST(Compound, HasTheBoundsAndReachOfItsPoints) {
                 high = high.cwiseMax(all.back());
                 radius = std::max(radius, all.back().norm());
             }
-            // Encloses the samples, by at most their spacing more.
+            // Bounds contain all samples and exceed them by at most the sample spacing.
             const Aabb& bounds = compound.bounds()[k];
             for (int axis = 0; axis < 3; ++axis) {
                 EXPECT_LE(bounds.low[axis], low[axis] + 1e-12);
@@ -240,7 +239,7 @@ TEST(Compound, FromTrianglesIsTheirSurface) {
     test::Random random(22);
     const std::vector<Eigen::Vector3d> vertices = test::ball(random, 50);
     std::vector<std::array<std::uint32_t, 3>> triangles{{3, 3, 3},
-                                                        {1, 2, 1}};  // and degenerate ones
+                                                        {1, 2, 1}};  // and degenerate directions
     for (std::uint32_t i = 0; i + 2 < vertices.size(); ++i) triangles.push_back({i, i + 2, i + 1});
     const Compound compound = Compound::from_triangles(vertices, triangles).value();
     ASSERT_EQ(compound.parts().size(), triangles.size());
@@ -276,7 +275,7 @@ namespace extremes_test {
 
 using test::Points;
 
-// Directions that are hard for a hull: orthogonal to faces and edges, nearly so, along axes, degenerate.
+// Difficult directions for a hull: orthogonal to faces and edges, exactly and nearly; along axes; degenerate.
 std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, test::Random& random,
                                              int count) {
     const double nan = std::nan("");
@@ -305,7 +304,7 @@ std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, t
     return directions;
 }
 
-// For any number of vertices, also where find_extreme() would scan.
+// For any number of vertices, including hulls that find_extreme() would scan.
 void expect_same_vertex(const Points& points, const std::string& name, int count) {
     SCOPED_TRACE(testing::Message() << name << ", seed " << points.size());
     const Result<ConvexHull> made = ConvexHull::create(points);
@@ -341,15 +340,15 @@ TEST(FindExtreme, ByClimbIsTheVertexThatAScanFinds) {
         expect_same_vertex(test::polygon(50 + 40 * i), "polygon " + name, count);
         expect_same_vertex(test::transformed(test::polygon(50 + 40 * i), 1.0, turn),
                            "turned polygon " + name, count);
-        Points rough = test::transformed(test::polygon(50 + 40 * i), 1.0, turn);  // but flat
+        Points rough = test::transformed(test::polygon(50 + 40 * i), 1.0, turn);  // nearly flat
         for (Eigen::Vector3d& p : rough) p += random.between(0.0, 2e-15) * random.direction();
         expect_same_vertex(rough, "rough polygon " + name, count);
-        Points lens = test::sphere(random, 400);  // many coplanar faces: a grid on a ball
+        Points lens = test::sphere(random, 400);  // rounded to a grid: many coplanar faces
         for (Eigen::Vector3d& p : lens) p = (6.0 * p).array().round().matrix();
         expect_same_vertex(lens, "lens " + name, count);
         expect_same_vertex(test::transformed(lens, 0.1, turn), "turned lens " + name, count);
         Points cluster =
-            test::sphere(random, 300);  // smooth within rounding, with one distant point
+            test::sphere(random, 300);  // smooth to within rounding, with one distant point
         for (Eigen::Vector3d& p : cluster) p *= 1e-7;
         cluster.emplace_back(0.0, 0.3, -1.0);
         expect_same_vertex(test::transformed(cluster, 1.0, turn, random.direction()),
@@ -458,7 +457,7 @@ std::int64_t draw(test::Random& random, double size) {
     return static_cast<std::int64_t>(random.between(-size, size));
 }
 
-// Nearly coplanar points of all sizes, which doubles cannot distinguish.
+// Points of all magnitudes that are coplanar to within double precision.
 TEST(SideOfPlane, IsExact) {
     SCOPED_TRACE("seed 31");
     test::Random random(31);
@@ -501,7 +500,7 @@ TEST(SideOfPlane, IsExact) {
     EXPECT_GT(beyond_doubles, 1000);
 }
 
-// The corners of the whole lattice: the largest possible sums.
+// Corners of the whole lattice: the largest possible sums.
 TEST(SideOfPlane, HoldsTheLargestCoordinates) {
     const std::int64_t m = std::int64_t{1} << 60;
     for (int mask = 0; mask < 4096; ++mask) {

@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-// Rough grounds that bodies are dropped on.
+// Rough grounds for falling bodies.
 namespace terrane::test {
 
-/// Heights by lattice point: grounds that are not smooth functions.
+/// Heights by lattice point, for grounds that are not smooth functions.
 inline std::uint64_t scramble(double x, double y) {
     std::uint64_t z =
         static_cast<std::uint64_t>(static_cast<std::int64_t>(x)) * 0x9e3779b97f4a7c15u ^
@@ -40,7 +40,7 @@ inline constexpr RoughGround kRoughGrounds[] = {
     {"stairs", [](double x, double y) { return 2.0 * std::floor(x / 4.0) + std::floor(y / 3.0); }},
 };
 
-inline constexpr double kMiddle = 64.3;  // of a ground of one root square, off the lattice
+inline constexpr double kMiddle = 64.3;  // middle of a ground of one root square, off the lattice
 
 inline Ground make_flat() {
     return make_test_ground([](double, double) { return 5.0; }, 1.0, 1);
@@ -56,7 +56,8 @@ inline World make_world(const WorldSettings& settings = {}) {
     return std::move(*world);
 }
 
-/// Random poses and velocities are set one by one: the order of evaluation of arguments is unspecified.
+/// A body state at rest or with given velocities. Random arguments must be drawn beforehand: their order of evaluation
+/// is unspecified.
 inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
                     const Eigen::Vector3d& angular_velocity = {0.0, 0.0, 0.0}) {
     BodyState state;
@@ -66,7 +67,7 @@ inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocit
     return state;
 }
 
-/// A wedge whose centre of mass is off its origin, and whose axes are not its principal axes.
+/// A wedge with its centre of mass off its origin and principal axes that differ from its own.
 inline ConvexHull make_wedge(double scale = 1.0) {
     std::vector<Eigen::Vector3d> points{{-0.9, -0.6, -0.3}, {1.2, -0.7, -0.4}, {0.8, 0.9, -0.3},
                                         {-0.7, 0.8, -0.4},  {-0.5, 0.1, 0.9},  {0.3, 0.4, 0.7}};
@@ -74,7 +75,7 @@ inline ConvexHull make_wedge(double scale = 1.0) {
     return ConvexHull::create(points).value();
 }
 
-/// A hammer: a box, a handle and a knob, off its origin.
+/// A hammer of box, handle and knob, with its centre of mass off its origin.
 inline Compound make_hammer(double scale = 1.0) {
     CompoundPart head{Box{scale * Eigen::Vector3d(0.3, 0.8, 0.3)}, {}};
     head.body_from_part.translation = scale * Eigen::Vector3d(1.0, 0.2, 0.1);

@@ -136,8 +136,8 @@ TEST(World, SlidesDownATiltedPlaneAsCoulombSays) {
     }
 }
 
-// Friction opposes the slip whatever the effective masses of the two tangents: the box does not rotate, and moves as a
-// point mass does.
+// Friction opposes slip regardless of the effective masses along the two tangents: the box does not rotate and moves
+// like a point mass.
 TEST(World, SlidesAcrossATiltedPlaneWithoutTurning) {
     const double slope = 0.5, friction = 0.3;
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
@@ -162,7 +162,7 @@ TEST(World, SlidesAcrossATiltedPlaneWithoutTurning) {
     EXPECT_LT(std::abs(yaw), 1e-6);
 }
 
-/// A box of half extents 1, 0.6, 0.4, three times: as a box, a hull and a compound of two parts.
+/// A box with half extents 1, 0.6, 0.4 in three representations: a box, a hull, a compound of two parts.
 std::vector<Shape> make_boxes(const Pose& shape_from_box) {
     const Eigen::Vector3d half(1.0, 0.6, 0.4);
     std::vector<Eigen::Vector3d> corners;
@@ -180,7 +180,7 @@ std::vector<Shape> make_boxes(const Pose& shape_from_box) {
     return {Box{half}, ConvexHull::create(corners).value(), Compound::create(parts).value()};
 }
 
-// The motion does not depend on the origin and axes of the shape's frame.
+// Motion does not depend on the origin and axes of the shape's frame.
 TEST(World, MovesABoxAlikeWhateverItIsMadeOf) {
     const Ground ground = make_tilted(0.5);
     const double cosine = 1.0 / std::sqrt(1.25);
@@ -191,7 +191,7 @@ TEST(World, MovesABoxAlikeWhateverItIsMadeOf) {
         const bool is_itself = std::holds_alternative<Box>(shape);
         const Pose from_box = is_itself ? Pose{} : shape_from_box;
         World world = make_world({.allow_sleep = false});
-        // One slides down the plane; one is in free flight and spins about none of its axes.
+        // One body slides down the plane; one is in free flight, spinning about none of its axes.
         for (const bool flies : {false, true}) {
             BodyState state = at({0.0, 0.0, 0.0}, {0.0, 2.0, 0.0});
             if (flies) state.angular_velocity = {2.0, -1.0, 3.0};
@@ -309,7 +309,7 @@ TEST(World, GainsNoEnergyInRoughFrictionalImpacts) {
         for (int step = 0; step < 120; ++step) {
             world.step(ground, 1.0 / 60.0);
             const double now = energy(world.states()[0]);
-            // Separation by a tolerance may raise it a little; an impact may not add speed.
+            // Separation within the tolerance may raise the energy slightly; an impact may not add speed.
             EXPECT_LE(now, before + kGravity * 0.012) << "run " << run << " step " << step;
             before = now;
         }
@@ -435,7 +435,7 @@ TEST(WorldForces, HoldABodyOnASlopeAgainstGravity) {
     const BodyId body = add(world, {.shape = Sphere{0.5}, .friction = 0.0},
                             at({60.0, 60.0, 60.0 + 0.5 * std::sqrt(2.0)}));
     for (int i = 0; i < 120; ++i) {
-        ASSERT_TRUE(world.add_force(body, {9.81, 0.0, 0.0}));  // its part along the slope
+        ASSERT_TRUE(world.add_force(body, {9.81, 0.0, 0.0}));  // cancels gravity on the slope
         EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
     }
     EXPECT_LT((state_of(world, body).velocity).norm(), 1e-9);
@@ -452,12 +452,12 @@ TEST(WorldForces, OutOfRangeAreRefusedAndChangeNothing) {
         EXPECT_FALSE(world.add_torque(body, {0.0, bad, 0.0})) << bad;
     }
     EXPECT_FALSE(world.add_force(body, {kNan, 0.0, 0.0}, {1.0, 0.0, 0.0}));
-    // The force is in range, its torque is not.
+    // The force is in range, but its torque is not.
     EXPECT_FALSE(world.add_force(body, p + Eigen::Vector3d(0.0, 1e9, 0.0), {1e3, 0.0, 0.0}));
     world.step(ground, kStep);
     EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
     EXPECT_TRUE(state_of(world, body).angular_velocity.isZero(0.0));
-    // The largest ones give finite velocities.
+    // The largest allowed forces give finite velocities.
     ASSERT_TRUE(world.add_force(body, {2e6, 0.0, 0.0}));
     world.step(ground, 1.0);
     EXPECT_NEAR(state_of(world, body).velocity.x(), 1e6, 1e-3);

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-// Static and kinematic bodies, and dynamic ones on them.
+// Static and kinematic bodies, and dynamic bodies on them.
 namespace terrane {
 namespace body_types_test {
 
@@ -39,7 +39,7 @@ bool is_asleep(const World& world, BodyId body) {
     return state_of(world, body).condition == BodyCondition::asleep;
 }
 
-/// A shape whose top is level at z = 10, and its pose.
+/// A shape at a pose with its top level at z = 10.
 struct Table {
     const char* name;
     Shape shape;
@@ -134,7 +134,7 @@ TEST(StaticBody, MayNotHaveAVelocity) {
     EXPECT_FALSE(world.move_to(fixed, {}, make_flat()));
 }
 
-/// A board at height 8 with a box on it.
+/// A board at height 8 that carries a box.
 struct Ride {
     World world;
     BodyId board, box;
@@ -155,7 +155,7 @@ TEST(KinematicBody, ALiftCarriesABoxUpAndDown) {
     Ride ride = make_ride(ground);
     for (const double speed : {1.5, -1.5, 0.02, -0.02}) {
         ASSERT_TRUE(ride.world.set_velocity(ride.board, {0.0, 0.0, speed}, {0.0, 0.0, 0.0}));
-        step(ride.world, ground, 90);  // takes up the speed
+        step(ride.world, ground, 90);  // takes on the speed
         for (int i = 0; i < 30; ++i) {
             step(ride.world, ground, 1);
             EXPECT_FALSE(is_asleep(ride.world, ride.box));
@@ -226,7 +226,7 @@ TEST(KinematicBody, ReachesThePoseOfMoveKinematicBitForBitAndStops) {
         EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
         EXPECT_TRUE(state_of(world, body).angular_velocity.isZero(0.0));
     }
-    // Over several steps it is there to rounding.
+    // After several steps it has arrived, up to rounding.
     ASSERT_TRUE(world.move_kinematic(body, at({61.0, 60.0, 20.0}).pose, 0.5));
     for (int i = 0; i < 30; ++i) world.step(ground, kStep);
     EXPECT_NEAR(state_of(world, body).pose.translation.x(), 61.0, 1e-9);
@@ -250,7 +250,7 @@ TEST(KinematicBody, AWallPushesBoxesButNeverThroughTheGround) {
     for (const double speed : {0.5, 5.0, 50.0}) {
         SCOPED_TRACE(speed);
         World world = make_world();
-        // High enough that it has not sunk below the bodies at the end.
+        // High enough that at the end it is still above the bodies.
         add(world, {.shape = Box{{0.5, 8.0, 12.0}}, .type = kKinematic},
             at({55.0, 60.0, 14.0}, {speed, 0.0, -0.2 * speed}));
         std::vector<BodyId> pushed;
@@ -450,7 +450,7 @@ TEST(WorldTeleport, OfARecoveringBodyIsSeenByOthersWhereItIs) {
     World world = make_world();
     const BodyId deep = add(world, {.shape = Sphere{0.5}}, at({60.0, 60.0, 0.0}));
     const BodyId box = add(world, {.shape = Box{}, .mass = 0.01}, at({60.0, 60.0, 5.5}));
-    step(world, ground, 300);  // it comes up under the box, which sleeps until then
+    step(world, ground, 300);  // it comes up under the sleeping box
     const Eigen::Vector3d between =
         state_of(world, box).pose.translation - state_of(world, deep).pose.translation;
     EXPECT_GT(state_of(world, deep).pose.translation.z(), 5.4);

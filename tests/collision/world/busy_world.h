@@ -9,10 +9,10 @@
 #include <cmath>
 #include <vector>
 
-// A world in which everything that a body can be or do happens at once, for tests of determinism and of saved worlds.
+// A world in which bodies are in every state and do everything at once, for tests of determinism and of saved worlds.
 namespace terrane::test {
 
-/// Hills of two by two root squares, of which the north-eastern one is not resident.
+/// Hills of two by two root squares; the north-eastern one is not resident.
 inline Ground make_busy_ground() {
     TableGroundSettings settings{.roots = 2};
     settings.is_resident = [](int column, int row) { return column == 0 || row == 0; };
@@ -20,7 +20,7 @@ inline Ground make_busy_ground() {
         [](double x, double y) { return 2.0 * std::sin(0.11 * x) * std::sin(0.07 * y); }, settings);
 }
 
-/// Bodies of the busy world that tests act on.
+/// Bodies of the busy world that tests use.
 struct BusyBodies {
     BodyId platform, lift, free_box, removed;
     BodyId truck, tracked, parked_truck, walker, rider;
@@ -33,8 +33,8 @@ inline BodyId add_body(World& world, const BodySettings& settings, const BodySta
     return id.value_or(BodyId{});
 }
 
-/// A heap of all shapes, vehicles, characters, sleepers, a body that is deep in the ground, one without resident
-/// ground, one that has left the world, static and kinematic bodies, sensors, and slots of removed bodies.
+/// A heap of all shapes, vehicles, characters, sleeping bodies, a body deep in the ground, one without resident ground,
+/// one that has left the world, static and kinematic bodies, sensors, and slots of removed bodies.
 inline BusyBodies fill_busy_world(World& world) {
     Random random(77);
     BusyBodies bodies;
@@ -54,7 +54,7 @@ inline BusyBodies fill_busy_world(World& world) {
     }
     add_body(world, {.shape = Box{{3.0, 3.0, 2.0}}, .type = BodyType::static_body},
              at({30.0, 30.0, 3.0}));
-    add_body(world, {.shape = make_hammer(0.8)}, at({100.0, 30.0, -4.0}));              // deep
+    add_body(world, {.shape = make_hammer(0.8)}, at({100.0, 30.0, -4.0}));  // deep in the ground
     add_body(world, {.shape = Sphere{0.5}}, at({200.0, 200.0, 5.0}, {1.0, 0.0, 0.0}));  // parks
     add_body(world, {.shape = make_wedge()}, at({-30.0, 10.0, 5.0}, {0.0, 1.0, 0.0}, {3, 1, 2}));
     const BodySettings board{.shape = Box{{3.0, 3.0, 0.2}}, .type = BodyType::kinematic_body};
@@ -91,7 +91,7 @@ inline BusyBodies fill_busy_world(World& world) {
     return bodies;
 }
 
-/// Acts on the busy world before the step of this number.
+/// Acts on the busy world before step number `step`.
 inline void act_on_busy_world(World& world, const BusyBodies& bodies, int step) {
     if (step % 50 == 10) {
         Pose pose;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The cache's clear distance: how far a body may move without a cast.
+// The contact cache's clear distance: how far a body may move before its cached contacts must be found anew.
 #include "collision/world/body_cases.h"
 #include "collision/world/busy_world.h"
 #include "support/grounds.h"
@@ -38,7 +38,7 @@ RigidBody make_body(const Shape& shape, const Pose& pose) {
     return body;
 }
 
-// More spheres touch the ground, each along a normal of its own, than the contact buffer has room for.
+// More spheres touch the ground, each with a different normal, than the contact buffer holds.
 TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     const Ground ground = make_test_ground(
         [](double x, double y) { return 0.4 * std::sin(0.9 * x) * std::sin(0.7 * y); }, 2.0, 1);
@@ -59,7 +59,7 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     ASSERT_EQ(cache.count(), GroundContactCache::kMaxCount);
     EXPECT_LE(cache.clear_distance(0.0), 0.0);
 
-    // With room for all contacts the distance is known.
+    // If the buffer holds all contacts, the distance is known.
     const Shape few = Compound::create(std::span(parts).last(9)).value();
     const RigidBody smaller = make_body(few, pose);
     cache.invalidate();
@@ -69,7 +69,7 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
     EXPECT_LT(cache.clear_distance(0.0), 0.0025);
 }
 
-// No motion within the clear distance, in any direction and with any rotation, hits the offset surface; nor after the
+// No motion within the clear distance, in any direction and with any rotation, hits the offset surface, even after
 // cached contacts have been reused.
 TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
     constexpr std::uint64_t kSeed = 17;
@@ -109,7 +109,7 @@ TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
 }  // namespace ground_look_test
 }  // namespace terrane::internal
 
-// What a collision step has proved counts for the next one only over the same chunks.
+// What a collision step has proved is reused in the next step only over the same chunks.
 
 namespace terrane {
 namespace changing_ground_test {
@@ -142,7 +142,7 @@ World make_rolling_world(bool allow_sleep) {
 }
 
 TEST(ChangingGround, WithTheSameHeightsInOtherChunksChangesNoBit) {
-    // Each ground has chunks of its own, so that nothing that was proved counts in the second world.
+    // The second world's grounds have their own chunks, so that it reuses no proof.
     const Ground ground = make_waves(5.0);
     const std::vector<Ground> others{make_waves(5.0), make_waves(5.0)};
     World one = make_rolling_world(true), other = make_rolling_world(true);
@@ -153,7 +153,7 @@ TEST(ChangingGround, WithTheSameHeightsInOtherChunksChangesNoBit) {
     }
 }
 
-/// A copy that has proved nothing.
+/// A copy without proofs from previous steps.
 World make_copy(const World& world) {
     Result<World> copy = World::load(world.save());
     if (!copy) std::abort();
@@ -195,7 +195,7 @@ TEST(ChangingGround, ThatChangedWhileABodySleptIsNoticedWhenItWakes) {
 
 }  // namespace changing_ground_test
 
-// Bodies whose ground is not loaded: they stop, and continue with the same bits once it is.
+// Bodies whose ground is not loaded stop, and continue with the same bits once it is.
 
 namespace parked_bodies_test {
 
@@ -237,7 +237,7 @@ bool is_same(const BodyState& a, const BodyState& b) {
            a.velocity == b.velocity && a.angular_velocity == b.angular_velocity;
 }
 
-/// Waves with an interval of heights that is tight where the rectangle is small, as those of rasters are.
+/// Waves with tight height intervals over small rectangles, as rasters have.
 class LocalWaves final : public ForwardedHeights {
 public:
     explicit LocalWaves(std::shared_ptr<const HeightSource> waves)
@@ -255,7 +255,7 @@ public:
     }
 };
 
-// Bounds of coarse chunks let bodies stop far above ground that the source knows to be lower, and that no body reaches
+// Bounds of coarse chunks stop bodies far above ground that the source knows to be lower and that no body reaches
 // within a short horizon.
 TEST(ParkedBody, GetsItsGroundHoweverShortThePagersHorizon) {
     Lattice lattice;
@@ -285,7 +285,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
         World world = make_world();
         const BodyState before = at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0}, {0.3, -4.0, 0.1});
         ASSERT_TRUE(world.add({.shape = shape}, before));
-        ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // its ground is resident
+        ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // over resident ground
         for (int step = 0; step < 1000; ++step) {
             const StepReport report = world.step(absent, step % 3 == 0 ? 0.1 : kStep);
             ASSERT_EQ(report.parked, 1u);
@@ -293,7 +293,7 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
             ASSERT_EQ(world.states()[0].condition, BodyCondition::parked);
             ASSERT_TRUE(is_same(world.states()[0], before));
         }
-        // it needs its ground as long as it is parked
+        // a parked body needs its ground
         const BodyNeed need = world.needs()[0];
         EXPECT_TRUE(need.is_waiting);
         EXPECT_FALSE(world.needs()[1].is_waiting);
@@ -321,7 +321,7 @@ TEST(ParkedBody, LivesAndLosesNoTime) {
     EXPECT_EQ(report.impacts, 0u);
 }
 
-// In the air, in contact, and after penetrating deeply.
+// In the air, in contact, and after deep penetration.
 TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
     constexpr std::uint64_t kSeed = 41;
     Random random(kSeed);
@@ -351,7 +351,7 @@ TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
 
 TEST(ParkedBody, WaitsForAllOfItsGround) {
     const Ground whole = make_flat();
-    // near the corner of four chunks, which it reaches one after the other
+    // near the corner of four chunks, which it reaches one by one
     const BodyState start = at({127.0, 127.0, 6.2}, {0.5, 0.5, -1.0});
     World world = make_world();
     ASSERT_TRUE(world.add({.shape = Box{{2.0, 2.0, 1.0}}}, start));
@@ -401,7 +401,7 @@ TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
     }
 }
 
-// A body at rest on flat ground, one step before it falls asleep or long after.
+// A body at rest on flat ground, one step before it falls asleep or long afterwards.
 World rest(const Ground& ground, bool is_asleep) {
     World world = make_world();
     EXPECT_TRUE(world.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
@@ -431,7 +431,7 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
         }
     }
     EXPECT_EQ(world.needs()[0].centre_world, before.pose.translation);  // it still needs its ground
-    // awake over ground that is not loaded it is parked, and it falls once the ground is there
+    // awake over absent ground it is parked; it falls once the ground is resident
     BodyState moved = before;
     moved.pose.translation.z() += 3.0;
     ASSERT_TRUE(world.teleport(world.id(0), moved));
@@ -451,7 +451,7 @@ TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
         ASSERT_EQ(report.asleep, 0u);
         ASSERT_TRUE(is_same(world.states()[0], before));
     }
-    // it was quiet for almost kSleepDelay before
+    // it had been at rest for almost kSleepDelay
     for (int step = 0; step < 3; ++step) world.step(ground, kStep);
     EXPECT_EQ(world.states()[0].condition, BodyCondition::asleep);
 }
@@ -468,7 +468,7 @@ TEST(ParkedBody, CannotBePutToSleep) {
     EXPECT_LT(world.states()[0].velocity.z(), 0.0);
 }
 
-// It left the world before it parked.
+// It left the world before it was parked.
 TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     const Ground whole = make_flat(), absent = make_flat(is_none);
     for (const Shape& shape : all_shapes()) {

@@ -22,7 +22,7 @@ using test::LoneCharacter;
 using test::make_test_ground;
 
 constexpr double kStep = 1.0 / 60.0;
-/// Distance that a character is behind after starting to walk: friction of feet is 1.8 without a surface map.
+/// Distance lost while accelerating from rest: without a surface map the friction of feet is 1.8.
 double start_lag(double speed) {
     const CharacterSettings settings;
     const double acceleration = std::min(settings.strength / settings.mass, 1.8 * 9.81);
@@ -57,7 +57,7 @@ TEST(Character, ClimbsSlopesUpToItsLimitAndStandsOnThemWithoutCreeping) {
         walker.walk(ground, {}, 10.0);
         EXPECT_NEAR(walker.place().x(), 40.3, 1e-3) << angle;
         for (const double speed : {2.0, -2.0}) {
-            walker.walk(ground, {.velocity = {speed, 0.0}}, 2.0);  // to reach the speed
+            walker.walk(ground, {.velocity = {speed, 0.0}}, 2.0);  // to reach full speed
             const double x = walker.place().x();
             walker.walk(ground, {.velocity = {speed, 0.0}}, 3.0);
             EXPECT_NEAR(walker.place().x(), x + 3.0 * speed, 0.02) << angle << ", " << speed;
@@ -74,7 +74,7 @@ TEST(Character, NeverClimbsWhatIsTooSteepAndSlidesDownIt) {
     LoneCharacter walker({50.0, 64.3, kTall});
     walker.walk(ground, {.velocity = {4.0, 0.0}}, 10.0);
     EXPECT_LT(walker.place().z(), kTall + 0.02);
-    // At an angle it slides along the wall.
+    // Obliquely it slides along the wall.
     const double y = walker.place().y();
     walker.walk(ground, {.velocity = {3.0, 2.0}}, 5.0);
     EXPECT_NEAR(walker.place().y(), y + 10.0, 0.5);
@@ -238,7 +238,7 @@ TEST(Character, AllocatesNothing) {
 
 }  // namespace character_test
 
-// Characters that push, are pushed, and ride on bodies.
+// Characters that push and are pushed, and that ride on bodies.
 
 namespace character_among_bodies_test {
 

@@ -100,7 +100,7 @@ TEST(ContactEvents, OfRestingBodiesHaveTheImpulseOfTheirWeight) {
     }
 }
 
-/// The change of a body's momentum is the sum of the impulses on it and of gravity.
+/// A body's change of momentum equals the sum of its contact impulses and of gravity.
 TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
     const Ground ground = make_flat();
     World world = make_world({.report_contacts = true});
@@ -130,7 +130,7 @@ TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
             const Eigen::Vector3d gained =
                 masses[i] * (state_of(world, bodies[i]).velocity - before[i] +
                              Eigen::Vector3d(0.0, 0.0, kGravity * kStep));
-            if (impulse.norm() < 0.5 * masses[i]) continue;  // a bounce
+            if (impulse.norm() < 0.5 * masses[i]) continue;  // only bounces are checked
             EXPECT_LT((impulse - gained).norm(), 0.03 * gained.norm()) << step << " body " << i;
             ++checked;
         }
@@ -165,7 +165,7 @@ TEST(ContactEvents, OfSleepersAreSilentUntilTheyAreWoken) {
     const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
     for (int i = 0; i < 120; ++i) world.step(ground, kStep);
     ASSERT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
-    // A far body keeps the world awake.
+    // A distant moving body keeps the world awake.
     add(world, {.shape = Sphere{}}, at({90.0, 60.0, 60.0}));
     for (int i = 0; i < 30; ++i) {
         world.step(ground, kStep);
@@ -200,7 +200,8 @@ TEST(ContactEvents, ABoxWakesTheSleepersThatItReaches) {
     EXPECT_TRUE(sleeps(far));
 }
 
-/// In the busy world: ascending order, the ground last; and of each pair began, stayed ..., ended.
+/// In the busy world events are in ascending order with the ground last, and each pair's phases are began, stayed ...,
+/// ended.
 TEST(ContactEvents, AreOrderedAndTellAConsistentStory) {
     const Ground ground = test::make_busy_ground();
     World world = make_world({.report_contacts = true});
@@ -249,7 +250,7 @@ TEST(ContactEvents, AreTheSameWithAnyNumberOfThreads) {
 
 }  // namespace contact_events_test
 
-// Which bodies collide: layers, the owner's callback, sensors.
+// Which bodies collide: layers, the caller's callback, sensors.
 
 namespace filters_test {
 
@@ -265,7 +266,7 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
 
 const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
 
-/// Height of a box after it was dropped on a table whose top is at z = 10, of those filters.
+/// Final height of a box with one filter dropped on a table with another; the table's top is at z = 10.
 double dropped_height(const CollisionFilter& table, const CollisionFilter& box,
                       const WorldSettings& settings = {}) {
     const Ground ground = make_flat();
@@ -362,7 +363,7 @@ BodySettings make_sensor(double radius, BodyType type = BodyType::static_body) {
     return sensor;
 }
 
-/// The phases of the sensor events of a step, such as "began".
+/// Phases of the sensor events of a step, such as "began".
 std::string sensor_phases(const World& world) {
     std::string phases;
     for (const ContactEvent& event : world.contact_events()) {

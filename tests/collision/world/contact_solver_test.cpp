@@ -55,10 +55,10 @@ void expect_inertia(const Shape& shape, double mass, const Eigen::Vector3d& want
         << inertia.transpose() << " instead of " << sorted(wanted).transpose();
 }
 
-/// Inertia tensor about the shape's origin, body frame, by counting lattice points inside the shape.
+/// Inertia tensor about the shape's origin in the body frame, by counting lattice points in the shape.
 struct Counted {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d about_centre = Eigen::Matrix3d::Zero();  // of 1 kg
+    Eigen::Matrix3d about_centre = Eigen::Matrix3d::Zero();  // for 1 kg
 };
 Counted count_points(const Shape& shape, int steps) {
     const double radius = bounding_radius(shape);
@@ -85,7 +85,7 @@ Counted count_points(const Shape& shape, int steps) {
 }
 
 TEST(MassProperties, AreThoseOfAllPointsOfTheShape) {
-    constexpr double kAccuracy = 0.01;  // of a lattice of 60 points along each axis
+    constexpr double kAccuracy = 0.01;  // with a lattice of 60 points along each axis
     for (const Shape& shape : {Shape(test::make_wedge()), Shape(Capsule{0.4, 0.8})}) {
         const Counted counted = count_points(shape, 60);
         const CentredShape centred = make_centred(shape).value();
@@ -114,7 +114,7 @@ TEST(MassProperties, OfAHullOfABoxAreTheBoxesHoweverItIsPlaced) {
         const CentredShape centred = make_centred(hull).value();
         expect_inertia(centred.shape, 7.0, make_mass_properties(Box{half}, 7.0).inertia, 1e-9);
         EXPECT_LT((centred.body_from_centred.translation - pose.translation).norm(), 1e-11);
-        // The same set of points in the world.
+        // The same point set in the world frame.
         const Pose world = random_pose(random, 1000.0);
         const Pose inner = to_centred(world, centred.body_from_centred);
         const PairDistanceAnswer apart =
@@ -149,7 +149,7 @@ TEST(MassProperties, OfPartsThatMakeABoxAreTheBoxes) {
                 parts.push_back({hull_of_box(0.5 * half, pose), {}});
             }
         }
-        // A plate has no mass beside solid parts.
+        // A plate beside solid parts has no mass.
         parts.push_back({Box{{4.0, 4.0, 0.0}}, whole});
         const CentredShape centred = make_centred(Compound::create(parts).value()).value();
         expect_inertia(centred.shape, 3.0, make_mass_properties(Box{half}, 3.0).inertia, 1e-9);
@@ -172,7 +172,7 @@ TEST(MassProperties, OfPlatesRodsAndPointsAreFinite) {
     const CentredShape point = make_centred(hull_of_box({0.0, 0.0, 0.0}, turned)).value();
     EXPECT_EQ(make_mass_properties(point.shape, 3.0).inverse_inertia.norm(), 0.0);
     EXPECT_LT((point.body_from_centred.translation - turned.translation).norm(), 1e-12);
-    // The triangles of a closed mesh: a shell.
+    // The triangles of a closed mesh have the mass of a shell.
     const double third = 1.0 / 3.0;
     const std::vector<Eigen::Vector3d> corners{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     const std::vector<std::array<std::uint32_t, 3>> faces{
@@ -180,7 +180,7 @@ TEST(MassProperties, OfPlatesRodsAndPointsAreFinite) {
     const Compound shell = Compound::from_triangles(corners, faces).value();
     const CentredShape centred = make_centred(shell).value();
     EXPECT_LT(centred.body_from_centred.translation.norm(), 1e-15);
-    // Of each face: the centre at a distance of 1/sqrt(3), and its own spread of 8/12 along its sides.
+    // Per face: its centre at distance 1/sqrt(3), and its own second moment of 8/12 along its sides.
     const double spread = third * (third + 8.0 / 12.0);
     EXPECT_NEAR(make_mass_properties(centred.shape, 1.0).inertia[0], 2.0 * spread, 1e-12);
 }
@@ -207,7 +207,7 @@ TEST(MassProperties, ShareWhatIsCentredAlready) {
 
 namespace contact_solver_test {
 
-constexpr std::uint32_t kCount = 7;  // bodies; the first has infinite mass and moves
+constexpr std::uint32_t kCount = 7;  // bodies; the first moves and has infinite mass
 constexpr int kSweeps = 5;
 
 struct Scene {
@@ -216,7 +216,7 @@ struct Scene {
     std::vector<std::uint32_t> members;
 };
 
-/// @param heaviest mass of every other body, kilograms, and the fixed body is at rest; 0: all weigh 0.5 to 4 kg
+/// @param heaviest mass of every other body, kilograms, with the fixed body at rest; 0: all masses are 0.5 to 4 kg
 Scene make_scene(test::Random& random, double heaviest = 0.0) {
     Scene scene;
     scene.bodies.resize(kCount);
@@ -242,14 +242,14 @@ Scene make_scene(test::Random& random, double heaviest = 0.0) {
         contact.point_a = contact.point_b = middle + 0.2 * random.direction();
         contact.normal = random.direction();
         contact.friction = random.between(0.0, 1.0);
-        // With an impulse to begin with, all contacts are solved from the first sweep on.
+        // A non-zero initial impulse activates every contact from the first sweep on.
         contact.initial_impulse = 0.1 * contact.normal;
         scene.contacts.push_back(contact);
     }
     return scene;
 }
 
-/// Impulses on one contact after the other, in world coordinates.
+/// Reference solver: impulses contact by contact, in world coordinates.
 class Oracle {
 public:
     explicit Oracle(const Scene& scene) : scene_(scene) {
@@ -366,7 +366,7 @@ TEST(ContactSolver, GivesWhatImpulsesOneAfterTheOtherGive) {
     }
 }
 
-/// Largest difference of velocities from an oracle's, m/s and rad/s, after so many sweeps without friction.
+/// Largest difference from the oracle's velocities, m/s and rad/s, after a number of sweeps without friction.
 double error_after(Scene scene, int sweeps, bool is_conjugate, const Oracle& oracle) {
     std::vector<ContactRows> room(scene.contacts.size());
     std::vector<ContactDirection> directions(scene.contacts.size());
@@ -456,7 +456,7 @@ TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
 
 namespace islands_test {
 
-// Flood fill: the lowest body that each one is connected with.
+// Flood fill: the lowest body connected to each body.
 std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
                                  std::span<const std::uint8_t> moves) {
     std::vector<std::uint32_t> lowest(moves.size());
@@ -476,7 +476,7 @@ std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
 TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
     constexpr std::uint64_t kSeed = 4;
     test::Random random(kSeed);
-    Islands islands;  // reused: no state of a build may affect the next
+    Islands islands;  // reused: a build must not affect the next
     for (int run = 0; run < 2000; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
         const int count = 1 + random.below(30);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Twenty vehicles that drive rounds among five hundred crates and between rails, on ground that is paged while they
-// drive: for as many seconds as TERRANE_CONVOY_SECONDS says.
+// Twenty vehicles drive laps among five hundred crates and between rails, on ground that is paged meanwhile, for
+// TERRANE_CONVOY_SECONDS.
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -34,11 +34,11 @@ namespace terrane {
 namespace convoy_test {
 
 constexpr double kStep = 1.0 / 60.0;
-constexpr double kRadius = 300.0;  // of the rounds, metres
+constexpr double kRadius = 300.0;  // of the laps, metres
 constexpr std::size_t kVehicles = 20, kCrates = 500, kRails = 330;
-constexpr double kRailDistance = 9.0;  // outside of the rounds, metres
+constexpr double kRailDistance = 9.0;  // beyond the laps, metres
 
-/// Gentle ground of 1 m cells, which the rounds cross in many chunks.
+/// Gentle ground with 1 m cells; the laps cross many of its chunks.
 std::shared_ptr<const HeightSource> make_fractal() {
     return FractalHeights::create({.seed = 23,
                                    .amplitude = 60.0,
@@ -48,7 +48,7 @@ std::shared_ptr<const HeightSource> make_fractal() {
         .value();
 }
 
-/// A point of the round at an angle, off its middle line to the outside.
+/// A point of the lap at an angle, `outside` metres beyond its centre line.
 Eigen::Vector2d on_round(double angle, double outside) {
     const double radius = kRadius + outside;
     return {radius * std::cos(angle), radius * std::sin(angle)};
@@ -75,7 +75,7 @@ public:
                 PathDriver::create(std::move(rounds), {.cruise_speed = 10.0}).value());
         }
         for (std::size_t i = 0; i < kCrates; ++i) {
-            // None on a vehicle at the start.
+            // None on a vehicle's start position.
             const double gap = turn / kVehicles;
             const double angle =
                 gap * (static_cast<double>(i % kVehicles) + random_.between(0.2, 0.8));
@@ -104,7 +104,7 @@ public:
         return report;
     }
 
-    /// Vehicles that came to lie on their side or roof; and those that touched no other body before.
+    /// Vehicles that have come to rest on their side or roof, and those of them that had touched no other body.
     std::size_t rolled_over() const { return rolled_over_; }
     std::size_t rolled_over_alone() const { return rolled_over_alone_; }
 
@@ -131,7 +131,7 @@ public:
         return deepest;
     }
 
-    /// Metres from the middle of the rounds to the outermost vehicle.
+    /// Distance of the outermost vehicle from the centre of the laps, metres.
     double farthest() const {
         double farthest = 0.0;
         for (const BodyId vehicle : vehicles_) {
@@ -141,7 +141,7 @@ public:
     }
 
 private:
-    /// Counts vehicles that have rolled over, apart where they touched no other body in the seconds before.
+    /// Counts vehicles that have rolled over, separately if they touched no other body in the seconds before.
     void watch_rolls(double time) {
         constexpr double kBefore = 5.0;  // seconds
         std::array<bool, kVehicles> touches{};
@@ -168,7 +168,7 @@ private:
         }
     }
 
-    /// A rail along the ground, outside of the round.
+    /// A rail along the ground beyond the lap.
     BodyId add_rail(double angle) {
         constexpr double kHalfLength = 3.0, kHalfHeight = 1.0, kAbove = 0.7;
         constexpr double kHalfAngle = kHalfLength / (kRadius + kRailDistance);
@@ -197,7 +197,7 @@ private:
     std::optional<World> world_;
     std::vector<BodyId> vehicles_, crates_, rails_;
     std::vector<PathDriver> drivers_;
-    std::array<double, kVehicles> touched_{};  // when it last touched another body, s
+    std::array<double, kVehicles> touched_{};  // time of the last contact with another body, s
     std::array<bool, kVehicles> was_over_{};
     std::size_t rolled_over_ = 0, rolled_over_alone_ = 0;
 };

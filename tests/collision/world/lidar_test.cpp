@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Scans against World::ray() and Ground::ray() of each direction.
+// Scans against World::ray() and Ground::ray() for each direction.
 #include "support/grounds.h"
 #include "support/random.h"
 
@@ -27,7 +27,7 @@ constexpr LidarSettings kSettings{.min_range = 0.5, .max_range = 80.0};
 
 std::uint64_t bits_of(double number) { return std::bit_cast<std::uint64_t>(number); }
 
-// 3 x 3 chunks, of which the north-eastern one is absent.
+// 3 x 3 chunks; the north-eastern one is absent.
 Ground make_ground() {
     return test::make_test_ground(
         [](double x, double y) { return 5.0 * std::sin(0.1 * x) + 4.0 * std::cos(0.13 * y); },
@@ -175,7 +175,7 @@ TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
     }
 }
 
-// The body that carries the sensor, and what is beyond the largest range.
+// Neither the body that carries the sensor nor bodies beyond the largest range are seen.
 TEST(Lidar, SeesNothingNearerOrFartherThanItsRanges) {
     const Ground ground = make_ground();
     World world = World::create({}).value();

@@ -40,17 +40,17 @@ private:
     BodyId id_;
 };
 
-/// Why a vehicle is refused; empty where it is not.
+/// The message that refuses a vehicle; empty if it is accepted.
 inline std::string vehicle_refusal(const VehicleSettings& settings, const Pose& start = {}) {
     World world = World::create({}).value();
     const Result<BodyId> added = world.add_vehicle(settings, start);
     return added ? std::string() : added.error().message;
 }
 
-/// Of the centre of the default capsule above its foot, metres.
+/// Height of the default capsule's centre above its foot, metres.
 inline constexpr double kTall = 0.9;
 
-/// A world with one character, and what it meets.
+/// A world with one character and its obstacles.
 class LoneCharacter {
 public:
     explicit LoneCharacter(const WorldPos& place, const CharacterSettings& settings = {},
@@ -61,7 +61,7 @@ public:
         id_ = *id;
     }
 
-    /// Adds a box that is not turned.
+    /// Adds an axis-aligned box.
     BodyId add_box(const Eigen::Vector3d& half_extents, const WorldPos& centre,
                    BodySettings settings = {.type = BodyType::static_body}) {
         settings.shape = Box{half_extents};
@@ -96,7 +96,7 @@ private:
     BodyId id_;
 };
 
-/// Why a character is refused; empty where it is not.
+/// The message that refuses a character; empty if it is accepted.
 inline std::string character_refusal(const CharacterSettings& settings,
                                      const WorldPos& place = {0, 0, 0}) {
     World world = World::create({}).value();

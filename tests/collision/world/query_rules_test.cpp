@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the queries promise beside the right answer: filters, ties, arguments that are refused, absent ground.
+// Rules of queries: filters, ties, refused arguments, absent ground.
 #include "collision/world/world_cases.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using internal::QueryScene;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Balls of radius 0.5 at given places, and perhaps ground.
+/// Balls of radius 0.5 at given positions, optionally with ground.
 class Balls {
 public:
     explicit Balls(const std::vector<WorldPos>& places, const Ground* ground = nullptr)
@@ -94,7 +94,7 @@ TEST(QueryRules, AFilterHidesLayersSensorsAndOneBody) {
     EXPECT_EQ(first(), 1u);
     filter.except = balls.bodies[1].id;
     EXPECT_EQ(first(), 2u);
-    filter.except.generation = 8;  // of another body that had the slot
+    filter.except.generation = 8;  // of another body that had the same slot
     EXPECT_EQ(first(), 1u);
     // Queries ignore CollisionFilter::collides_with.
     balls.bodies[1].filter.collides_with = 0;
@@ -103,7 +103,7 @@ TEST(QueryRules, AFilterHidesLayersSensorsAndOneBody) {
 
 TEST(QueryRules, TheLowerIndexIsBeforeTheHigherAndABodyBeforeTheGround) {
     const Ground flat = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    // Both balls and the ground are met at the same height, exactly.
+    // Both balls and the ground are hit at exactly the same height.
     Balls balls({{70, 64, -0.5}, {64, 64, -0.5}, {64, 64, -0.5}, {64, 64, 40}}, &flat);
     const RayQueryAnswer ray = balls.ray({64, 64, 4}, {64, 64, -4});
     EXPECT_EQ(ray.fraction, 0.5);
@@ -176,7 +176,7 @@ TEST(QueryRules, NanAndSizesOutOfRangeAreInvalidInAnyWorld) {
                   QueryStatus::invalid);
         EXPECT_EQ(query_cast(balls.scene(), Sphere{2e5}, Motion{}, {}).status,
                   QueryStatus::invalid);
-        // The ends are finite, their difference is not.
+        // The ends are finite, but their difference is not.
         EXPECT_EQ(balls.ray({-1.5e308, 0, 0}, {1.5e308, 0, 0}).status, QueryStatus::invalid);
     }
 }
@@ -199,7 +199,7 @@ TEST(QueryRules, AMovingShapeLeavesWhatItTouchesButDoesNotEnterIt) {
     EXPECT_EQ(balls.cast(straight({0, 0, 0}, {5, 0, 0})).fraction, 0.0);
     EXPECT_FALSE(balls.cast(straight({0, 0, 0}, {-5, 0, 0})).hit);
     EXPECT_FALSE(balls.cast(straight({0, 0, 0}, {0, 5, 0})).hit);
-    // Out of an overlap towards the other body.
+    // From an overlap towards the other body.
     const CastQueryAnswer out = balls.cast(straight({1.5, 0, 0}, {10, 0, 0}));
     ASSERT_TRUE(out.hit);
     EXPECT_EQ(out.body.index, 1u);
@@ -221,7 +221,7 @@ TEST(QueryRules, AGrazingMotionMeetsTheBodyAndAPassOutsideTheToleranceDoesNot) {
 }
 
 TEST(QueryRules, ATurningShapeMeetsWhatItsBoxAtTheStartDoesNotReach) {
-    Balls balls({{0, 2.5, 0}, {0, -3.3, 0}});  // the other is met later
+    Balls balls({{0, 2.5, 0}, {0, -3.3, 0}});  // the other ball is hit later
     Motion quarter_turn;
     quarter_turn.rotation_vector = {0, 0, 1.5};
     const Shape bar = Box{{3.0, 0.1, 0.1}};
@@ -255,11 +255,11 @@ TEST(QueryRules, NearestStopsAtTheLargestDistance) {
     EXPECT_EQ(balls.nearest(pose_at(2.5, 0, 0), 0.0).distance, -0.5);
 }
 
-/// Flat ground of which the eastern half is not loaded.
+/// Flat ground whose eastern half is not resident.
 Ground half_loaded() {
     TableGroundSettings settings;
     settings.spacing = 0.25;
-    settings.roots = 4;  // squares of 32 m
+    settings.roots = 4;  // root squares of 32 m
     settings.is_resident = [](int column, int) { return column < 2; };
     return make_test_ground([](double, double) { return 0.0; }, settings);
 }
@@ -277,7 +277,7 @@ TEST(QueryRules, AbsentGroundMattersOnlyBeforeTheFirstBody) {
     EXPECT_EQ(ray.status, QueryStatus::not_resident);
     EXPECT_FALSE(ray.hit);
     EXPECT_EQ(ray.fraction, 0.0);
-    // Inside a body that lies over absent ground: nothing is before it.
+    // From inside a body over absent ground: nothing can be hit before the body.
     EXPECT_EQ(balls.ray({90, 20, 1}, {95, 20, -1}).body, balls.bodies[1].id);
     EXPECT_EQ(balls.ray({90, 20, 1}, {95, 20, -1}).status, QueryStatus::complete);
 
@@ -294,7 +294,7 @@ TEST(QueryRules, AbsentGroundMattersOnlyBeforeTheFirstBody) {
     EXPECT_EQ(balls.overlaps(pose_at(40, 20, 0.2)).status, QueryStatus::complete);
     EXPECT_TRUE(balls.overlaps(pose_at(40, 20, 0.2)).touches_ground);
 
-    // Only ground that could be nearer than the nearest body is looked at.
+    // Ground is tested only if it could be nearer than the nearest body.
     EXPECT_EQ(balls.nearest(pose_at(40, 20, 3.5), 60.0).body, balls.bodies[0].id);
     EXPECT_EQ(balls.nearest(pose_at(40, 20, 3.5), 60.0).status, QueryStatus::complete);
     EXPECT_EQ(balls.nearest(pose_at(90, 20, 3.5), 60.0).body, balls.bodies[1].id);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Structures without mortar that stand only where contacts, friction and warm starts are right; nothing sleeps. The
-// long tests are those of a minute.
+// Dry-stone structures that stand only if contacts, friction and warm starts are correct; nothing sleeps. The long
+// tests last a minute.
 #include "collision/world/body_cases.h"
 #include "references/reference_maps.h"
 #include "support/grounds.h"
@@ -31,13 +31,13 @@ constexpr double kStep = 1.0 / 60.0;
 constexpr double kFloor = 5.0;  // height of make_flat()
 constexpr double kX = 64.0, kY = 64.0;
 
-/// How long structures are to stand, seconds.
+/// How long structures must stand, seconds.
 double standing_time() {
     const char* const asked = std::getenv("TERRANE_STANDING_SECONDS");
     return asked == nullptr ? 10.0 : std::atof(asked);
 }
 
-/// A world whose bodies may not move far.
+/// A world whose bodies must stay in place.
 class Structure {
 public:
     Structure() : world_(World::create({.allow_sleep = false}).value()) {}
@@ -48,7 +48,7 @@ public:
         return id;
     }
 
-    /// Largest distance of a body from where it was, metres, after a time.
+    /// Largest displacement of a body after a time, metres.
     double moved_in(double seconds) {
         const Ground ground = make_flat();
         for (double time = 0.0; time < seconds; time += kStep) {
@@ -168,7 +168,8 @@ TEST(Structures, ThreeLightBoxesBearOneOfAThousandTimesTheirMass) {
     EXPECT_LT(stack.moved_in(standing_time()), 0.05);
 }
 
-// Dzhanibekov: a body that spins about its middle axis turns over again and again, with constant energy and momentum.
+// Dzhanibekov effect: a body that spins about its intermediate axis flips again and again at constant energy and
+// momentum.
 TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
     CompoundPart stem{Box{{0.1, 0.1, 0.4}}, {}};
     stem.body_from_part.translation = {0.0, 0.0, -0.5};
@@ -178,7 +179,7 @@ TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
     const double seconds = asked == nullptr ? 120.0 : std::atof(asked);
     World world = World::create({.gravity = Eigen::Vector3d::Zero(), .allow_sleep = false}).value();
     BodyState state = at({kX, kY, 50.0});
-    state.angular_velocity = {6.0, 0.01, 0.02};  // about the middle of its principal axes, nearly
+    state.angular_velocity = {6.0, 0.01, 0.02};  // nearly about the intermediate principal axis
     ASSERT_TRUE(world.add({.shape = tee, .mass = 2.0}, state));
     const Ground ground = make_flat();
     const Eigen::Vector3d axis_before = world.states()[0].pose.rotation.col(0);
@@ -205,16 +206,16 @@ TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
 
 }  // namespace structures_test
 
-// Bodies of every shape and size on every kind of ground, vehicles and characters, static and kinematic bodies among
-// them, for as many steps as TERRANE_BODY_STEPS says: none falls through.
+// Bodies of every shape and size on every kind of ground, with vehicles, characters, static and kinematic bodies among
+// them, for TERRANE_BODY_STEPS steps: none falls through.
 
 namespace marathon_test {
 
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261122;
-constexpr int kRoots = 4;             // of 128 m a side
-constexpr std::size_t kBodies = 160;  // dynamic, of one shape each
+constexpr int kRoots = 4;             // root squares of 128 m along a side
+constexpr std::size_t kBodies = 160;  // dynamic, all of one shape
 constexpr int kOthers = 8;            // of each other kind
 
 struct NamedGround {
@@ -237,7 +238,7 @@ std::vector<NamedGround> make_grounds() {
     return grounds;
 }
 
-/// The parameters of a run: a function of its number.
+/// The parameters of a run, by its number.
 struct Trial {
     explicit Trial(std::uint64_t number, std::size_t ground_count) : random(kSeed + number) {
         const auto one_of = [this](std::initializer_list<double> values) {
@@ -252,7 +253,7 @@ struct Trial {
         scale = one_of({0.1, 0.3, 1.0, 3.0});
     }
 
-    /// A random state, its lowest point above the ground by a share of `size`.
+    /// A random state whose lowest point is above the ground by a multiple of `size`.
     BodyState make_start(const Shape& shape, const Ground& on, double size) {
         BodyState state = at({random.between(120.0, 392.0), random.between(120.0, 392.0), 0.0});
         state.pose.rotation = random.rotation();
@@ -289,7 +290,7 @@ struct Trial {
             state.angular_velocity = random.direction();
             EXPECT_TRUE(world.add({.shape = block, .type = BodyType::kinematic_body}, state));
         }
-        // Vehicles and characters have their sizes.
+        // Vehicles and characters keep their own sizes.
         for (int i = 0; i < kOthers; ++i) {
             const VehicleSettings kinds[] = {make_truck(), make_tracked(), make_six_wheeler()};
             const VehicleSettings& kind = kinds[i % 3];
@@ -305,7 +306,7 @@ struct Trial {
         return world;
     }
 
-    /// New controls for all.
+    /// New controls for all vehicles and characters.
     void control(World& world) {
         for (const BodyId vehicle : vehicles) {
             const VehicleControls controls{.throttle = random.between(-1.0, 1.0),
@@ -328,8 +329,8 @@ struct Trial {
     std::vector<BodyId> vehicles, characters;
 };
 
-// At least TERRANE_BODY_STEPS awake body steps, few by default, from run TERRANE_FIRST_RUN on, so that a long test can
-// be split.
+// Runs at least TERRANE_BODY_STEPS steps of awake bodies, few by default, beginning with run TERRANE_FIRST_RUN, so that
+// a long test can be split.
 TEST(NobodyFalls, HoweverManyStepsAreTaken) {
     constexpr double kSeconds = 10.0;
     const char* asked = std::getenv("TERRANE_BODY_STEPS");

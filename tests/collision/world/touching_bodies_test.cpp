@@ -42,7 +42,7 @@ struct Totals {
     double energy = 0.0;
 };
 
-/// Total energy of spheres, whose inertia is one number.
+/// Total energy of spheres, whose inertia is a single number.
 Totals count_up(const World& world) {
     Totals totals;
     for (std::size_t i = 0; i < world.states().size(); ++i) {
@@ -146,7 +146,7 @@ TEST(MeetingBodies, FastOnesDoNotPassThroughEachOther) {
                 for (double time = 0.0; time < 60.0 / speed + 3.0 * kStep; time += kStep) {
                     world.step(ground, kStep);
                 }
-                // It moves towards the other's centre: most of its momentum is transferred, whatever the rotations.
+                // It moves towards the centre of the other body: most momentum is transferred, at any rotation.
                 SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run) +
                              ", " + std::to_string(speed) + " m/s, " + name_of(shape) + " at " +
                              name_of(other));
@@ -177,7 +177,7 @@ TEST(MeetingBodies, StackStandsAndSleepsTogetherAndWakesTogether) {
         EXPECT_NEAR(place.y(), kMiddle, 1e-3) << i;
         EXPECT_NEAR(place.z(), 5.5 + 1.0 * static_cast<double>(i), 0.02) << i;
     }
-    // A falling body that hits one wakes all.
+    // A falling body that hits one of them wakes all.
     ASSERT_TRUE(world.add({.shape = Sphere{0.3}}, at({kMiddle, kMiddle, 17.0})));
     std::uint64_t least_asleep = kCount;
     for (step = 0; step < 120; ++step) {
@@ -254,7 +254,7 @@ TEST_F(StackOnASlope, IsAsleepWithinFiveSeconds) {
     }
 }
 
-/// A heap in a pit: fast bodies, stacks, sleepers and steep ground.
+/// A heap in a pit: fast bodies, stacks, sleeping bodies and steep ground.
 World make_heap(const WorldSettings& settings, std::size_t count) {
     constexpr std::uint64_t kSeed = 3;
     Random random(kSeed);
@@ -291,10 +291,10 @@ TEST(MeetingBodies, HeapSettlesWithoutOverlapsAndNobodyFalls) {
     const auto asleep = std::count_if(
         world.states().begin(), world.states().end(),
         [](const BodyState& state) { return state.condition == BodyCondition::asleep; });
-    EXPECT_GT(asleep, 50) << "of 60";  // of 60; one may roll for long
+    EXPECT_GT(asleep, 50) << "of 60";  // one may roll for a long time
 }
 
-/// A plate with two walls, which fall to a line half a metre above its bottom from both sides.
+/// A plate with two walls that slope from both sides to a line half a metre above its bottom.
 Compound make_groove() {
     std::vector<CompoundPart> parts{{Box{{1.0, 1.0, 0.1}}, {}}};
     parts[0].body_from_part.translation.z() = 0.1;
@@ -369,7 +369,7 @@ TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {
     EXPECT_EQ(world.cast(ground, ball, flight, {.except = world.id(1)}).body, world.id(0));
 
     flight.translation = {100.0, 0.0, -4.0};
-    flight.start.translation.z() = 7.5;  // over them all, down to the ground
+    flight.start.translation.z() = 7.5;  // above all bodies, down to the ground
     const CastQueryAnswer low = world.cast(ground, ball, flight);
     ASSERT_TRUE(low.hit);
     EXPECT_TRUE(low.hits_ground());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Vehicles that drive over bodies, into them, and on what moves.
+// Vehicles that drive over bodies, into bodies, and on moving bodies.
 #include "collision/world/lone_vehicle.h"
 #include "support/allocation_counter.h"
 #include "support/grounds.h"
@@ -239,7 +239,7 @@ using test::make_test_ground;
 
 constexpr double kStep = 1.0 / 60.0;
 
-/// Hills with bumps up to half a wheel high.
+/// Hills with bumps up to half a wheel in height.
 double bumpy(double x, double y) {
     return 3.0 * std::sin(0.05 * x) * std::sin(0.04 * y) +
            0.25 * std::sin(1.3 * x) * std::sin(1.1 * y);
@@ -421,7 +421,7 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     EXPECT_EQ(driver.status(), DriverStatus::rolled_over);
     EXPECT_FALSE(driver.is_finished());
 
-    // The same driver continues with another, upright truck.
+    // The same driver continues with another truck, which stands upright.
     LoneVehicle righted = make_truck({500.0, 1000.0, 0.8});
     for (int step = 0; step < 120; ++step) {
         righted.step(plain, driver.drive(righted.settings(), righted.state()), kStep);

@@ -26,13 +26,13 @@ Pose pose_at(double x, double y, double z) {
     return pose;
 }
 
-/// Flat, with few triangles, 2 km to each side of the origin.
+/// Flat ground with few triangles, 2 km from the origin to each side.
 Ground make_plain() {
     return make_test_ground([](double, double) { return 0.0; },
                             {.spacing = 32.0, .origin_x = -2048.0, .origin_y = -2048.0});
 }
 
-/// A truck of these settings at rest on its springs, on a plane, moving along x.
+/// A truck that moves along x on a plane, at rest on its springs.
 LoneVehicle make_moving(const Ground& plain, const VehicleSettings& settings, double speed) {
     LoneVehicle truck(pose_at(-1500.0, 0.0, 1.2 * settings.centre_of_mass_height), settings);
     for (int step = 0; step < 120; ++step) truck.step(plain, {.brake = 1.0}, 1.0 / 60.0);
@@ -57,7 +57,7 @@ constexpr Manoeuvre kManoeuvres[] = {
      [](double time) { return VehicleControls{.steer = std::fmod(time, 1.2) < 0.6 ? 1.0 : -1.0}; }},
 };
 
-/// Smallest height of the up axis during a manoeuvre: the largest lean.
+/// Smallest z of the up axis during a manoeuvre, that is, the largest lean.
 double least_upright(LoneVehicle& truck, const Ground& plain, const Manoeuvre& manoeuvre) {
     double upright = 1.0;
     for (int step = 0; step < 360; ++step) {
@@ -124,7 +124,7 @@ TEST(Truck, AcceleratesAndBrakesAsItsForcesSay) {
 TEST(Truck, KeepsItsWheelsDownOnFlatGroundInFullLockFishhookAndSlalom) {
     const Ground plain = make_plain();
     VehicleSettings settings;
-    settings.max_drive_force = 1e5;  // to reach its speed soon
+    settings.max_drive_force = 1e5;  // so that it reaches its speed soon
     settings.max_drive_power = 1e7;
     for (const double speed : {5.0, 10.0, 20.0, 30.0, 40.0}) {
         for (const Manoeuvre& manoeuvre : kManoeuvres) {
@@ -172,7 +172,7 @@ TEST(Truck, CoastsToAStandstillAndIsNeverDrivenBack) {
         const double speed = truck.chassis().velocity.x();
         const double place = truck.chassis().pose.translation.x();
         ASSERT_LE(speed, before + 2e-3) << "step " << step;
-        ASSERT_GE(place, furthest - 0.005) << "step " << step;  // sway on the springs
+        ASSERT_GE(place, furthest - 0.005) << "step " << step;  // the springs sway
         before = speed;
         furthest = std::max(furthest, place);
     }
@@ -334,7 +334,7 @@ void drive(LoneVehicle& tracked, const Ground& ground, const VehicleControls& co
     }
 }
 
-/// Heading, radians to the left of east.
+/// Heading, radians, positive to the left of east.
 double heading(const LoneVehicle& tracked) {
     const Eigen::Vector3d ahead = tracked.chassis().pose.rotation.col(0);
     return std::atan2(ahead.y(), ahead.x());
@@ -358,7 +358,7 @@ TEST(Tracked, AcceleratesAsItsForcesSay) {
     const Ground ground = make_slope(0.0);
     LoneVehicle tracked = make_tracked_at({60.0, 100.0, 1.2});
     drive(tracked, ground, {}, 3.0);
-    drive(tracked, ground, {.throttle = 0.5}, 0.3);  // before power limits it
+    drive(tracked, ground, {.throttle = 0.5}, 0.3);  // before power limits the force
     const VehicleSettings& s = tracked.settings();
     const double expected = 0.3 * (0.5 * s.max_drive_force / s.mass - s.rolling_resistance * 9.81);
     EXPECT_NEAR(tracked.chassis().velocity.x(), expected, 0.02 * expected);

@@ -12,14 +12,14 @@
 #include <string>
 #include <vector>
 
-// Random scenes of bodies over rough ground, and queries of them.
+// Random scenes of bodies over rough ground, and random queries.
 namespace terrane::test {
 
 enum class Layout {
     spread,  ///< about one body in 30 cubic metres
-    pile,    ///< all at one place
-    twins,   ///< spread; every other body has shape and pose of the one before
-    far,     ///< spread, 1e7 m east and north of the origin
+    pile,    ///< all at one position
+    twins,   ///< as spread; every other body copies the shape and pose of the previous one
+    far,     ///< as spread, 1e7 m east and north of the origin
 };
 
 struct SceneCase {
@@ -45,7 +45,7 @@ inline const FarGround& rough_grounds() {
     return grounds;
 }
 
-/// Bodies of all five shapes and meshes; some slots have none, some bodies are sensors.
+/// Bodies of all five shapes and meshes; some slots are empty, some bodies are sensors.
 class TestScene {
 public:
     TestScene(Random& random, const SceneCase& c)
@@ -77,7 +77,7 @@ public:
         const double z = random.between(-half, half);
         return centre_ + Eigen::Vector3d(x, y, z);
     }
-    /// The end of a ray: now and then its start, else beyond a body or anywhere.
+    /// End of a ray: occasionally its start, otherwise beyond a body or anywhere.
     WorldPos any_target(Random& random, const WorldPos& from) const {
         if (random.below(8) == 0) return from;
         if (bodies_.empty() || random.below(3) == 0) return any_place(random, 4.0);
@@ -90,7 +90,7 @@ public:
         pose.translation = any_place(random, beyond);
         return pose;
     }
-    /// Mostly near a body.
+    /// Usually near a body.
     Pose any_near_pose(Random& random) const {
         Pose pose = any_pose(random, 3.0);
         if (!bodies_.empty() && random.below(4) > 0) {
@@ -99,7 +99,7 @@ public:
         }
         return pose;
     }
-    /// Mostly towards a body; some turn, some stay.
+    /// Usually towards a body; some rotate, some do not translate.
     Motion any_motion(Random& random) const {
         Motion motion;
         motion.start = any_pose(random, 2.0);
@@ -114,14 +114,14 @@ public:
         if (random.below(2) == 0) filter.layers = static_cast<std::uint32_t>(random.below(8));
         if (!bodies_.empty() && random.below(2) == 0) filter.except = any_body(random).id;
         filter.include_sensors = random.below(2) == 0;
-        filter.include_ground = random.below(6) == 0;  // costs most
+        filter.include_ground = random.below(6) == 0;  // the most expensive part
         return filter;
     }
     const internal::QueryBody& any_body(Random& random) const {
         return bodies_[static_cast<std::size_t>(random.below(static_cast<int>(bodies_.size())))];
     }
 
-    /// Moves some of the bodies, some out of their slots, others into empty ones, and refits the tree.
+    /// Moves some bodies, empties some slots, fills others, and refits the tree.
     void move(Random& random) {
         for (internal::QueryBody& body : bodies_) {
             if (random.below(3) == 0) body.world_from_shape = any_pose(random, 3.0);
@@ -134,7 +134,7 @@ public:
     internal::QueryScene scene() const { return {bodies_, &tree_, &ground_}; }
     std::span<internal::QueryBody> bodies() { return bodies_; }
     const Ground& ground() const { return ground_; }
-    /// After bodies() have been changed.
+    /// Must follow changes of bodies().
     void build() { tree_.build(find_bounds()); }
 
 private:
@@ -155,7 +155,7 @@ private:
     internal::BodyTree tree_;
 };
 
-/// Bodies that a filter lets a query see, by their slots.
+/// Bodies that a filter admits, by slot.
 inline std::vector<std::uint32_t> seen_by(const QueryFilter& filter,
                                           const internal::QueryScene& scene) {
     std::vector<std::uint32_t> seen;
@@ -169,7 +169,7 @@ inline std::vector<std::uint32_t> seen_by(const QueryFilter& filter,
     return seen;
 }
 
-/// Queries of a scene, fewer where brute force takes long.
+/// Number of queries of a scene: fewer where brute force is slow.
 inline int query_count(const SceneCase& c) {
     if (c.layout == Layout::pile) return 10;
     return c.count == 50 ? 60 : 25;

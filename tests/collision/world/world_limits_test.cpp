@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-// Input at and beyond its limits; what a step may cost; queries of a world that changes.
+// Input at and beyond its limits; bounds on the cost of a step; queries of a changing world.
 namespace terrane {
 namespace world_limits_test {
 
@@ -112,10 +112,10 @@ TEST(WorldLimits, AStepOfAThousandSleepersAsksAndChangesNothing) {
     for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(ground, kStep).asleep, 1000u);
     EXPECT_EQ(calls, 0u);
     EXPECT_EQ(world.save(), bytes);
-    // Also where something else is awake.
+    // Also while another body is awake.
     add(world, {.shape = Sphere{}}, at({100.0, 100.0, 90.0}));
     for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(ground, kStep).asleep, 1000u);
-    EXPECT_LE(calls, 10u + 10u * 500u);  // pairs of sleepers that touch are still asked for
+    EXPECT_LE(calls, 10u + 10u * 500u);  // touching sleeping pairs still need a call
 }
 
 TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
@@ -154,7 +154,7 @@ TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
     EXPECT_EQ(allocations.count(), 0u);
 }
 
-/// Queries compared with all bodies one by one while bodies come, go and move.
+/// Queries compared with a loop over all bodies, while bodies are added, removed and moved.
 TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
     const std::uint64_t seed = 8;
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -8,8 +8,7 @@
 
 #include <thread>
 
-// The queries of a scene by brute force: every body by itself, then the least of all answers. All ground must be
-// resident.
+// Brute-force queries of a scene: each body by itself, then the least answer. All ground must be resident.
 namespace terrane::test {
 
 inline RayQueryAnswer oracle_ray(const internal::QueryScene& scene, const WorldPos& from,
@@ -104,7 +103,7 @@ inline NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, cons
 
 }  // namespace terrane::test
 
-// The queries of many bodies against a query of every body by itself.
+// Queries of many bodies against queries of each body by itself.
 
 namespace terrane {
 namespace world_queries_test {
@@ -129,7 +128,7 @@ protected:
             }
         }
     }
-    /// Of few bodies hardly any query finds one.
+    /// With few bodies hardly any query hits one.
     void expect_many(int found) const {
         if (GetParam().count >= 50) {
             EXPECT_GT(found, query_count(GetParam()) / 5);
@@ -237,7 +236,7 @@ TEST_P(WorldQueries, FindWhatIsNearestToAShape) {
 
 }  // namespace world_queries_test
 
-// No query allocates, and threads that ask at once get the same answers.
+// No query allocates, and concurrent queries give the same answers.
 
 namespace query_memory_test {
 
@@ -246,7 +245,7 @@ using internal::QueryScene;
 
 constexpr std::uint64_t kSeed = 20261127;
 
-/// The answers of every query that a seed leads to.
+/// The answers of all queries that follow from a seed.
 class Answers {
 public:
     explicit Answers(std::uint64_t seed) : random_(seed) {}

@@ -38,7 +38,7 @@ World load(const Bytes& bytes, const WorldCallbacks& callbacks = {}, int worker_
     return std::move(*world);
 }
 
-/// Makes the checksum that of the bytes.
+/// Updates the checksum to match the bytes.
 void repair_checksum(Bytes& bytes) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     const std::size_t end = bytes.size() - kChecksumBytes;
@@ -74,7 +74,7 @@ TEST(WorldSave, ALoadedWorldGoesOnWithTheSameBitsAndEvents) {
             World loaded = load(world.save(), {}, 1 + step % 3);
             EXPECT_EQ(loaded.state_hash(), world.state_hash());
             EXPECT_EQ(loaded.save(), world.save());
-            World original = load(world.save());  // `world` itself goes on below
+            World original = load(world.save());  // `world` is stepped further below
             for (int later = step; later < step + 25; ++later) {
                 if (later > step) {
                     act_on_busy_world(original, bodies, later);
@@ -124,7 +124,7 @@ TEST(WorldSave, IsNotNoticedInACrowd) {
     Random random(6);
     SCOPED_TRACE("seed 6");
     World world = make_world();
-    for (int i = 0; i < 200; ++i) {  // rods: most pairs whose boxes overlap are apart
+    for (int i = 0; i < 200; ++i) {  // rods: most pairs with overlapping boxes do not touch
         BodyState state = at(Eigen::Vector3d(60.0, 60.0, 9.0) + 0.5 * random.direction());
         state.pose.rotation = random.rotation();
         test::add_body(world, {.shape = Capsule{0.01, 1.0}}, state);
@@ -218,7 +218,7 @@ TEST(WorldSave, WritesHullsAndCompoundsThatBodiesShareOnce) {
     EXPECT_EQ(load(world.save()).save(), world.save());
 }
 
-/// A saved world with every kind of field, in mid-flight.
+/// A saved world with every kind of field, captured in motion.
 Bytes make_bytes() {
     World world = make_world({.report_contacts = true});
     const BusyBodies bodies = fill_busy_world(world);

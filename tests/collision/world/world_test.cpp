@@ -105,8 +105,8 @@ TEST(World, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) {
             lost += report.lost_time;
             ASSERT_EQ(report.parked, 0u);
             for (std::size_t body = 0; body < has_left.size(); ++body) {
-                // Past the ridge's ends, outside the world, and over the ridge where the impact throws it up, it may
-                // pass.
+                // A body may pass the ridge at its ends, outside the world, and above the ridge where the impact throws
+                // it up.
                 const BodyState& state = world.states()[body];
                 if (state.condition == BodyCondition::left_world ||
                     state.pose.translation.z() > kTop) {
@@ -140,7 +140,7 @@ TEST(World, BringsADeepStartOutWithoutEverGoingDeeperOrGivingItVelocity) {
                 if (is_out) continue;
                 const double now =
                     -signed_distance(shape, world.states()[0].pose, ground, 0.0).distance;
-                // From far below the min translation is a search result, whose length may vary between steps.
+                // From far below, the minimum translation results from a search and its length may vary between steps.
                 const double waver = below > 2.0 ? 0.02 * depth : 1e-6;
                 EXPECT_LE(now, depth + waver)
                     << name_of(shape) << " from " << below << " m, step " << step;
@@ -221,7 +221,7 @@ TEST(World, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     ASSERT_FALSE(world.add({.shape = Sphere{0.0}}, at({0.0, 0.0, 0.0})).has_value());
     const ConvexHull point = ConvexHull::create(std::array{Eigen::Vector3d(0, 0, 0)}).value();
     expect_named(world.add({.shape = point}, at({0.0, 0.0, 0.0})).error(), "contact_tolerance");
-    // Its extent about the centre of mass is larger than a hull's limit.
+    // Its extent about the centre of mass exceeds the limit for hulls.
     const ConvexHull wide =
         ConvexHull::create(std::vector<Eigen::Vector3d>{
                                {1e5, 0, 0}, {1e5, 9e4, 0}, {1e5, 0, 9e4}, {-1e5, 1e4, 1e4}})
@@ -286,16 +286,17 @@ TEST(World, WakesASleeperThatIsMoved) {
 
 }  // namespace bodies_test
 
-// Bodies 2e9 m from the origin, where doubles are 2.4e-7 m apart, beside the same bodies near it.
+// Bodies 2e9 m from the origin, where doubles are 2.4e-7 m apart, compared with the same bodies near the origin.
 
 namespace far_bodies_test {
 
 constexpr double kStep = 1.0 / 60.0;
-constexpr double kGrain = 0x1p-22;    // metres, the distance of doubles from 2^30 to 2^31
+constexpr double kGrain = 0x1p-22;    // metres, spacing of doubles from 2^30 to 2^31
 constexpr double kFar = 2e9 - 128.0;  // metres, a multiple of 128
 constexpr double kSlope = 0.25;
 
-/// Ground of one root square from (origin, -origin) on, whose heights are a function of the place in it.
+/// Ground of one root square with its south-western corner at (origin, -origin); heights are a function of the position
+/// in it.
 template <class Height>
 Ground make_ground(double origin, Height height) {
     test::TableGroundSettings settings;
@@ -308,11 +309,11 @@ Ground make_ground(double origin, Height height) {
 struct Fall {
     double max_depth_m = 0.0;
     double lowest_tolerance = 1.0;
-    std::vector<Eigen::Vector3d> places;  // from the ground's corner
+    std::vector<Eigen::Vector3d> places;  // relative to the ground's corner
     std::vector<double> speeds;
 };
 
-/// Lets a body of each shape fall beside the others.
+/// Drops one body of each shape, side by side.
 template <class Height>
 Fall drop(double origin, Height height, double seconds) {
     const Ground ground = make_ground(origin, height);
@@ -347,7 +348,7 @@ TEST(FarBodies, RestAsDeepAsNearTheOrigin) {
     EXPECT_LE(far.max_depth_m, far.lowest_tolerance);
     EXPECT_NEAR(far.max_depth_m, near.max_depth_m, 64.0 * kGrain);
     for (std::size_t i = 0; i < far.places.size(); ++i) {
-        // the first three shapes rest as they fall; the others tip over, and small differences grow
+        // the first three shapes rest in their initial pose; the others tip over, and small differences grow
         EXPECT_NEAR(far.places[i].z(), near.places[i].z(), i < 3 ? 64.0 * kGrain : 1e-3) << i;
         EXPECT_LT(far.speeds[i], 1e-2) << i;
     }
@@ -388,7 +389,7 @@ TEST(FarBodies, AreAcceptedTo2e9MetresAndNoFarther) {
 
 }  // namespace far_bodies_test
 
-// Friction and restitution by place: bodies and tyres on a ground with a surface map.
+// Friction and restitution by position: bodies and tyres on ground with a surface map.
 
 namespace surface_test {
 
@@ -401,7 +402,7 @@ using test::TableGroundSettings;
 constexpr double kGravity = 9.81;
 constexpr double kStep = 1.0 / 60.0;
 
-/// Flat ground at z = 5 with one surface west of x = 64 and another one east of it.
+/// Flat ground at z = 5 with one surface west of x = 64 and another east of it.
 Ground make_two_surfaces(const SurfaceProperties& west, const SurfaceProperties& east) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     const SurfaceRect eastern{{.west = 64.0, .south = -kFar, .east = kFar, .north = kFar}, east};
@@ -410,7 +411,7 @@ Ground make_two_surfaces(const SurfaceProperties& west, const SurfaceProperties&
     return make_test_ground([](double, double) { return 5.0; }, settings);
 }
 
-/// Distance along x that a box slides from a place until it stops.
+/// Distance along x that a sliding box covers until it stops.
 double slide(const Ground& ground, double x, double speed, double friction) {
     World world = make_world({.allow_sleep = false});
     EXPECT_TRUE(world.add({.shape = Box{{0.5, 0.5, 0.25}}, .friction = friction},
@@ -471,7 +472,7 @@ TEST(SurfaceByPlace, ATruckNeedsALongerWayToStopOnIce) {
         const double speed = truck.chassis().velocity.x();
         ASSERT_GT(speed, 1.0);
         for (int step = 0; step < 300; ++step) truck.step(ground, {.brake = 1.0}, kStep);
-        // Over v^2, so that the speeds reached may differ.
+        // Relative to v^2, so that the speeds reached may differ.
         distances[i] = (truck.chassis().pose.translation.x() - start) / (speed * speed);
     }
     EXPECT_GT(distances[0], 2.5 * distances[1]);

@@ -2,9 +2,6 @@
 #include "support/input.h"
 
 #include "support/grounds.h"
-#include "support/patches.h"
-#include "support/scratch_folder.h"
-#include "support/shape_input.h"
 
 #include <unistd.h>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "support/input.h"
-
 #include <terrane/base/math.h>
 #include <terrane/collision/query.h>
 #include <terrane/collision/shapes.h>

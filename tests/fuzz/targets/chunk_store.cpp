@@ -2,8 +2,7 @@
 // Baked terrains. The first byte chooses: changes to the content of a chunk, to the directory of a store (with hashes
 // that are right), or to the whole file (support/patches.h).
 #include "store_format.h"
-#include "support/patches.h"
-#include "support/scratch_folder.h"
+#include "support/input.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>

@@ -2,8 +2,7 @@
 // Logs of digs: records with hashes that are right, of edits, undos and any bytes; then any bytes at the end. The log
 // is replayed, and dug on.
 #include "level_set/shapes.h"
-#include "support/scratch_folder.h"
-#include "support/shape_input.h"
+#include "support/input.h"
 
 #include <terrane/store/sealed_file.h>
 #include <terrane/terrain/chunk.h>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bodies that begin above difficult grounds, at any speed, spin and time step: none falls through.
 #include "support/input.h"
-#include "support/shape_input.h"
 
 #include <terrane/collision/ground_queries.h>
 #include <terrane/collision/world.h>

@@ -2,7 +2,6 @@
 // Queries of a shape and of a ray against difficult grounds. A translation is mostly over the ground, 8 m below to 24 m
 // above 0.
 #include "support/input.h"
-#include "support/shape_input.h"
 
 #include <terrane/collision/ground_queries.h>
 

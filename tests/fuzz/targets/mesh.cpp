@@ -2,7 +2,6 @@
 // Mesh files: the first byte chooses the format, the rest is the file.
 #include "scene/mesh_files.h"
 #include "support/input.h"
-#include "support/scratch_folder.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Files of rasters. The first byte chooses: changes to a GeoTIFF (support/patches.h), or any bytes.
 #include "support/input.h"
-#include "support/patches.h"
 #include "support/raster_probe.h"
 
 #include <cpl_vsi.h>

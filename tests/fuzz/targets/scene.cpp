@@ -2,7 +2,6 @@
 // Scene files: parsed, their volumes placed on a coarse fractal, and their surface asked.
 #include "scene/terrain_options.h"
 #include "support/input.h"
-#include "support/scratch_folder.h"
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/surface.h>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Queries of two shapes, and of a ray against a shape.
 #include "support/input.h"
-#include "support/shape_input.h"
 
 #include <terrane/collision/shape_pairs.h>
 

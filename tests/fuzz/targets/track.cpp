@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Tracks: the first byte chooses the format, the rest is the file.
 #include "support/input.h"
-#include "support/scratch_folder.h"
 
 #include <terrane/playback/track.h>
 

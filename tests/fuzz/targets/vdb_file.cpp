@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `.vdb` files: changes to the bytes of a real one (support/patches.h).
-#include "support/patches.h"
-#include "support/scratch_folder.h"
-#include "support/shape_input.h"
+#include "support/input.h"
 
 #include <terrane/volume/volumes.h>
 

@@ -2,8 +2,7 @@
 // Saved worlds: changes to the bytes of a real one (support/patches.h), with a checksum that is right. What is loaded
 // is stepped, saved and loaded again.
 #include "support/grounds.h"
-#include "support/patches.h"
-#include "support/shape_input.h"
+#include "support/input.h"
 #include "world/world_bytes.h"
 
 #include <terrane/collision/world.h>

@@ -23,7 +23,7 @@ std::shared_ptr<const HeightSource> fractal_at(std::int32_t first_root) {
     return source ? *source : nullptr;
 }
 
-// Compares the samples of two chunks at their common lattice points.
+// Compares the samples that two chunks share.
 void expect_shared_samples_equal(const Chunk& a, const Chunk& b) {
     int shared = 0;
     for (int row = 0; row < kChunkSamples; ++row) {
@@ -42,7 +42,7 @@ void expect_shared_samples_equal(const Chunk& a, const Chunk& b) {
 }
 
 TEST(MakeChunk, GivesNeighboursOfAllLevelPairsTheSameEdge) {
-    for (const std::int32_t first_root : {-1, 500'000}) {  // the second is 1e9 m away
+    for (const std::int32_t first_root : {-1, 500'000}) {  // the second origin is 1e9 m away
         const auto source = fractal_at(first_root);
         ASSERT_NE(source, nullptr);
         const int finest = source->lattice().finest_level;
@@ -158,7 +158,7 @@ std::shared_ptr<const HeightSource> rough_ground() {
         .value();
 }
 
-// Calls use(column, row) for every own vertex of a chunk that is not on its eastern or northern side.
+// Calls use(column, row) for every vertex that a chunk owns and that is not on its eastern or northern side.
 template <typename Use>
 void for_each_vertex(const Use& use) {
     for (int row = 0; row < kChunkCells; ++row) {
@@ -182,7 +182,7 @@ TEST(Reaches, EncloseTheTrueSurfaceOverTheVertexsDiamond) {
             const double unit = static_cast<double>(chunk->vertices->reach_unit);
             const double low = chunk->vertices->reach_base + unit * vertices.low[kind][square];
             const double high = chunk->vertices->reach_base + unit * vertices.high[kind][square];
-            // a centre's diamond is its square, a midpoint's is rotated by 45 degrees
+            // the diamond of a centre is its square, that of a midpoint is rotated by 45 degrees
             double x = random.between(-1.0, 1.0), y = random.between(-1.0, 1.0);
             if (kind != AreaVertices::centre) {
                 const double turned = 0.5 * (x + y);
@@ -212,7 +212,7 @@ TEST(Reaches, AreEnclosedByThoseOfTheirAreaAndChunk) {
     });
 }
 
-// Both neighbours store the midpoints on their common side.
+// Neighbours both store the midpoints of their common side.
 TEST(Reaches, AgreeBetweenNeighboursToAFewUnits) {
     const auto source = rough_ground();
     const auto west = make_chunk(*source, {0, 1, 2}).value();
@@ -242,7 +242,7 @@ TEST(Rises, AreTheHeightsAboveTheMiddleOfTheSplitEdge) {
     for_each_vertex([&](int column, int row) {
         const auto [area, kind, square] = AreaVertices::address_of(column, row);
         const AreaVertices& vertices = chunk->vertices->areas[area];
-        // the ends of a centre are the corners of its square with an even index sum
+        // the ends of a centre are the corners of its square whose indices have an even sum
         const bool rises = (column / 2 + row / 2) % 2 == 0;
         const int to_x = kind == AreaVertices::along_y ? 0 : 1;
         const int to_y = kind == AreaVertices::along_x            ? 0

@@ -17,7 +17,7 @@ namespace resident_set_test {
 using Chunks = std::vector<std::shared_ptr<const Chunk>>;
 using test::Random;
 
-// The four roots and two children of the first, in another order than a set's.
+// The four roots and two children of the first, not in the order of a set.
 Chunks some_chunks(const HeightSource& source) {
     Chunks chunks;
     const ChunkKey first{-1, -1, 0};
@@ -85,13 +85,13 @@ TEST(ResidentSet, SharesItsChunksWithASetOfOtherFades) {
     const ResidentSet apart(source.lattice(), source.extent(), chunks, 1);
     EXPECT_FALSE(apart.has_same_chunks(*first));
 
-    first.reset();  // the shared part outlives its first set
+    first.reset();  // the shared part outlives the first set
     EXPECT_TRUE(second.has_roots());
     EXPECT_EQ(second.links(static_cast<std::size_t>(second.find({-2, -2, 1}))).parent,
               second.find({-1, -1, 0}));
 }
 
-// Reference model of a set: keys in order, each with its chunk and fade, looked up by key alone.
+// Reference model of a set: an ordered map from keys to chunks and fades.
 struct Held {
     std::shared_ptr<const Chunk> chunk;
     float fade = 1.0f;
@@ -130,7 +130,7 @@ ResidentSet from_scratch(const Lattice& lattice, const Expected& expected, Rando
     return {lattice, test::whole_extent(lattice), std::move(chunks), fades, 7};
 }
 
-// Names the first difference; empty if there is none.
+// Describes the first difference; "" if there is none.
 std::string difference(const ResidentSet& set, const Lattice& lattice, const Expected& expected) {
     if (!(set.lattice() == lattice)) return "lattice";
     const WorldRect extent = test::whole_extent(lattice);
@@ -154,7 +154,7 @@ std::string difference(const ResidentSet& set, const Lattice& lattice, const Exp
         if (owner != held.chunk || set.chunks()[i]->key != key) return "chunk" + name;
         if (set.fade(i) != held.fade || set.fades()[i] != held.fade) return "fade" + name;
 
-        // relatives in the tree, and neighbours in the order
+        // relatives in the tree, and neighbours in order
         std::vector<ChunkKey> near{key,
                                    {key.x - 1, key.y, key.level},
                                    {key.x + 1, key.y, key.level},
@@ -189,7 +189,7 @@ std::string difference(const ResidentSet& set, const Lattice& lattice, const Exp
     return "";
 }
 
-// A change of a set, and the expected result.
+// Builds a change of a set and its expected result.
 struct Step {
     std::vector<ChunkKey> gone;
     Chunks come;
@@ -218,7 +218,7 @@ class RandomChange {
 public:
     RandomChange(std::uint64_t seed, const Lattice& lattice) : random_(seed), lattice_(lattice) {}
 
-    // Chunks of the set before are evicted, replaced, or kept with another fade; arrived ones stay.
+    // Chunks of the previous set are evicted, replaced or get another fade; chunks that have arrived stay.
     Step step(Expected& expected, int change_count) {
         Step step;
         std::vector<ChunkKey> old;
@@ -228,14 +228,14 @@ public:
             if (old.empty() || (kind == 0 && !expected.empty())) {
                 add(step, expected, some_root());
             } else if (const std::size_t i = below(old.size()); kind < 4) {
-                // evicts a leaf, or replaces an inner chunk
+                // evicts a leaf or replaces an inner chunk
                 const ChunkKey key = old[i];
                 const bool is_replaced = has_child(expected, key) || kind == 1;
                 step.remove(expected, key);
                 if (is_replaced) add(step, expected, key);
                 old.erase(old.begin() + static_cast<std::ptrdiff_t>(i));
             } else {
-                // along a random path down: several descendants arrive at once
+                // several descendants along a random path arrive at once
                 ChunkKey key = old[i];
                 for (int depth = 1 + random_.below(3); depth > 0; --depth) {
                     if (!expected.contains(key) || key.level == lattice_.finest_level) break;
@@ -317,7 +317,7 @@ TEST(ResidentSet, SurvivesTheEvictionAndReturnOfThousandsOfChunks) {
         ASSERT_EQ(difference(set, lattice, expected), "") << expected.size() << " chunks";
     }
 
-    // evicts all but the roots, then these, and inserts all again
+    // evicts all chunks but the roots, then the roots, and inserts all of them again
     const Expected all = expected;
     Step fall;
     for (const auto& [key, held] : all) {
@@ -352,7 +352,7 @@ TEST(ResidentSet, IsEqualButSharesNothingAfterAnEmptyChange) {
     EXPECT_FALSE(same.has_same_chunks(set));
 }
 
-// Evicted chunks are freed with the last set that contains them, whatever later sets share with it.
+// An evicted chunk is freed with the last set that contains it, whatever later sets share with that set.
 TEST(ResidentSet, FreesEvictedChunksWithTheLastSetThatContainsThem) {
     const Lattice lattice = test::small_world(12, 1.0);
     RandomChange change(3, lattice);
@@ -371,7 +371,7 @@ TEST(ResidentSet, FreesEvictedChunksWithTheLastSetThatContainsThem) {
     }
     expected.clear();
     while (!sets.empty()) {
-        // destroys the oldest or the newest, alternately
+        // alternately destroys the oldest and the newest set
         const bool is_oldest = sets.size() % 2 == 0;
         const auto going = is_oldest ? sets.begin() : std::prev(sets.end());
         std::vector<std::weak_ptr<const Chunk>> chunks;

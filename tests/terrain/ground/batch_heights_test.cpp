@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Batches of heights against Ground::height() of each point.
+// Batches of heights against Ground::height() at each point.
 #include "ground/height_kernels.h"
 #include "ground/ray_walk.h"
 #include "support/random.h"
@@ -44,7 +44,7 @@ GroundBatch make_batch(int workers = 1) {
     return GroundBatch::create({.worker_count = workers}).value();
 }
 
-// x y z x y z ... without z.
+// Drops z from x y z x y z ...
 std::vector<double> without_z(const std::vector<double>& points) {
     std::vector<double> flat;
     for (std::size_t i = 0; i < points.size(); i += 3) {
@@ -151,7 +151,7 @@ TEST(BatchHeights, WriteOnlyTheArraysThatAreGiven) {
     }
 }
 
-// One object for grounds that come and go: nothing is remembered of the last call's chunks.
+// One GroundBatch for changing grounds: it keeps no chunks of the previous call.
 TEST(BatchHeights, AreThoseOfTheGroundOfThisCall) {
     GroundBatch batch = make_batch(2);
     Random random(8);
@@ -180,7 +180,7 @@ TEST(BatchHeights, OfNoneAndOfOnePoint) {
 
 }  // namespace batch_heights_test
 
-// The kernels of heights at every level of vector instructions, against the scalar code of single calls.
+// Height kernels at every level of vector instructions, against the scalar code of single calls.
 
 namespace height_kernels_test {
 
@@ -207,7 +207,7 @@ double line_at(const AxisLines& lines, std::int64_t index) {
     return lines.origin + lines.spacing * static_cast<double>(index);
 }
 
-// By search from a guess: the last line that is not above p.
+// Index of the last lattice line not above p, by linear search from an estimate.
 std::int64_t last_up_to(const AxisLines& lines, double p) {
     auto index = static_cast<std::int64_t>(std::floor((p - lines.origin) / lines.spacing));
     while (line_at(lines, index) > p) --index;
@@ -278,7 +278,7 @@ TEST(HeightKernels, GiveTheHeightsAndNormalsOfSingleCellsAtEveryLevel) {
             corners[k] = &samples[k * (kChunkSamples + 2)];
             x.cell[k] = static_cast<std::int32_t>(random.below(kChunkCells));
             y.cell[k] = static_cast<std::int32_t>(random.below(kChunkCells));
-            // the corners, both diagonals and the inside
+            // the corners, both diagonals and the interior
             x.place[k] = k % 4 == 0 ? static_cast<double>(k / 4 % 2) : random.between(0.0, 1.0);
             y.place[k] = k % 4 == 1   ? x.place[k]
                          : k % 4 == 2 ? 1.0 - x.place[k]
@@ -309,7 +309,7 @@ TEST(HeightKernels, GiveTheHeightsAndNormalsOfSingleCellsAtEveryLevel) {
 
 }  // namespace height_kernels_test
 
-// Arrays whose lengths do not agree are refused with a line that names them, and nothing is written.
+// Arrays of different lengths are refused with a message that names them, and nothing is written.
 
 namespace batch_arrays_test {
 

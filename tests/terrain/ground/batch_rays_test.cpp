@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Batches of rays against Ground::ray() of each segment.
+// Batches of rays against Ground::ray() for each segment.
 #include "ground/ground_batch.h"
 #include "support/grounds.h"
 #include "terrain/ground/batch_scene.h"
@@ -93,7 +93,8 @@ TEST(BatchRays, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads) {
     }
 }
 
-// Rays of one start, as those of a scanner: from above and below the ground, on a line, in an absent chunk, outside.
+// Rays with a common start, as of a scanner: above and below the ground, on a lattice line, in an absent chunk,
+// outside.
 TEST(BatchRays, FromOneStartHaveTheBitsOfSingleCalls) {
     constexpr std::uint64_t kSeed = 12;
     constexpr std::size_t kCount = 3000;
@@ -137,7 +138,7 @@ TEST(BatchRays, OfNoneAndOfOneRay) {
 
 }  // namespace batch_rays_test
 
-// Rays of a fan against Ground::ray() of each.
+// Ray fans against Ground::ray() for each ray.
 
 namespace ray_fan_test {
 
@@ -155,7 +156,7 @@ void expect_same(const RayAnswer& answer, const RayAnswer& expected) {
     ASSERT_EQ(answer.filled, expected.filled);
 }
 
-// Near the horizon, along lines and diagonals, nearly so, and upright.
+// Near the horizon, exactly or nearly along lattice lines and diagonals, and vertical.
 Eigen::Vector3d random_direction(Random& random) {
     if (random.below(5) == 0) {
         const auto part = [&] {
@@ -175,7 +176,7 @@ struct Counts {
     int hits = 0, misses = 0, absent = 0;
 };
 
-// Rays from an origin, some of which begin later.
+// Rays from one origin, some of which start at a distance from it.
 void compare(const Ground& ground, const WorldPos& origin, double reach, int count, Random& random,
              Counts& counts) {
     RayFan fan;
@@ -284,7 +285,7 @@ TEST(RayFan, AnswersFromAnyOriginAndToAnyReach) {
 
 }  // namespace ray_fan_test
 
-// The order of places by chunk, and rays that are answered in it.
+// The order of positions by chunk, and rays answered in that order.
 
 namespace chunk_order_test {
 

@@ -11,7 +11,7 @@ double rough_height(double x, double y) {
     return 6.0 * std::sin(0.13 * x) + 4.0 * std::cos(0.17 * y + 0.05 * x) + std::sin(2.1 * x * y);
 }
 
-// A floor at -20 m instead of cells 30 to 37 of rows 50 to 53, and a roof at 25 m over them.
+// Replaces the cells 30 to 37 of rows 50 to 53 by a floor at -20 m and a roof at 25 m.
 std::shared_ptr<const SolidSurface> make_pit(double spacing) {
     SolidTriangles pit;
     for (int row = 50; row <= 53; ++row) {
@@ -76,10 +76,10 @@ std::vector<double> make_batch_points(Random& random, std::size_t count, double 
         if (kind < 6) {
             x = random.between(-0.02 * side, 1.02 * side);
             y = random.between(-0.02 * side, 1.02 * side);
-        } else if (kind < 9) {  // beside the point before
+        } else if (kind < 9) {  // next to the previous point
             x += spacing * random.between(-1.0, 1.0);
             y += spacing * random.between(-1.0, 1.0);
-        } else if (kind == 9) {  // on lines and borders
+        } else if (kind == 9) {  // on lattice lines and borders
             x = spacing * random.below(3 * kChunkCells + 1);
             if (random.below(2) == 0) y = spacing * random.below(3 * kChunkCells + 1);
         } else if (kind == 10) {

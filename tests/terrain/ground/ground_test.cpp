@@ -74,7 +74,7 @@ std::vector<Triangle> triangles_of(const Ground& ground, const CellRange& cells)
     return triangles;
 }
 
-// Reference: solves for the plane and tests the sides. Nothing if the point is not over the triangle.
+// Reference: solves for the plane and tests the sides. Empty if the point is not over the triangle.
 std::optional<double> height_over(const Triangle& t, double x, double y) {
     const double det =
         (t.b.x() - t.a.x()) * (t.c.y() - t.a.y()) - (t.c.x() - t.a.x()) * (t.b.y() - t.a.y());
@@ -104,7 +104,7 @@ TEST(Ground, AnswersHeightsOfItsTriangles) {
         ASSERT_EQ(answer.status, GroundStatus::ok);
         EXPECT_NEAR(answer.height, *expected, 1e-10);
         EXPECT_NEAR(answer.normal.norm(), 1.0, 1e-12);
-        // the normal is that of the surface nearby
+        // the normal matches a difference quotient of the surface
         const double step = 1e-7;
         const HeightAnswer beside = ground.height(x + step, y);
         if (beside.normal == answer.normal) {
@@ -131,7 +131,7 @@ TEST(Ground, StaysWithinItsErrorOfTheTrueSurface) {
     }
 }
 
-// Every edge and corner belongs to the closed ground, including the extent's edge.
+// The ground is closed: every edge and corner belongs to it, the extent's edge included.
 TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
@@ -166,7 +166,7 @@ TEST(Ground, AnswersNotResidentOverAbsentChunks) {
     EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
 }
 
-// Across chunks, into absent ones and beyond the extent: as single calls.
+// Answers across chunks, in absent ones and beyond the extent equal single calls.
 TEST(GroundReader, GivesTheAnswersOfTheGround) {
     constexpr std::uint64_t kSeed = 12;
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
@@ -229,7 +229,7 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
     }
 }
 
-// Coarser chunks bound absent ones, so that a body high above need not wait.
+// Coarser resident chunks bound the heights of absent ones, so that a body high above them need not wait.
 TEST(Ground, BoundsAbsentChunksByTheirAncestors) {
     const World world = rough_world();
     ASSERT_NE(world.set, nullptr);
@@ -255,7 +255,7 @@ TEST(Ground, BoundsAbsentChunksByTheirAncestors) {
     }
 }
 
-// Reference: first intersection over all triangles of the area.
+// Reference: the first intersection with any triangle of the area.
 std::optional<double> slow_ray(const std::vector<Triangle>& triangles, const WorldPos& from,
                                const WorldPos& to) {
     std::optional<double> best;
@@ -289,13 +289,13 @@ TEST(Ground, HitsRaysWhereBruteForceDoes) {
     for (int i = 0; i < 1500; ++i) {
         SCOPED_TRACE(testing::Message() << "seed 3, ray " << i);
         const auto place = [&] {
-            // one in three on grid lines or through vertices
+            // one in three on lattice lines or through vertices
             const double x = random.between(-59.0, 59.0), y = random.between(-59.0, 59.0);
             const bool on_x = i % 3 == 0, on_y = i % 6 == 0;
             return WorldPos(on_x ? std::floor(x) : x, on_y ? std::floor(y) : y, 0.0);
         };
         WorldPos from = place(), to = place();
-        if (i % 9 == 0) to.x() = from.x();  // along a line
+        if (i % 9 == 0) to.x() = from.x();  // along a lattice line
         from.z() = ground.height(from.x(), from.y()).height + random.between(-10.0, 30.0);
         to.z() = ground.height(to.x(), to.y()).height + random.between(-30.0, 10.0);
         const RayAnswer answer = ground.ray(from, to);
@@ -325,7 +325,7 @@ TEST(Ground, HitsVerticalRaysOverEveryVertexOfAPatch) {
 }
 
 TEST(Ground, AnswersTheSameFarFromTheOrigin) {
-    // two worlds of one quilt, the second shifted by a whole number of its wavelengths
+    // two worlds with the same periodic ground, the second shifted by a multiple of its wavelength
     const Lattice near_lattice = test::small_world(3, 1.0);
     Lattice far_lattice = near_lattice;
     far_lattice.origin_x = 1e7;

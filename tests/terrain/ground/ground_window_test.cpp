@@ -25,7 +25,7 @@ Aabb box_at(double x, double y, double half = 0.5) {
     return {{x - half, y - half, 0.0}, {x + half, y + half, 1.0}};
 }
 
-// 4 x 4 chunks of 128 m in variants: as they are, with other heights inside, with nodata, with replaced triangles.
+// 4 x 4 chunks of 128 m in four variants: original, other heights inside, with nodata, with replaced triangles.
 class Pool {
 public:
     static constexpr int kRoots = 4, kVariants = 4;
@@ -67,7 +67,7 @@ public:
         }
     }
 
-    // @param variants of each chunk, negative: absent
+    // @param variants of each chunk; negative: absent
     Ground ground(const std::array<int, kRoots * kRoots>& variants) const {
         std::vector<std::shared_ptr<const Chunk>> chunks;
         for (std::size_t i = 0; i < variants.size(); ++i) {
@@ -122,7 +122,7 @@ struct Held {
     std::map<std::pair<std::int64_t, std::int64_t>, std::uint8_t> cells;
 };
 
-// Compares everything that a window holds with a ground.
+// Compares all contents of a window with the ground.
 Held expect_equals(const GroundWindow& window, const Ground& ground) {
     Held held;
     const double base = window.settings().base, absent = window.settings().absent_height;
@@ -233,7 +233,7 @@ TEST(GroundWindow, ReadsOnlyWhatEntersWhenItMoves) {
     EXPECT_EQ(window.update(ground, box_at(0.5, 0.5, 0.25)).read_samples, 101 * 61);
     const CellRange before = window.cells();
     const auto column = static_cast<double>(before.east);
-    // up to the margin nothing is read; one cell farther, one column
+    // within the margin nothing is read; one cell beyond it, one column is
     EXPECT_EQ(window.update(ground, box_at(column - 3.5, 0.5, 0.25)).read_samples, 0);
     EXPECT_TRUE(window.changed().empty());
     const WindowUpdate moved = window.update(ground, box_at(column - 2.5, 0.5, 0.25));
@@ -254,7 +254,7 @@ TEST(GroundWindow, ReadsOnlyTheChunkThatArrives) {
     window.update(without, box_at(0.0, 0.0));
     EXPECT_EQ(window.cell_bits()[window.index_of(3, 3)], window_absent);
     EXPECT_EQ(window.update(without, box_at(0.0, 0.0)).read_samples, 0);
-    // another set with the same chunks
+    // another set of the same chunks
     EXPECT_EQ(window.update(pool.ground(variants), box_at(0.0, 0.0)).read_samples, 0);
     const Ground with = pool.ground({});
     const WindowUpdate update = window.update(with, box_at(0.0, 0.0));

@@ -32,8 +32,8 @@ bool has_hole(double x, double y) {
     return random.below(4) == 0;
 }
 
-// Reference: one cell's answer, triangle by triangle as CONVENTIONS.md cuts them, in the order of operations that
-// defines the bits.
+// Reference: one cell's answer, triangle by triangle with the diagonals of CONVENTIONS.md, in the order of operations
+// that defines the bits.
 HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int64_t column,
                           std::int64_t row, double x, double y) {
     HeightAnswer answer;
@@ -66,7 +66,7 @@ HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int
     return answer;
 }
 
-// Of the closed cells that contain a point, the first that is ground: from the east and the north.
+// The answer of the first closed cell that contains the point and is ground, from east to west and north to south.
 HeightAnswer slow_height(const Ground& ground, double x, double y) {
     HeightAnswer answer;
     answer.status = GroundStatus::outside;
@@ -109,7 +109,7 @@ TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
                                                 << ", origin " << origin << ", place " << i);
                 const int column = random.below(386) - 1, row = random.below(386) - 1;
                 double x = ground.cell_x(column), y = ground.cell_y(row);
-                // between lines, on them, and one ulp beside them
+                // between lattice lines, on them, and one ulp beside them
                 if (i % 2 == 0) x += spacing * random.between(0.0, 1.0);
                 if (i % 3 == 0) y += spacing * random.between(0.0, 1.0);
                 if (i % 5 == 0) x = std::nextafter(x, i % 10 == 0 ? -1e9 : 1e9);
@@ -181,7 +181,7 @@ TEST(GroundReader, BoundsSquaresByTheirLowestAndHighestSamples) {
     }
 }
 
-// Ranges are exactly those of the overlapping blocks of 8 x 8 cells.
+// Ranges of heights equal those of the overlapping blocks of 8 x 8 cells.
 TEST(Ground, BoundsRangesByTheirBlocks) {
     constexpr std::uint64_t kSeed = 9;
     const Ground ground = make_test_ground(rough, {.roots = 3});
@@ -211,7 +211,7 @@ TEST(Ground, BoundsRangesByTheirBlocks) {
 
 }  // namespace height_test
 
-// The bound of the rounding of interpolated heights that docs/numerics.md derives, against long double.
+// The bound of docs/numerics.md for the rounding of interpolated heights, against long double.
 
 namespace height_rounding_test {
 
@@ -227,8 +227,8 @@ constexpr int kCells = kChunkCells;
 struct Scene {
     const char* name;
     double spacing, origin;
-    double size;    // of the heights, metres
-    bool is_exact;  // whether every place of the lattice is a double
+    double size;    // magnitude of the heights, metres
+    bool is_exact;  // whether every lattice position is a double
 };
 
 void PrintTo(const Scene& scene, std::ostream* out) { *out << scene.name; }
@@ -239,7 +239,7 @@ double random_height(double x, double y, double size) {
     return random.between(-size, size);
 }
 
-// The contact surface at the exact places origin + spacing * index.
+// The contact surface over the exact positions origin + spacing * index.
 class ExactSurface {
 public:
     ExactSurface(const Ground& ground, const Scene& scene)
@@ -265,7 +265,7 @@ public:
         return quanta * ground_.lattice().quantum;
     }
 
-    // The bound of docs/numerics.md; slopes and differences are those of the nine cells around the place.
+    // The bound of docs/numerics.md, with the slopes and height differences of the nine cells around the point.
     Long bound(double x, double y, bool is_exact) const {
         const std::int64_t column = ground_.column_at(x), row = ground_.row_at(y);
         double slope_x = 0.0, slope_y = 0.0, difference = 0.0;
@@ -331,7 +331,7 @@ TEST_P(HeightRounding, IsWithinTheDerivedBound) {
         worst_share = std::max(worst_share, error / bound);
     }
     std::printf("largest error %.2Lg m, %.2Lf of the bound\n", worst, worst_share);
-    // Far from the origin the places of an exact lattice have so few digits that nothing is rounded.
+    // Far from the origin, positions on an exact lattice have so few digits that nothing is rounded.
     if (scene.origin == 0.0 || !scene.is_exact) {
         EXPECT_GT(worst_share, 0.01L);
     }

@@ -19,7 +19,7 @@ using test::make_test_ground;
 using test::Random;
 using test::TableGroundSettings;
 
-// Steep and rough ground, the same on every machine.
+// Steep, rough ground with the same bits on every machine.
 double rough(double x, double y) {
     const auto hash = [](double p, double q) {
         Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p * 64.0))) *
@@ -36,7 +36,7 @@ bool has_hole(double x, double y) {
     return random.below(4) == 0;
 }
 
-// Reference: intersects the ray with every triangle of the cells in its bounding box.
+// Reference: intersects the ray with every triangle of the cells under its bounding box.
 std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const WorldPos& to) {
     std::optional<double> best;
     const Eigen::Vector3d displacement = to - from;
@@ -87,7 +87,7 @@ std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const
     return best;
 }
 
-// Over lines, through vertices and along lines; from above and from below; short and long.
+// Across and along lattice lines, through vertices; from above and from below; short and long.
 std::array<WorldPos, 2> random_ray(Random& random, int i, double side) {
     const double reach = i % 4 == 0 ? 60.0 : 12.0;
     std::array<WorldPos, 2> ends;
@@ -134,7 +134,7 @@ TEST(GroundRay, HitsGroundWithHolesWhereBruteForceDoes) {
                         10000);
 }
 
-// An absent chunk before any hit gives not_resident.
+// An absent chunk before the first hit gives not_resident.
 TEST(GroundRay, EndsAtChunksThatAreNotResident) {
     constexpr std::uint64_t kSeed = 3;
     const Ground ground = make_test_ground(
@@ -164,7 +164,7 @@ TEST(GroundRay, EndsAtChunksThatAreNotResident) {
         }
         const std::optional<double> hit = slow_ray(ground, from, to);
         const double first = hit.value_or(2.0);
-        // the edge of an absent chunk may be hit or not
+        // a ray may or may not hit the edge of an absent chunk
         if (std::abs(first - absent) < 1e-9 || std::abs(absent - 1.0) < 1e-9 || absent == 0.0)
             continue;
         const GroundStatus expected = absent < first && absent <= 1.0 ? GroundStatus::not_resident
@@ -193,12 +193,12 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
         if (i % 3 == 0) from.x() = to.x() = 64.0 * random.below(5);
         EXPECT_EQ(flat.ray(from, to).status, GroundStatus::ok);
         EXPECT_EQ(flat.ray(from, to).fraction, 0.0);
-        // a quantum higher or lower it misses
+        // it misses one quantum above or below
         for (const double off : {0x1p-12, -0x1p-12}) {
             from.z() = to.z() = 5.0 + off;
             EXPECT_EQ(flat.ray(from, to).status, GroundStatus::miss);
         }
-        // exact points on the slope
+        // exactly representable points on the slope
         const auto place = [&] {
             const double x = random.below(2049) / 8.0, y = random.below(2049) / 8.0;
             return WorldPos(x, y, 0.5 * x - 0.25 * y);
@@ -207,7 +207,7 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
         to = place();
         EXPECT_EQ(slope.ray(from, to).status, GroundStatus::ok);
         EXPECT_EQ(slope.ray(from, to).fraction, 0.0);
-        // down onto it from above, and up from below
+        // from above downwards, and from below upwards
         for (const double off : {16.0, -16.0}) {
             const WorldPos apart = from + WorldPos(0.0, 0.0, off);
             const WorldPos beyond = to - WorldPos(0.0, 0.0, off);
@@ -218,12 +218,12 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
     }
 }
 
-// Crossings on the lines between squares must not be missed by both.
+// A crossing on the line between two squares must not be missed by both.
 TEST(GroundRay, HitsTheSurfaceOnTheLinesBetweenSquares) {
     constexpr std::uint64_t kSeed = 10;
     Random random(kSeed);
     for (const double slope : {0.0, -1.0 / 3.0, 0.7, -2.1}) {
-        // constant along y: its crests are lines
+        // constant along y, so that every section along y is level
         const Ground ground =
             make_test_ground([=](double x, double) { return slope * x; }, {.roots = 2});
         for (int i = 0; i < 20000; ++i) {
@@ -237,13 +237,13 @@ TEST(GroundRay, HitsTheSurfaceOnTheLinesBetweenSquares) {
                 slope * ahead + (i % 2 == 0 ? 1.0 : -1.0) * random.between(0.5, 9.0));
             const RayAnswer answer = ground.ray(on - displacement, on + displacement);
             ASSERT_EQ(answer.status, GroundStatus::ok);
-            // heights are rounded to quanta: the slope is not exactly constant
+            // heights are rounded to quanta, so the slope is not exactly constant
             ASSERT_NEAR(answer.fraction, 0.5, 1e-2);
         }
     }
 }
 
-// As the height field tests of Jolt Physics: a regular grid with an offset and a scale.
+// As in the height field tests of Jolt Physics: a regular grid with an offset and a scale.
 TEST(GroundRay, HitsEveryStoredPointFromAboveAndNoHole) {
     const auto is_hole = [](double x, double y) {
         return static_cast<int>((x - 0.3) / 1.1) == 7 && static_cast<int>((y - 0.5) / 1.1) == 9;

@@ -33,7 +33,7 @@ std::vector<ScatterPoint> objects_of(const Scatter& scatter, const ScatterSquare
     return scatter.objects_in(square).value();
 }
 
-// Objects of all squares over a source's extent.
+// Objects of all squares over the source's extent.
 std::vector<ScatterPoint> all_objects(const HeightSource& source, const Scatter& scatter) {
     const WorldRect& extent = source.extent();
     const ScatterSquare first = scatter.square_at(extent.west, extent.south);
@@ -58,7 +58,7 @@ TEST(Scatter, HasItsDensityWhereEverythingIsAllowed) {
         const Scatter scatter = make(source, {.per_km2 = per_km2, .seed = 5});
         const double expected = per_km2 * area_km2(source->extent());
         const auto count = static_cast<double>(all_objects(*source, scatter).size());
-        // five standard deviations of independent objects
+        // within five standard deviations of a Poisson process
         EXPECT_NEAR(count, expected, 5.0 * std::sqrt(expected)) << per_km2;
     }
 }
@@ -199,7 +199,7 @@ TEST(Scatter, RefusesSettingsOutOfRangeByTheirNames) {
     EXPECT_EQ(message({.min_scale = 0.0}), "min_scale must be 0.001 to 1000, got 0");
     EXPECT_EQ(message({.min_scale = 2.0, .max_scale = 1.0}), "max_scale must be 2 to 1000, got 1");
     EXPECT_EQ(message({.per_km2 = 1e6}), "");
-    // a lattice of 128 m has cells of 0.016 km2
+    // a 128 m lattice has cells of 0.016 km2
     const auto coarse = FractalHeights::create({.finest_spacing_log2 = 7}).value();
     EXPECT_EQ(
         Scatter::create(coarse, {.per_km2 = 1e6}).error().message,

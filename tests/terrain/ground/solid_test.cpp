@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A pit and a closed cave in rough ground, made by hand, against all triangles one after the other.
+// A hand-made pit and a closed cave in rough ground, against brute force over all triangles.
 #include "support/grounds.h"
 #include "support/random.h"
 
@@ -24,9 +24,9 @@ using test::Random;
 using test::TableGroundSettings;
 
 constexpr std::uint64_t kSeed = 41;
-constexpr int kWest = 30, kEast = 37, kSouth = 50, kNorth = 53;  // cells of the pit, ends included
+constexpr int kWest = 30, kEast = 37, kSouth = 50, kNorth = 53;  // cells of the pit, inclusive
 constexpr double kPitFloor = -20.0;
-constexpr double kCaveFloor = -30.0, kCaveCeiling = -24.0;  // of a box below the pit, and beside it
+constexpr double kCaveFloor = -30.0, kCaveCeiling = -24.0;  // of a box below the pit and beside it
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double rough(double x, double y) { return 3.0 * std::sin(1.7 * x) + 2.0 * std::cos(2.3 * y + x); }
@@ -60,7 +60,7 @@ public:
             return {(i & 1) != 0 ? east : west, (i & 2) != 0 ? north : south,
                     (i & 4) != 0 ? kCaveCeiling : kCaveFloor};
         };
-        // Seen from inside, which is outside of the solid.
+        // Counter-clockwise from inside the cave, which is outside the solid.
         const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 2, 6, 4},
                                  {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}};
         for (const auto& face : faces) {
@@ -103,7 +103,7 @@ struct Scene {
     Ground ground;
 };
 
-/// Two by two chunks, of which the south-western one has a pit and a cave.
+/// Two by two chunks; the south-western one has a pit and a cave.
 Scene make_scene() {
     std::shared_ptr<const SolidSurface> solid;
     TableGroundSettings settings;
@@ -155,7 +155,7 @@ Triangles list_triangles(const Ground& ground, const SolidSurface& solid, const 
     return triangles;
 }
 
-/// The first triangle that a segment meets, by determinants; infinity where it passes all.
+/// Fraction of the first hit of a segment, by determinants; infinity if it hits no triangle.
 double slow_ray(const Triangles& triangles, const Eigen::Vector3d& from,
                 const Eigen::Vector3d& displacement) {
     constexpr double kSlack = 1e-12;
@@ -195,7 +195,7 @@ TEST(JoinedSolid, AnswersTheHighestSurfaceAndTheNextOneDown) {
     EXPECT_NEAR(floor.height, kCaveFloor, 1e-12);
     EXPECT_GT(floor.normal.z(), 0.999);
     EXPECT_EQ(ground.height_below(40.4, 55.2, kCaveFloor - 1.0).status, GroundStatus::miss);
-    // Where there is no volume.
+    // A chunk without volumes.
     EXPECT_EQ(ground.height_below(200.5, 200.5, 100.0).height, ground.height(200.5, 200.5).height);
     EXPECT_EQ(ground.height_below(200.5, 200.5, -100.0).status, GroundStatus::miss);
     EXPECT_EQ(ground.height_below(200.5, 200.5, std::nan("")).status, GroundStatus::invalid);
@@ -259,7 +259,7 @@ TEST(JoinedSolid, NoRayLeavesACaveThroughAnEdge) {
             const Eigen::Vector3d& a = own.vertices_world[triangle[static_cast<std::size_t>(k)]];
             const Eigen::Vector3d& b =
                 own.vertices_world[triangle[static_cast<std::size_t>((k + 1) % 3)]];
-            if (std::max(a.z(), b.z()) > kCaveCeiling) continue;  // of the pit
+            if (std::max(a.z(), b.z()) > kCaveCeiling) continue;  // an edge of the pit
             ++edges;
             for (const double share : {0.0, 0.25, 0.5, 1.0 / 3.0}) {
                 const WorldPos target = a + share * (b - a);
@@ -274,13 +274,13 @@ TEST(JoinedSolid, NoRayLeavesACaveThroughAnEdge) {
 
 TEST(JoinedSolid, ARayOverAPitOfAnotherChunkIsNotDisturbed) {
     const Scene scene = make_scene();
-    // Down into the pit, through it, and far over the border of the chunk.
+    // Down into the pit, across it, and far over the border of the chunk.
     const RayAnswer through = scene.ground.ray({33.0, 52.0, -10.0}, {133.0, 130.0, -10.0});
     EXPECT_EQ(through.status, GroundStatus::ok);
     EXPECT_LT(through.point_world.x(), kEast + 1.0 + 1e-9);
     const RayAnswer over = scene.ground.ray({33.0, 52.0, 20.0}, {233.0, 150.0, 20.0});
     EXPECT_EQ(over.status, GroundStatus::miss);
-    // Inside of the solid, below all: it comes out nowhere.
+    // A segment below everything, inside the solid, hits nothing.
     const RayAnswer below = scene.ground.ray({10.0, 10.0, -60.0}, {250.0, 240.0, -60.0});
     EXPECT_EQ(below.status, GroundStatus::miss);
     const RayAnswer up = scene.ground.ray({200.0, 200.0, -60.0}, {200.0, 200.0, 60.0});
@@ -300,11 +300,11 @@ TEST(JoinedSolid, ARayThroughAHoleGoesOnBelowTheHeightfield) {
         return std::make_shared<const SolidSurface>(std::move(hole));
     };
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
-    // Over whole cells, down through the hole, and on below whole cells, in the chunk and beyond it.
+    // Down through the hole from above intact cells to below intact cells, inside the chunk and beyond it.
     const WorldPos above(98.5, 100.4, 0.6);
     EXPECT_EQ(ground.ray(above, {102.5, 100.4, -0.6}).status, GroundStatus::miss);
     EXPECT_EQ(ground.ray(above, {198.5, 100.4, -29.4}).status, GroundStatus::miss);
-    // And up again, through the heightfield from below.
+    // Upwards again through the heightfield.
     const WorldPos below(100.2, 100.4, -0.5);
     EXPECT_NEAR(ground.ray(below, {110.2, 100.4, 0.5}).fraction, 0.5, 1e-12);
     EXPECT_EQ(ground.height(100.5, 100.5).status, GroundStatus::miss);

@@ -149,7 +149,7 @@ TEST(SurfaceMap, RefusesAnEmptyFunctionAndDefaultsOutOfRange) {
               "defaults.restitution must be 0 to 1, got 2");
 }
 
-// A map of a caller's own.
+// A user-defined map.
 class Checkers final : public SurfaceMap {
 public:
     Checkers() : SurfaceMap(kGrass) {}
@@ -177,7 +177,7 @@ TEST(SurfaceMap, CountsEveryFaultOfThreadsAtOnce) {
                     }).value();
     constexpr int kThreads = 4, kCalls = 200'000;
     std::array<int, kThreads> wrong{};
-    std::latch start(kThreads);  // so that they do run at once
+    std::latch start(kThreads);  // so that they really run concurrently
     std::vector<std::thread> threads;
     for (int& wrong_of_thread : wrong) {
         threads.emplace_back([&] {
@@ -256,7 +256,7 @@ TEST(SurfaceRects, AreTheDefaultsWhereThereAreNone) {
     EXPECT_EQ(map->at(kLargest, kLargest), kGrass);
 }
 
-// The last rectangle of the list that contains the place.
+// The last rectangle of the list that contains the point.
 SurfaceProperties slow_answer(const std::vector<SurfaceRect>& rects, double x, double y) {
     for (auto rect = rects.rbegin(); rect != rects.rend(); ++rect) {
         if (rect->rect.contains(x, y)) return rect->properties;
@@ -267,7 +267,7 @@ SurfaceProperties slow_answer(const std::vector<SurfaceRect>& rects, double x, d
 std::vector<SurfaceRect> random_rects(Random& random, int count, double size) {
     std::vector<SurfaceRect> rects;
     for (int i = 0; i < count; ++i) {
-        // whole numbers, so that edges coincide
+        // whole numbers, so that some edges coincide
         const double west = random.below(100), south = random.below(100);
         WorldRect rect{west, south, west + std::floor(random.between(0.0, size)),
                        south + std::floor(random.between(0.0, size))};
@@ -381,7 +381,7 @@ TEST(PaintedSurface, IsTheLastAreaThatContainsAPlaceAndElseWhatIsUnder) {
         SurfaceMap::from_function([](double x, double) { return x < 0.0 ? kGrass : kIce; }).value();
     std::vector<SurfaceArea> areas;
     for (std::uint32_t i = 0; i < 40; ++i) {
-        // triangles: sides of three lines tell what is inside
+        // triangles, so that three half-planes decide what is inside
         SurfaceArea& area = areas.emplace_back();
         const double x = random.between(-900.0, 900.0), y = random.between(-900.0, 900.0);
         for (int k = 0; k < 3; ++k) {
@@ -412,7 +412,7 @@ TEST(PaintedSurface, IsTheLastAreaThatContainsAPlaceAndElseWhatIsUnder) {
 }
 
 TEST(PaintedSurface, ShowsWhatIsUnderWhereAMapAnswersItsDefaults) {
-    // a strip of ice in a map that knows no more
+    // a strip of ice; elsewhere the map has its defaults
     const auto strip = SurfaceMap::from_function([](double x, double) {
                            return std::abs(x) < 10.0 ? kIce : SurfaceProperties{};
                        }).value();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Invalid and extreme inputs: each has a defined result, an error or a mesh that is watertight, within its budget and
+// Invalid and extreme inputs have a defined result: an error, or a mesh that is watertight, within its budget and
 // certified.
 #include "support/grounds.h"
 #include "support/mesh_checks.h"
@@ -25,7 +25,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kBudget = 3'000;
 
-// 2 x 2 roots of three levels, all of them resident.
+// 2 x 2 roots of three levels, all resident.
 struct World {
     World() : source(test::small_world(2, 2.0), 25.0, 300.0) {
         std::vector<std::shared_ptr<const Chunk>> chunks;
@@ -207,7 +207,7 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
                     SCOPED_TRACE(testing::Message()
                                  << where << ", looking " << whither << ", field of view " << fov
                                  << ", budget " << budget);
-                    // far enough to be another position in double precision
+                    // far enough for a different position in double precision
                     const double reach = std::max(100.0, 1e-3 * eye.norm());
                     const View view = look_at(eye, eye + reach * direction, fov, 64, 48).value();
                     Triangulator triangulator =
@@ -242,7 +242,7 @@ TEST(OddView, OfASinglePixelIsAView) {
 }  // namespace bad_input_test
 
 // Sources with invalid answers: heights, bounds, intervals and rise bounds that are huge, infinite or NaN. Chunks that
-// would break a mesh are refused and counted; meshes are always watertight and within their budget.
+// would break a mesh are refused and counted; meshes stay watertight and within their budget.
 
 namespace absurd_heights_test {
 
@@ -250,7 +250,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kBudget = 600;
 
-// Waves with some wrong answers.
+// Waves with one kind of answer replaced over part of the world.
 class AbsurdHeights final : public HeightSource {
 public:
     enum class Answer { height, vertex_bound, cell_bound, interval, rise };
@@ -270,7 +270,7 @@ public:
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> out) const override {
         auto done = waves_.vertex_bounds(grid, out);
         if (answer_ == Answer::height) {
-            // Right for such heights, or the chunk is refused for its bounds.
+            // Valid for such heights: otherwise the chunk would be refused for its bounds.
             for (float& bound : out) {
                 if (bound > 0.0f) bound += static_cast<float>(2.0 * std::abs(value_) + 100.0);
             }
@@ -292,7 +292,7 @@ public:
     }
 
 private:
-    // A rectangle of the lattice, the same in every grid.
+    // Replaces values in a fixed rectangle of the lattice, the same in every grid.
     template <typename Number>
     void spoil(Answer answer, const SampleGrid& grid, int columns, std::span<Number> out) const {
         if (answer != answer_) return;
@@ -340,7 +340,7 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
         for (const double value : {1e6, 1e11, 1e15, 1e19, 1e20, 1e28, 1e30, 1e33, 3.4e38, -1.0,
                                    -1e30, 1e300, kInfinity, -kInfinity, kNaN}) {
             SCOPED_TRACE(std::string(name_of(answer)) + " of " + std::to_string(value));
-            // Coarse quanta, so that they do not limit heights.
+            // Coarse quanta, so that they do not limit the heights.
             Lattice lattice = test::small_world(1, 2.0);
             lattice.quantum = 0x1p10;
             const auto source = std::make_shared<AbsurdHeights>(lattice, answer, value);
@@ -358,7 +358,7 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
                 ++compared;
                 ASSERT_EQ(test::find_flaw(mesh), "");
                 ASSERT_TRUE(std::isfinite(mesh.error_px));
-                // Through a pinhole in the ground, where squares of distances vanish.
+                // A view through a pinhole inside the ground, where squared distances underflow.
                 const TerrainMesh close = triangulator.update(pager.resident(), pinhole);
                 ASSERT_LE(close.triangle_count, kBudget);
                 ASSERT_FALSE(std::isnan(close.error_px));
@@ -368,7 +368,7 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
             const bool is_possible =
                 value >= (answer == Answer::height ? -kMostHeight : 0.0) && value <= kMostHeight;
             if (is_of_chunks) {
-                // Refused and counted, and absent chunks are no ground.
+                // Such chunks are refused and counted; absent chunks are not ground.
                 EXPECT_EQ(pager.stats().failed == 0, is_possible);
             }
         }

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// P4: level of detail changes without a pop. Flies slowly and fast, turns on the spot and in motion,
-// with ample memory and with so little that chunks are evicted all the time, and checks every frame
-// with the verifier of `terrane fly --verify`.
+// P4: level of detail changes without pops. Slow and fast flights, turns on the spot and in motion, with ample memory
+// and with so little that chunks are evicted continuously; the verifier of `terrane fly --verify` checks every frame.
 #include "frames/verification.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
@@ -28,23 +27,23 @@ namespace pop_test {
 
 constexpr int kFrames = 30 * TERRANE_FLIGHT_FACTOR;
 constexpr double kFrameTime = 1.0 / 30.0;
-constexpr std::size_t kPoints = 10'000;  // a frame; vertices come on top
+constexpr std::size_t kPoints = 10'000;  // sampled per frame, besides vertices
 constexpr double kTarget_px = 1.0;
 
 struct Flight {
-    const char* ground;       // fractal, jacksboro, tyrol
-    double speed;             // metres a second
-    double turn_deg;          // a second
-    double memory;            // ceiling over the needs of the first view; 0: none
+    const char* ground;  // fractal, jacksboro, tyrol
+    double speed;        // m/s
+    double turn_deg;     // per second
+    double memory;       // memory ceiling relative to the needs of the first view; 0: unlimited
     double altitude = 140.0;  // metres above the ground at the start
     Eigen::Vector2d start{-300.0, -200.0};
     Eigen::Vector2d heading{0.8, 0.6};  // unit length
-    double descent = 0.0;               // metres for each metre along the heading
-    double look_down = 0.25;            // the same, of the direction of view
+    double descent = 0.0;               // metres per metre along the heading
+    double look_down = 0.25;            // the same for the view direction
 };
 
-// Down a couloir of a steep raster, 70 m above it, at 10 m a frame where it is fast: the eye moves nearly a
-// tenth of the distance to the ground that it sees.
+// Down a couloir of a steep raster, 70 m above the ground. The fastest flight moves 10 m a frame, nearly a tenth of the
+// distance to the visible ground.
 Flight make_steep_flight(double speed) {
     return {.ground = "tyrol",
             .speed = speed,
@@ -69,7 +68,7 @@ std::string tyrol_file() {
            "/dem/tyrol_avaWog_5m_nodata.tif";
 }
 
-// Null where the data are absent.
+// Null if the data are absent.
 std::shared_ptr<const HeightSource> open_ground(const std::string& name) {
     if (name == "tyrol") {
         if (!std::filesystem::exists(tyrol_file())) return nullptr;
@@ -88,7 +87,7 @@ std::shared_ptr<const HeightSource> open_ground(const std::string& name) {
         .value();
 }
 
-// Rotates about the vertical without the sine of the C library.
+// A rotation about the vertical without the C library's sine.
 Eigen::Vector3d heading_at(const Flight& flight, int frame) {
     constexpr double kRadian = 0.017453292519943295;
     const double half = 0.5 * flight.turn_deg * kRadian * kFrameTime;
@@ -126,7 +125,7 @@ private:
         return look_at(eye_, eye_ + displacement, 1.0, 640, 360).value();
     }
 
-    // Loads the needs of the first view, as programs do before a flight.
+    // Loads the needs of the first view, as a program does before a flight.
     double settle(Pager& pager, Triangulator& triangulator) const {
         double threshold_px = 1024.0;
         for (int round = 0; round < 32; ++round) {
@@ -208,15 +207,15 @@ TEST_P(Flights, ShowNoPops) {
     EXPECT_EQ(outcome.holes, 0u);
 }
 
-// Shows that the verifier detects pops.
+// The verifier detects pops.
 TEST(Flight, WithoutMorphingPops) {
     const Outcome outcome = Plane({"fractal", 300.0, 0.0, 0.0}).fly(1.0);
     EXPECT_GT(outcome.max_pop_px, tools::kPopLimit_px);
     EXPECT_EQ(outcome.uncertified_frames, 0);
 }
 
-// The share of a vertex rises over a range of priorities of morph_ratio: at 1.15 one frame of this
-// flight passes all of it.
+// A vertex's share rises from 0 to 1 while its priority grows by a factor of morph_ratio. With a ratio of 1.15 this
+// flight passes the whole range in one frame.
 TEST(Flight, OverSteepGroundPopsWithANarrowMorph) {
     if (!open_ground("tyrol")) GTEST_SKIP() << tyrol_file() << " is absent";
     const Outcome outcome = Plane(make_steep_flight(300.0)).fly(1.15);
@@ -257,8 +256,8 @@ constexpr double kLeast_px = 0.5;  // smaller errors are not compared
 struct Ground {
     const char* name;
     std::function<std::shared_ptr<const HeightSource>()> open;
-    double largest_ratio;   // published limit of certified over measured: of the first view
-    double largest_of_ten;  // ... and of ten views
+    double largest_ratio;   // published limit of certified over measured error for the first view
+    double largest_of_ten;  // the same for all ten views
 };
 
 void PrintTo(const Ground& ground, std::ostream* out) { *out << ground.name; }
@@ -299,7 +298,7 @@ std::vector<std::shared_ptr<const Chunk>> make_all(const HeightSource& source) {
     return chunks;
 }
 
-// Without about half of the chunks: those drawn, and what lies below them.
+// Withholds about half of the chunks: randomly chosen ones with their descendants.
 std::vector<std::shared_ptr<const Chunk>> withhold_half(
     Random& random, const std::vector<std::shared_ptr<const Chunk>>& all) {
     std::vector<std::shared_ptr<const Chunk>> kept;
@@ -315,7 +314,7 @@ std::vector<std::shared_ptr<const Chunk>> withhold_half(
     return kept;
 }
 
-// Certified over measured error, over random views and budgets.
+// Ratios of certified to measured error over random views and budgets.
 struct Ratios {
     double sum = 0.0, largest = 0.0;
     int count = 0;
@@ -388,8 +387,8 @@ TEST_P(TightCertificate, IsAsTightAsPublished) {
     }
 }
 
-// The ratios are published in docs/triangulation.md. For the last three 2.5 is the aim: octaves that are weighted by
-// the octaves before them, and noise at warped positions, have looser a-priori bounds than a plain sum.
+// The ratios are published in docs/triangulation.md. For the last three kinds the aim is 2.5: octaves weighted by
+// previous octaves, and noise at warped positions, have looser a-priori bounds than a plain sum.
 std::vector<Ground> grounds() {
     return {{"jacksboro", open_jacksboro, 1.4, 1.4},
             {"fbm", [] { return open_fractal(FractalKind::fbm); }, 2.5, 3.0},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Budgets of millions of triangles, used up to the last few and watertight.
+// Budgets of millions of triangles: the meshes are watertight and use them to the last few.
 #include "support/mesh_checks.h"
 
 #include <terrane/terrain/fractal_heights.h>
@@ -11,7 +11,7 @@
 namespace terrane {
 namespace large_budget_test {
 
-// One root of five levels, all of it: 2^11 cells a side, 8,388,608 triangles at the finest.
+// One root of five levels, all resident: 2^11 cells a side, 8,388,608 triangles at the finest level.
 TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
     const auto source = FractalHeights::create({.seed = 8,
                                                 .octave_count = 5,

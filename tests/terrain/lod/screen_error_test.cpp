@@ -46,7 +46,7 @@ ScreenError::Triangle any_triangle(test::Random& random, const WorldPos& around)
             around + anywhere(random, 30.0)};
 }
 
-// Largest error of a deviation up or down by `bound` at a point, if the deviated point is in view.
+// Screen error of a point displaced vertically by `deviation`; 0 if the displaced point is out of view.
 double error_at(const WorldPos& point, double deviation, const View& view, const Frustum& frustum) {
     const Eigen::Vector3d from_eye = point + WorldPos(0.0, 0.0, deviation) - view.eye_world;
     for (const Eigen::Vector3d& normal : frustum.normals) {
@@ -107,7 +107,7 @@ TEST(ScreenError, OfATriangleIsNotAboveThatOfTheBoxAroundIt) {
     EXPECT_GT(smaller, 100);
 }
 
-// Number of eyes over a ground with a clearance that is not small.
+// Checks clearances at random eyes and returns how many of them are not small.
 int check_clearances(const HeightSource& source, double most_over) {
     test::Random random(kSeed);
     int useful = 0;
@@ -131,7 +131,7 @@ int check_clearances(const HeightSource& source, double most_over) {
 
 TEST(Clearance, IsBelowTheDistanceToEveryPointOfTheGround) {
     EXPECT_GT(check_clearances(*hills(), 200.0), 25);
-    // walls beside the eye are nearer than the ground below
+    // walls beside the eye are nearer than the ground below it
     const auto walls = FractalHeights::create(
                            {.seed = 4, .octave_count = 4, .amplitude = 300.0, .wavelength_log2 = 6})
                            .value();
@@ -146,14 +146,14 @@ TEST(Clearance, IsZeroBelowTheGround) {
 
 }  // namespace screen_error_test
 
-// Keys of root squares' coarser vertices are computed only for strides that may have one below the floor. No stride
-// that has one is passed over, by an oracle that computes the keys of all.
+// Keys of the coarser vertices of root squares are computed only for strides that may contain a key below the floor. An
+// oracle computes all keys and checks that no such stride is skipped.
 
 namespace coarse_keys_test {
 
 constexpr std::uint64_t kSeed = 20261127;
 
-// The root squares of a fractal, nothing finer.
+// The root squares of a fractal, without finer levels.
 class RootWorld {
 public:
     explicit RootWorld(const FractalSettings& settings)
@@ -209,7 +209,7 @@ private:
     std::unique_ptr<ResidentSet> resident_;
 };
 
-// Eyes in, near and far from the squares, above and below them, of any field of view.
+// Eyes inside, near and far from the squares, above and below them, with any field of view.
 Result<View> random_view(test::Random& random, const WorldRect& extent) {
     const double side = extent.east - extent.west;
     const WorldPos eye(
@@ -237,7 +237,7 @@ TEST(CoarseKeys, NoStrideWithAKeyBelowTheFloorIsPassedOver) {
             world.for_strides(screen, [&](const OpenChunk&, int, float least) {
                 if (least < 1e30f) least_keys.push_back(least);
             });
-            // Floors just above the least key of each stride: that stride must not be passed over.
+            // A floor just above the least key of a stride: the stride must not be skipped.
             for (const float least : least_keys) {
                 const float floor = std::nextafter(least, std::numeric_limits<float>::infinity());
                 world.compute(screen, floor);
@@ -258,7 +258,7 @@ TEST(CoarseKeys, NoStrideWithAKeyBelowTheFloorIsPassedOver) {
 
 }  // namespace coarse_keys_test
 
-// The bound of the rounding of keys, and so of projected errors, that docs/numerics.md derives, against long double.
+// The bound of docs/numerics.md for the rounding of keys, and hence of projected errors, against long double.
 
 namespace key_rounding_test {
 
@@ -267,19 +267,18 @@ using Long = long double;
 static_assert(std::numeric_limits<Long>::digits >= 64, "the oracle needs 11 bits more than double");
 
 constexpr std::uint64_t kSeed = 20261128;
-constexpr Long kLoss = 0x1p-7L;     // of cutting 1 / bound^2 to 16 bits
-constexpr Long kAbove = 0x1p-23L;   // derived: a key is above the exact one by at most this share
-constexpr Long kPixels = 0x1p-16L;  // what kRounding leaves for it, beside the nesting of reaches
+constexpr Long kLoss = 0x1p-7L;     // loss of rounding 1 / bound^2 to 16 bits
+constexpr Long kAbove = 0x1p-23L;   // derived: a key exceeds the exact one by at most this factor
+constexpr Long kPixels = 0x1p-16L;  // what kRounding leaves for it beside the nesting of reaches
 constexpr int kSquares = static_cast<int>(AreaVertices::kSquares);
 
 struct Extremes {
-    Long least =
-        std::numeric_limits<Long>::infinity();  // of key over exact key, from eyes far away
-    Long most = 0;                              // from all eyes
+    Long least = std::numeric_limits<Long>::infinity();  // key over exact key, for distant eyes
+    Long most = 0;                                       // the same for all eyes
     long count = 0;
 };
 
-// A chunk at the finest level, and the certified bounds of its vertices.
+// A chunk of the finest level with the certified bounds of its vertices.
 class KeyCase {
 public:
     explicit KeyCase(const FractalSettings& settings)
@@ -294,7 +293,7 @@ public:
 
     const Lattice& lattice() const { return source_->lattice(); }
 
-    // Keys of all vertices from an eye at a distance from a sample of the chunk, over the exact ones.
+    // Compares the keys of all vertices, seen from a given distance from a sample of the chunk, with exact ones.
     void compare(test::Random& random, double distance, Extremes& extremes) const {
         const int column = random.below(kChunkSamples), row = random.below(kChunkSamples);
         const WorldPos sample(lattice().x(chunk_->corner.x + column * chunk_->step),
@@ -316,7 +315,7 @@ public:
                 for (int square = 0; square < kSquares; ++square) {
                     const auto k = static_cast<std::size_t>(square);
                     const Long exact = exact_key(*view, area, kind, square);
-                    if (exact > Long{0x1p100}) continue;  // of a bound near 0
+                    if (exact > Long{0x1p100}) continue;  // a bound near 0
                     const Long ratio = Long{found[k]} / exact;
                     extremes.most = std::max(extremes.most, ratio);
                     if (distance > 1e5) extremes.least = std::min(extremes.least, ratio);
@@ -327,7 +326,8 @@ public:
     }
 
 private:
-    // From the bound of the source and the reach without the margins of its rounding: of heights at least one unit.
+    // The exact key from the source's bound and from the reach without rounding margins; reaches are at least one
+    // quantum.
     Long exact_key(const View& view, int area, AreaVertices::Kind kind, int square) const {
         const int x = area % kChunkAreas * kAreaCells + square % kAreaSquares * 2;
         const int y = area / kChunkAreas * kAreaCells + square / kAreaSquares * 2;
@@ -392,7 +392,8 @@ TEST(KeyRounding, IsWithinTheDerivedBound) {
 }
 
 TEST(KeyRounding, IsInsideTheFactorOfReportedErrors) {
-    // A pixel is the inverse root of a key: nesting of reaches, rounding of keys, and of the root itself.
+    // A pixel error is the inverse square root of a key. The factor covers the nesting of reaches and the rounding of
+    // keys and of the root.
     const Long needed = std::sqrt(Long{kNestMargin} * (1 + kAbove)) * (1 + 4 * 0x1p-53L);
     EXPECT_LE(needed, Long{ScreenError::kRounding});
     EXPECT_GT(needed, Long{ScreenError::kRounding} - 2 * kPixels);

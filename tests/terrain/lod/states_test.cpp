@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// P1 to P3 and P9 in random states: worlds, resident sets, fades, views,
-// budgets and targets. 10,000 states; TERRANE_STATES_FACTOR times as many in the long variant.
+// P1 to P3 and P9 in random states: worlds, resident sets, fades, views, budgets and error targets. 10,000 states;
+// TERRANE_STATES_FACTOR times as many in the long variant.
 #include "support/mesh_checks.h"
 #include "support/random_world.h"
 
@@ -14,10 +14,10 @@ namespace terrane::test {
 namespace states_test {
 
 constexpr int kShards = 10;
-constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // of a shard
-constexpr int kFlights = 5;                         // of a world
-constexpr int kFrames = 25;                         // of a flight
-constexpr int kPoints = 2000;                       // measured in a frame
+constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // per shard
+constexpr int kFlights = 5;                         // per world
+constexpr int kFrames = 25;                         // per flight
+constexpr int kPoints = 2000;                       // points measured per frame
 
 TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
     TriangulatorSettings settings;
@@ -124,7 +124,7 @@ TEST_P(States, KeepBudgetCertificateAndBitsAndAreWatertight) {
         }
     }
     EXPECT_EQ(counted, kWorlds * kFlights * kFrames);
-    EXPECT_GT(with_error, counted / 2);  // not all of them look at the sky
+    EXPECT_GT(with_error, counted / 2);  // some views see only the sky
     EXPECT_GT(morphing, counted / 4);
 }
 

@@ -73,7 +73,8 @@ TEST(Terrain, MakesAMeshForEachCameraInItsOrder) {
         EXPECT_GT(mesh.triangle_count, 100u);
         EXPECT_LE(mesh.triangle_count, 5000u);
     }
-    EXPECT_NE(frame.meshes[0].triangle_count, frame.meshes[1].triangle_count);
+    EXPECT_NE(frame.meshes[0].error_px, frame.meshes[1].error_px);
+    EXPECT_NE(frame.meshes[1].error_px, frame.meshes[2].error_px);
     EXPECT_TRUE(terrain.update({}, {}, 0.1).meshes.empty());
 }
 

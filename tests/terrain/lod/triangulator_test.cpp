@@ -46,7 +46,7 @@ View random_view(Random& random, const HeightSource& source) {
     return look_at(above, target, random.between(0.3, 1.8), 640, 360).value();
 }
 
-// Random sets of chunks that contain the parents: loads may arrive in any order.
+// Random sets of chunks closed under parents: loads may arrive in any order.
 class RandomSets {
 public:
     RandomSets(const HeightSource& source, std::uint64_t seed) : source_(source), random_(seed) {}
@@ -106,7 +106,7 @@ TEST(Triangulator, NeverMeasuresMoreThanItCertifies) {
     ASSERT_NE(source, nullptr);
     RandomSets sets(*source, 21);
     Random random(22);
-    int seen = 0;  // some views see the sky only
+    int seen = 0;  // some views see only the sky
     for (int state = 0; state < 40; ++state) {
         SCOPED_TRACE(testing::Message() << "seed 21/22, state " << state);
         Triangulator triangulator =
@@ -183,8 +183,8 @@ TEST(Triangulator, HandlesExtremeViews) {
     const Lattice& lattice = source->lattice();
     const double ground = source->height(lattice.x(3), lattice.y(5));
     const std::vector<std::pair<WorldPos, WorldPos>> places{
-        {{0, 0, -5000}, {1, 0, -5000}},                       // under the ground
-        {{lattice.x(3), lattice.y(5), ground}, {50, 50, 0}},  // in a vertex
+        {{0, 0, -5000}, {1, 0, -5000}},                       // below the ground
+        {{lattice.x(3), lattice.y(5), ground}, {50, 50, 0}},  // at a vertex
         {{1e9, -1e9, 1e9}, {0, 0, 0}},                        // far away
         {{0, 0, 500}, {0, 0, 0}},                             // straight down
         {{0, 0, 500}, {0, 0, 1000}},                          // straight up
@@ -248,7 +248,7 @@ TEST(Triangulator, RefusesABudgetBelowTheRoots) {
             .has_value());
 }
 
-// One root of one level, and a bound that is the same everywhere.
+// One root of one level with the same bound everywhere.
 TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
     Lattice lattice;
     lattice.spacing = 10.0;
@@ -274,7 +274,7 @@ TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
 
 }  // namespace triangulator_test
 
-// P1 from below: if the error target is out of reach, the whole budget is used.
+// P1 from below: if the error target cannot be met, the whole budget is used.
 
 namespace exact_budget_test {
 
@@ -293,7 +293,7 @@ std::shared_ptr<const HeightSource> random_hills(Random& random) {
         .value();
 }
 
-// All chunks of some levels of a fractal of 2 x 2 roots; of the finest level any of them.
+// All chunks of the coarser levels of a fractal of 2 x 2 roots, and a random subset of the finest level.
 std::shared_ptr<const ResidentSet> random_set(Random& random, const HeightSource& source,
                                               double share) {
     const Lattice& lattice = source.lattice();
@@ -359,7 +359,7 @@ TEST(ExactBudget, IsUsedOrEveryVertexThatMattersIsThere) {
     EXPECT_GT(by_vertices, 5);
 }
 
-// Demands of others, some of one threshold, some without triangles, some at the ends of the range.
+// Random demands of other consumers: some share a threshold, some need no triangles, some are at the ends of the range.
 std::vector<TriangleDemand> random_demands(Random& random, std::size_t budget) {
     std::vector<TriangleDemand> demands;
     const int count = random.below(random.below(2) == 0 ? 60 : 4);
@@ -404,18 +404,18 @@ TEST(ExactBudget, IsSharedWithOthersUpToTheFirstThatDoesNotFit) {
             const TerrainMesh mesh = shared.update(set, view, demands);
             EXPECT_EQ(test::find_flaw(mesh), "");
             ASSERT_LE(mesh.triangle_count + mesh.others_triangles, budget);
-            // All above others_threshold_px are granted, and none at or below the threshold.
+            // All demands above others_threshold_px are granted, and none at or below it.
             std::size_t above = 0, next = 0;
             for (const TriangleDemand& demand : demands) {
                 if (demand.threshold_px > mesh.others_threshold_px) above += demand.triangles;
-                // up to the rounding of keys
+                // equal up to the rounding of keys
                 if (demand.threshold_px <= mesh.others_threshold_px &&
                     demand.threshold_px * (1.0 + 1e-6) >= mesh.others_threshold_px)
                     next += demand.triangles;
             }
             ASSERT_EQ(above, mesh.others_triangles);
             ASSERT_GE(mesh.others_threshold_px, mesh.threshold_px);
-            // What the others have left gives the same ground, or the next demand does not fit beside it.
+            // With the remaining budget alone the ground is the same; otherwise the next demand does not fit beside it.
             Triangulator alone = make(budget - mesh.others_triangles);
             const TerrainMesh ground = alone.update(set, view);
             ASSERT_LE(ground.threshold_px, mesh.threshold_px);
@@ -443,14 +443,14 @@ namespace morph_test {
 
 constexpr std::uint64_t kSeed = 31;
 
-// Share of a vertex of a priority in thresholds.
+// Share of a vertex whose priority is a multiple of the threshold.
 double share_of(double ratio, double priority) {
     const double full = ratio * ratio / (ratio * ratio - 1.0);
     return std::clamp(full * (1.0 - 1.0 / (priority * priority)), 0.0, 1.0);
 }
 
-// The average over all shares of the error of the mesh of vertices with a larger share: the priority of that share, but
-// `excess` where the vertex of that priority should be in the mesh and is not.
+// Mean error over all shares s of the mesh with the vertices whose share exceeds s. The error is the priority that
+// belongs to s, or `excess` if the vertex with that priority should be active and is not.
 double mean_error(double ratio, double excess, double shown) {
     constexpr int kSteps = 200'000;
     const double full = ratio * ratio / (ratio * ratio - 1.0);
@@ -484,7 +484,7 @@ TEST(Morph, BoundsOtherVerticesByTheErrorFactor) {
     EXPECT_EQ(morph.error_with_held(0.5, 1.1), morph.error_factor());
 }
 
-// A vertex with a share of 0 is equivalent to a missing one; a larger share reduces the error.
+// A share of 0 is equivalent to a missing vertex; a larger share reduces the error.
 TEST(Morph, IsBetweenInPlaceAndMissing) {
     const Morph morph(kDefaultMorphRatio, 1.0f);
     for (const double excess : {1.01, 1.1, kDefaultMorphRatio, 1.5, 3.0}) {

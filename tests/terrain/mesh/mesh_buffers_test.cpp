@@ -31,7 +31,7 @@ double hills(double x, double y) {
     return 30.0 * wave(x / 1000.0) + 6.0 * wave(y / 600.0);
 }
 
-// Frames of a flight over hills, far from the origin.
+// Frames of a flight over hills far from the origin.
 class Flight {
 public:
     explicit Flight(double x0 = 3e6)
@@ -69,7 +69,7 @@ private:
 using Place = std::array<float, 3>;
 using Corners = std::array<Place, 3>;
 
-// Rotated so that the smallest corner is the first: the order of the others tells the side.
+// Rotates the corners so that the smallest comes first: their order then tells the orientation.
 Corners turned(Corners corners) {
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     return corners;
@@ -138,7 +138,8 @@ TEST(MeshBuffers, MeetAtTheSameBitsWhereChunksMeet) {
         reach = std::max(reach, std::abs(edge.first[0]));
         if (!edges.contains({edge.second, edge.first})) ++open;
     }
-    // the edges of the world: 4 x 16 km in at most 10 m steps, and not the thousands between chunks
+    // open edges lie on the border of the world only, 4 x 16 km in steps of at most 10 m, not on the thousands between
+    // chunks
     for (const auto& [edge, count] : edges) {
         if (edges.contains({edge.second, edge.first})) continue;
         const auto& [a, b] = edge;
@@ -150,7 +151,7 @@ TEST(MeshBuffers, MeetAtTheSameBitsWhereChunksMeet) {
     EXPECT_GT(buffers.parts().size(), 6u);
 }
 
-// A renderer's copy, which uploads what it is told to.
+// A renderer's copy of the buffers, which uploads only the reported changes.
 using Copy = std::map<ChunkKey, std::pair<std::vector<MeshVertex>, std::vector<std::uint32_t>>>;
 
 TEST(MeshBuffers, TellWhatHasChangedSinceTheFrameBefore) {
@@ -159,7 +160,7 @@ TEST(MeshBuffers, TellWhatHasChangedSinceTheFrameBefore) {
     Copy copy;
     std::size_t same = 0, changed = 0, added = 0, gone = 0;
     for (int i = 0; i < 60; ++i) {
-        // stands still now and then
+        // the camera rests in some frames
         const int step = i - i % 3;
         const double y = 30.0 * step;
         buffers.update(flight.frame({0.0, y, 100.0}), flight.eye_world);
@@ -201,7 +202,7 @@ TEST(MeshBuffers, UseEachOfTheirVertices) {
     for (const MeshPart& part : buffers.parts()) {
         std::uint32_t next = 0;
         for (const std::uint32_t index : part.indices) {
-            EXPECT_LE(index, next);  // in the order of their first use
+            EXPECT_LE(index, next);  // indices are numbered in order of first use
             if (index == next) ++next;
         }
         EXPECT_EQ(next, part.vertices.size());
@@ -252,7 +253,7 @@ TEST(MeshBuffers, HaveNormalsOfTheGroundAndNotOfItsTriangles) {
     const TerrainMesh mesh = flight.frame({0.0, 0.0, 100.0});
     buffers.update(mesh, flight.eye_world);
     const Lattice& lattice = mesh.resident->lattice();
-    std::map<std::pair<std::uint8_t, Place>, Place> seen;  // by level and place
+    std::map<std::pair<std::uint8_t, Place>, Place> seen;  // by level and position
     std::size_t shared = 0;
     for (const MeshPart& part : buffers.parts()) {
         const double spacing = lattice.level_spacing(part.key.level);
@@ -264,7 +265,7 @@ TEST(MeshBuffers, HaveNormalsOfTheGroundAndNotOfItsTriangles) {
             const double d = 0.5;
             const double slope_x = (hills(x + d, y) - hills(x - d, y)) / (2.0 * d);
             const double slope_y = (hills(x, y + d) - hills(x, y - d)) / (2.0 * d);
-            // a difference over a spacing is off by the curvature times the spacing
+            // a difference quotient over one spacing is off by curvature times spacing
             const double allowed = kCurvature * (spacing + 1.0) + lattice.quantum / spacing;
             EXPECT_NEAR(-normal.x() / normal.z(), slope_x, allowed);
             EXPECT_NEAR(-normal.y() / normal.z(), slope_y, allowed);
@@ -272,7 +273,7 @@ TEST(MeshBuffers, HaveNormalsOfTheGroundAndNotOfItsTriangles) {
                 seen.try_emplace({part.key.level, vertex.position}, vertex.normal);
             if (is_new) continue;
             ++shared;
-            EXPECT_EQ(found->second, vertex.normal);  // where chunks of one level meet
+            EXPECT_EQ(found->second, vertex.normal);  // on borders of chunks of one level
         }
     }
     EXPECT_GT(shared, 0u);

@@ -24,8 +24,8 @@ ProgressiveMesh make(const TriangleMesh& mesh, const ProgressiveSettings& settin
     return ProgressiveMesh::create(mesh, settings).value();
 }
 
-// A sphere by longitude and latitude: a seam of texture coordinates from pole to pole, and a vertex for each triangle
-// at the poles.
+// A sphere by longitude and latitude with a seam of texture coordinates from pole to pole. At the poles every triangle
+// has its own vertex.
 TriangleMesh make_globe(int around, int across) {
     TriangleMesh mesh;
     const auto point = [&](int i, int j) {
@@ -54,7 +54,7 @@ TriangleMesh make_globe(int around, int across) {
     return mesh;
 }
 
-// A box of cells with the normal of its side at every vertex: seams along all edges, three vertices at each corner.
+// A box of cells whose vertices carry the normal of their side: seams along all edges, three vertices at each corner.
 TriangleMesh make_box(int cells) {
     TriangleMesh mesh;
     for (int side = 0; side < 6; ++side) {
@@ -80,7 +80,7 @@ TriangleMesh make_box(int cells) {
     return mesh;
 }
 
-// Triangles of positions: the first vertex of each.
+// Triangles over positions: vertices at one position are identified with the first of them.
 MeshTriangles welded(const ProgressiveMesh& mesh) {
     std::map<std::array<double, 3>, std::uint32_t> places;
     MeshTriangles triangles;
@@ -97,7 +97,7 @@ MeshTriangles welded(const ProgressiveMesh& mesh) {
 TEST(ProgressiveAttributes, SeamsOfClosedMeshesStayClosedAtEveryLevel) {
     for (const TriangleMesh& input : {make_globe(18, 11), make_box(5)}) {
         ProgressiveMesh mesh = make(input);
-        // With no more than 16 a body may become a sheet.
+        // With 16 triangles or fewer a body may become a sheet.
         for (std::size_t count = input.triangles.size(); count > 16; --count) {
             mesh.set_triangle_count(count);
             const EdgeCounts edges = count_edges(welded(mesh));
@@ -110,7 +110,7 @@ TEST(ProgressiveAttributes, SeamsOfClosedMeshesStayClosedAtEveryLevel) {
 TEST(ProgressiveAttributes, TrianglesOfABoxKeepTheNormalsOfTheirSides) {
     const TriangleMesh input = make_box(8);
     ProgressiveMesh mesh = make(input);
-    // Two triangles a side are enough; a few more are left where corners are the only vertices that fit.
+    // Two triangles per side suffice; a few more remain if only corners are available as vertices.
     mesh.set_triangle_count(24);
     EXPECT_LE(mesh.triangles().size(), 24u);
     EXPECT_LE(mesh.error_m(), 1e-9);
@@ -122,7 +122,7 @@ TEST(ProgressiveAttributes, TrianglesOfABoxKeepTheNormalsOfTheirSides) {
     }
 }
 
-// Two charts of one plane, one above the other in the texture, that meet along a wavy line.
+// Two charts of a plane, side by side along a wavy line and one above the other in the texture.
 TEST(ProgressiveAttributes, TrianglesStayInTheirChart) {
     const int side = 20;
     TriangleMesh mesh;
@@ -156,7 +156,7 @@ TEST(ProgressiveAttributes, TrianglesStayInTheirChart) {
     EXPECT_EQ(count_edges(welded(made)).other, 0u);
 }
 
-// Mean difference of the colours of a level from a disk of another colour in a plane.
+// Mean colour difference between a level and its input, a disk of another colour in a plane.
 double colour_error(const ProgressiveMesh& mesh, int side,
                     const std::function<double(double, double)>& truth) {
     double sum = 0.0;
@@ -202,7 +202,7 @@ TEST(ProgressiveAttributes, ColoursOfAPlaneDecideWhatStays) {
     EXPECT_LT(3.0 * colour_error(with, side, truth), colour_error(without, side, truth));
 }
 
-// Three vertices of its own for each triangle, with the triangle's normal.
+// Every triangle has three vertices of its own with its normal.
 TriangleMesh flat_shaded(const TriangleMesh& smooth) {
     TriangleMesh mesh;
     for (const auto& [a, b, c] : smooth.triangles) {
@@ -228,7 +228,7 @@ TEST(ProgressiveAttributes, GeomorphsEndAtTheCoarserLevel) {
                 return static_cast<std::size_t>(
                     random.below(static_cast<int>(input.triangles.size()) + 1));
             };
-            const std::size_t coarse = std::max<std::size_t>(count(), 17);  // no sheets
+            const std::size_t coarse = std::max<std::size_t>(count(), 17);  // no sheets above 16
             mesh.set_triangle_count(std::max(coarse, count()));
             const std::vector<std::uint32_t> targets = mesh.geomorph_targets(coarse);
             const std::vector<TriangleMesh::Triangle> fine(mesh.triangles().begin(),
@@ -243,7 +243,7 @@ TEST(ProgressiveAttributes, GeomorphsEndAtTheCoarserLevel) {
                     ASSERT_EQ(moved, mesh.triangles()[k]);
                     continue;
                 }
-                // Without area: two of its corners have met.
+                // No area: two of its corners have met.
                 const auto& p = mesh.finest().positions;
                 ASSERT_TRUE(p[moved[0]] == p[moved[1]] || p[moved[1]] == p[moved[2]] ||
                             p[moved[2]] == p[moved[0]]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Levels of a ProgressiveMesh: the same from wherever they are reached, within their certified distance, and for meshes
-// of any topology.
+// Levels of a ProgressiveMesh do not depend on the level they are reached from and are within their certified distance,
+// for meshes of any topology.
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -44,7 +44,7 @@ TriangleMesh rough_terrain(std::uint64_t seed, int side) {
     }));
 }
 
-// Triangles of few vertices at random: edges of many triangles, the same triangle twice, vertices twice, and points.
+// Random triangles over few vertices: non-manifold edges, duplicate triangles and vertices, degenerate triangles.
 TriangleMesh random_soup(Random& random) {
     TriangleMesh mesh;
     const int vertices = 3 + random.below(30);
@@ -62,7 +62,7 @@ TriangleMesh random_soup(Random& random) {
     return mesh;
 }
 
-// Sampled distance between a level and the input, without the triangles that create() leaves out.
+// Sampled distance between a level and the input without the triangles that create() drops.
 double measured(const ProgressiveMesh& mesh, int per_edge) {
     return measured_distance(mesh.finest().positions, mesh.finest().triangles, triangles_of(mesh),
                              per_edge);
@@ -103,7 +103,7 @@ TEST(ProgressiveMesh, HasTheFinestLevelWithNoMoreTriangles) {
         const std::size_t has = mesh.triangles().size();
         if (count >= mesh.least_triangle_count()) {
             EXPECT_LE(has, count);
-            EXPECT_GE(has + 1, count);  // a contraction takes two
+            EXPECT_GE(has + 1, count);  // a contraction removes up to two triangles
         } else {
             EXPECT_EQ(has, mesh.least_triangle_count());
         }
@@ -178,7 +178,7 @@ TEST(ProgressiveMesh, HoldsForTrianglesOfAnyTopology) {
     }
 }
 
-// Two boards 40 m apart and a small box that stands on the lower one: all but one triangle of the largest can go.
+// Two boards 40 m apart and a small box on the lower one. All but one triangle of the largest body can be removed.
 TEST(ProgressiveMesh, LeavesSheetsOfThinBodiesAndThenNothingOfSmallOnes) {
     TriangleMesh input;
     const auto add_box = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& size) {
@@ -195,7 +195,7 @@ TEST(ProgressiveMesh, LeavesSheetsOfThinBodiesAndThenNothingOfSmallOnes) {
     ProgressiveMesh mesh = make(input);
     EXPECT_EQ(mesh.least_triangle_count(), 1u);
     mesh.set_error(4.0);
-    EXPECT_LE(mesh.triangles().size(), 8u);  // two thin bodies, or their sheets
+    EXPECT_LE(mesh.triangles().size(), 8u);  // two thin bodies, or the sheets that they became
     for (std::size_t count = input.triangles.size(); count > 0; --count) {
         mesh.set_triangle_count(count);
         ASSERT_LE(mesh.triangles().size(), count);
@@ -257,7 +257,7 @@ TEST(ProgressiveMesh, ExistsForTheSmallestMeshes) {
     TriangleMesh one;
     one.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {9, 9, 9}};
     one.triangles = {{2, 0, 1}};
-    EXPECT_EQ(make(one).vertex_count(), 3u);  // the last one is not used
+    EXPECT_EQ(make(one).vertex_count(), 3u);  // the last vertex is unused
     EXPECT_EQ(make(one).least_triangle_count(), 1u);
     TriangleMesh point = one;
     for (Eigen::Vector3d& p : point.positions) p.setZero();
@@ -288,7 +288,7 @@ TEST(ProgressiveMesh, RefusesInvalidInputWithOneMessage) {
 
 }  // namespace progressive_mesh_test
 
-// ProgressiveMesh::share(): one record of contractions, levels of their own.
+// ProgressiveMesh::share(): meshes share one record of contractions and have levels of their own.
 
 namespace shared_levels_test {
 

@@ -21,7 +21,7 @@ namespace triangle_distance_test {
 using test::Random;
 using Vector = Eigen::Matrix<long double, 3, 1>;
 
-// The nearest of all points of the edges, and of the foot on the plane where it is inside, in long double.
+// The least distance to the edges, or to the plane if the foot point is inside the triangle, in long double.
 long double oracle(const Eigen::Vector3d& point, const Corners& corners) {
     const Vector p = point.cast<long double>();
     const std::array<Vector, 3> c = {corners[0].cast<long double>(), corners[1].cast<long double>(),
@@ -42,7 +42,7 @@ long double oracle(const Eigen::Vector3d& point, const Corners& corners) {
     return std::min(least, std::abs(normal.dot(p - c[0])) / normal.norm());
 }
 
-// From triangles with all sides alike to needles with no area but for rounding.
+// Triangles from equilateral shape to needles whose area is only rounding.
 TEST(TriangleDistance, IsNotBelowTheDistanceAndNearIt) {
     Random random(31);
     for (int i = 0; i < 200'000; ++i) {
@@ -59,7 +59,7 @@ TEST(TriangleDistance, IsNotBelowTheDistanceAndNearIt) {
         const double answer = distance_to_triangle(p, triangle);
         const double size = std::max({(p - a).norm(), (b - a).norm(), (c - a).norm()});
         ASSERT_GE(answer, exact - 0x1p-48 * size) << i << " shape " << shape;
-        // the rounding of a ratio of 1e-9, and half the height of a needle that counts as its edges
+        // rounding at a ratio of 1e-9, and half the height of a needle that is treated as its edges
         ASSERT_LE(answer, exact + 0x1p-17 * size) << i << " shape " << shape;
     }
 }
@@ -67,7 +67,7 @@ TEST(TriangleDistance, IsNotBelowTheDistanceAndNearIt) {
 }  // namespace triangle_distance_test
 }  // namespace terrane::internal
 
-// What simplify() keeps, and where it ends: topology, locked vertices, counts, degenerate and refused input.
+// What simplify() preserves and where it stops: topology, locked vertices, counts, degenerate and refused input.
 
 namespace terrane {
 namespace simplify_test {
@@ -112,7 +112,7 @@ double area(const ShapeMesh& mesh, const MeshTriangles& triangles) {
     return sum;
 }
 
-// Grids of noise with random vertices locked: half of them rolled up to a tube with two borders.
+// Noisy grids with random locked vertices; half of them are rolled into a tube with two borders.
 ShapeMesh rough_mesh(Random& random, bool is_tube) {
     const int columns = 6 + random.below(20), rows = 6 + random.below(20);
     const double noise = random.between(0.0, 0.4);
@@ -182,7 +182,7 @@ TEST(Simplify, LeavesTheLockedBorderOfAPlaneAloneWithNearlyAFan) {
         const auto border = static_cast<std::size_t>(4 * size);
         const SimplifiedMesh result =
             simplified(mesh, {.error_m = 1e-3}, locked_outline(mesh, size, size));
-        // A polygon without inner vertices has two triangles less than corners; each inner vertex adds two.
+        // A polygon without inner vertices has two triangles fewer than corners; each inner vertex adds two.
         EXPECT_GE(result.triangles.size(), border - 2);
         EXPECT_LE(result.triangles.size(), border - 2 + border / 10);
         EXPECT_EQ(count_edges(result.triangles).border, border);
@@ -206,7 +206,7 @@ TEST(Simplify, FollowsTheLawOfChordsOnASphere) {
     const ShapeMesh mesh = make_sphere(radius, 5);
     for (const double error_m : {0.05, 0.1, 0.2, 0.4}) {
         const SimplifiedMesh result = simplified(mesh, {.error_m = error_m});
-        // Equilateral triangles with corners on the sphere: error = edge^2 / (6 radius).
+        // For equilateral triangles with corners on the sphere, error = edge^2 / (6 radius).
         const double law = 16.0 * std::numbers::pi * radius / (6.0 * std::numbers::sqrt3 * error_m);
         EXPECT_GE(static_cast<double>(result.triangles.size()), 0.7 * law) << error_m;
         EXPECT_LE(static_cast<double>(result.triangles.size()), 3.5 * law) << error_m;
@@ -219,7 +219,7 @@ TEST(Simplify, EndsEachLevelAtItsOwnLimitAndTheNextBeginsThere) {
         {.triangles = 2000}, {.triangles = 1000}, {.triangles = 0, .error_m = kInfinity}};
     const auto result = simplify({mesh.vertices, mesh.triangles, {}}, levels).value();
     ASSERT_EQ(result.size(), 3u);
-    // A contraction inside takes two.
+    // A contraction in the interior removes two triangles.
     EXPECT_EQ(result[0].triangles.size(), 2000u);
     EXPECT_EQ(result[1].triangles.size(), 1000u);
     EXPECT_EQ(result[0].stop, SimplifyStop::triangle_count);
@@ -236,7 +236,7 @@ TEST(Simplify, EndsEachLevelAtItsOwnLimitAndTheNextBeginsThere) {
     EXPECT_LE(by_error[1].error_m, 0.1);
     EXPECT_LE(by_error[2].error_m, 0.5);
     EXPECT_GT(by_error[1].triangles.size(), by_error[2].triangles.size());
-    // The first of two levels is what it would be alone.
+    // The first of two levels equals that level on its own.
     EXPECT_EQ(by_error[1].triangles, simplified(mesh, errors[1]).triangles);
 }
 
@@ -250,7 +250,7 @@ TEST(Simplify, KeepsDegenerateMeshesAsTheyAre) {
     const ShapeMesh tetrahedron = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                                    {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
     EXPECT_EQ(simplified(tetrahedron, {}).triangles, tetrahedron.triangles);
-    // Three triangles at an edge, two of one corner, and the same triangle twice.
+    // Three triangles at an edge, two that share only a corner, and a duplicate triangle.
     const ShapeMesh fans = {
         {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}, {-1, 0, 0}, {-1, 1, 0}},
         {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 5, 6}, {0, 5, 6}}};
@@ -258,7 +258,7 @@ TEST(Simplify, KeepsDegenerateMeshesAsTheyAre) {
 }
 
 TEST(Simplify, RemovesDuplicateVerticesAndTrianglesWithoutArea) {
-    // Every column of vertices stands twice at the same place: half of the triangles have no area.
+    // Each column of vertices is duplicated at the same position, so that half of the triangles have no area.
     const ShapeMesh mesh = make_grid(
         20, 10, [](int x, int y) { return Eigen::Vector3d(x / 2, y, 0.3 * (x / 2) * (x / 2)); });
     const SimplifiedMesh result = simplified(mesh, {.error_m = 1e-3});
@@ -273,7 +273,7 @@ TEST(Simplify, RemovesDuplicateVerticesAndTrianglesWithoutArea) {
 
 TEST(Simplify, KeepsEdgesOfThreeTrianglesAndSimplifiesBesideThem) {
     ShapeMesh mesh = plane(20, 20);
-    // A fin on the middle row.
+    // A fin along the middle row.
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     for (int x = 0; x <= 20; ++x) mesh.vertices.emplace_back(x, 10.0, 1.0);
     for (std::uint32_t x = 0; x < 20; ++x) {
@@ -290,8 +290,8 @@ TEST(Simplify, KeepsEdgesOfThreeTrianglesAndSimplifiesBesideThem) {
 }
 
 TEST(Simplify, GivesTheSameBitsForTheSameMeshWithEveryCompiler) {
-    // Without functions of the C library. A change of the algorithm changes the hash: print it, and say so in the
-    // CHANGELOG.
+    // Uses no functions of the C library. An intended change of the algorithm changes the hash: copy the printed one
+    // and add an entry to CHANGELOG.md.
     Random random(5);
     const ShapeMesh mesh = make_grid(60, 60, [&](int x, int y) {
         return Eigen::Vector3d(x, y, 0.002 * x * y + random.between(-0.3, 0.3));
@@ -335,13 +335,13 @@ TEST(Simplify, RefusesInvalidInputWithOneMessage) {
 
 }  // namespace simplify_test
 
-// The certified distance against dense samples of both surfaces and all triangles.
+// The certified distance against dense samples of both surfaces, by brute force over all triangles.
 
 namespace contraction_bound_test {
 
 using namespace test;
 
-// Rounding of a measurement, of the size of the mesh.
+// Rounding of a measurement relative to the size of the mesh.
 constexpr double kMeasured = 1e-13;
 
 double size_of(const ShapeMesh& mesh) {
@@ -350,7 +350,7 @@ double size_of(const ShapeMesh& mesh) {
     return size;
 }
 
-// Measures every level of a mesh; returns the largest ratio of bound to distance among levels that changed it.
+// Checks the bound of every level; returns the largest ratio of bound to measured distance among changed levels.
 double expect_bounds(const ShapeMesh& mesh, const std::vector<std::uint8_t>& locked,
                      const std::vector<double>& errors, int per_edge) {
     std::vector<SimplifyLevel> levels;
@@ -376,7 +376,7 @@ TEST(Simplify, BoundIsNotBelowTheMeasuredDistance) {
         Random random(seed);
         const int columns = 4 + random.below(10), rows = 4 + random.below(10);
         const double noise = random.between(0.0, 0.7), slope = random.between(0.0, 3.0);
-        // Cells up to ten times as long as wide.
+        // Cells with an aspect ratio of up to ten.
         const double stretch = random.between(1.0, 10.0);
         const Eigen::Matrix3d turn = random.rotation();
         const ShapeMesh mesh = make_grid(columns, rows, [&](int x, int y) -> Eigen::Vector3d {
@@ -395,7 +395,7 @@ TEST(Simplify, BoundIsNotBelowTheMeasuredDistance) {
 TEST(Simplify, BoundHoldsOnClosedSurfacesAndFarFromTheOrigin) {
     ShapeMesh mesh = make_sphere(10.0, 2);
     expect_bounds(mesh, {}, {0.1, 0.5, 2.0, 8.0}, 6);
-    // Exact in doubles there, so that the distances are the same.
+    // Rounded so that the shifted coordinates are exact and the distances the same.
     for (Eigen::Vector3d& v : mesh.vertices) v = (v * 1024.0).array().round() / 1024.0;
     const SimplifyLevel level = {.error_m = 0.5};
     const auto near = simplify({mesh.vertices, mesh.triangles, {}}, {&level, 1}).value();
@@ -407,7 +407,7 @@ TEST(Simplify, BoundHoldsOnClosedSurfacesAndFarFromTheOrigin) {
 }
 
 TEST(Simplify, BoundHoldsForSliversAndFolds) {
-    // Vertices of a fine grid pushed towards each other, as contours of volumes have them.
+    // Vertices of a fine grid are pushed towards each other, as in contours of volumes.
     for (std::uint64_t seed = 200; seed < 230; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);

@@ -53,7 +53,7 @@ TEST(ByteClaim, MovesWithoutChangingTheCount) {
     EXPECT_EQ(*count, 100u);
     EXPECT_EQ(second.bytes(), 100u);
     ByteClaim third(other, 30);
-    third = std::move(second);  // releases its own
+    third = std::move(second);  // releases its previous claim
     EXPECT_EQ(*count, 100u);
     EXPECT_EQ(*other, 0u);
     ByteClaim& same = third;
@@ -64,7 +64,7 @@ TEST(ByteClaim, MovesWithoutChangingTheCount) {
     EXPECT_EQ(*count, 0u);
 }
 
-// The count is the sum of all claims after any sequence of moves.
+// After any sequence of moves the count is the sum of all claims.
 TEST(ByteClaim, KeepsTheSumOfAllClaimsThroughRandomMoves) {
     SCOPED_TRACE("seed 11");
     test::Random random(11);
@@ -109,14 +109,14 @@ TEST(Claimed, HoldsTheBytesOfTheChunkUntilItsLastOwnerReleasesIt) {
     EXPECT_EQ(*count, 0u);
     EXPECT_TRUE(watch.expired());
     EXPECT_EQ(chunk.use_count(), 1);
-    // a claim below the chunk's bytes, as of an owner without a ceiling
+    // a claim smaller than the chunk's bytes, as made by an owner without a ceiling
     held = claimed(chunk, ByteClaim(count, 10));
     EXPECT_EQ(*count, 10u);
     held = claimed(chunk, {});
     EXPECT_EQ(*count, 0u);
 }
 
-// Released by the last owner, on any thread, after the chunk's own memory.
+// The last owner releases the claim, on any thread, after the chunk's own memory.
 TEST(Claimed, IsReleasedOnTheThreadOfTheLastOwner) {
     const auto count = std::make_shared<ByteCount>(0);
     for (int round = 0; round < 50; ++round) {

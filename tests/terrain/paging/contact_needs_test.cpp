@@ -19,7 +19,7 @@
 // Worlds for tests of contact needs.
 namespace terrane::test {
 
-/// Each chunk of one level is flat, at its own height.
+/// Terraced ground: each chunk of one level is flat at its own height.
 class Terraces final : public HeightSource {
 public:
     Terraces(const Lattice& lattice, const WorldRect& extent, int level)
@@ -32,7 +32,7 @@ public:
         return terrace(index((x - lattice().origin_x) / side_),
                        index((y - lattice().origin_y) / side_));
     }
-    /// The edges of a rectangle belong to it alone.
+    /// Counts the edges of a rectangle as part of its own chunk only.
     HeightInterval interval(const WorldRect& rect) const override {
         if (rect.east - rect.west > 1.5 * side_) return {0.0, 35.0};
         const double middle =
@@ -49,7 +49,7 @@ private:
     double side_;
 };
 
-/// A world of 16 x 16 chunks of 64 m at level 3, around the origin.
+/// A lattice of 16 x 16 chunks of 64 m at level 3 around the origin.
 inline constexpr int kLevel = 3;
 inline constexpr double kSide = 64.0;
 inline Terraces small_terraces() {
@@ -57,14 +57,14 @@ inline Terraces small_terraces() {
     return {lattice, whole_extent(lattice), kLevel};
 }
 
-/// A world of 2^18 x 2^18 chunks of a metre.
+/// A lattice of 2^18 x 2^18 chunks of 1 m.
 inline constexpr int kDeepLevel = 17;
 inline Terraces deep_terraces() {
     const Lattice lattice = small_world(kDeepLevel, 1.0 / kChunkCells);
     return {lattice, whole_extent(lattice), kDeepLevel};
 }
 
-/// The chunks of that level of the small world.
+/// All chunks of level 3 of the small world.
 inline std::vector<ChunkKey> all_small_chunks() {
     std::vector<ChunkKey> keys;
     for (int y = -8; y < 8; ++y) {
@@ -73,7 +73,7 @@ inline std::vector<ChunkKey> all_small_chunks() {
     return keys;
 }
 
-/// The needed chunks of a level.
+/// The needed chunks of one level.
 inline std::set<ChunkKey> keys_of(const internal::ContactNeeds& needs, int level) {
     std::set<ChunkKey> keys;
     for (const internal::ContactNeeds::Entry& entry : needs.entries()) {
@@ -120,17 +120,17 @@ TEST(ContactNeeds, IncludeChunksTouchedAtEdgesAndCorners) {
     const Terraces source = small_terraces();
     const auto key = [](int x, int y) { return ChunkKey{x, y, kLevel}; };
     using Keys = std::set<ChunkKey>;
-    // a point at rest: horizon 0
+    // a point at rest, horizon 0
     EXPECT_EQ(find_keys(source, body_at({10, 10, 0}, 0.0), 0.0), Keys{key(0, 0)});
     EXPECT_EQ(find_keys(source, body_at({64, 10, 0}, 0.0), 0.0), (Keys{key(0, 0), key(1, 0)}));
     EXPECT_EQ(find_keys(source, body_at({-64, -64, 0}, 0.0), 0.0),
               (Keys{key(-2, -2), key(-2, -1), key(-1, -2), key(-1, -1)}));
-    // a sphere that just touches an edge, and one that touches the edge's line but not the corner
+    // a sphere that just touches an edge, and one that touches the edge's line beyond its corner
     EXPECT_EQ(find_keys(source, body_at({60, 10, 0}, 4.0), 0.0), (Keys{key(0, 0), key(1, 0)}));
     EXPECT_EQ(find_keys(source, body_at({60, 10, 0}, 3.999), 0.0), Keys{key(0, 0)});
     EXPECT_EQ(find_keys(source, body_at({60, 60, 0}, 5.0), 0.0),
               (Keys{key(0, 0), key(1, 0), key(0, 1)}));
-    // the world's own edge and corner
+    // on the border and the corner of the world
     EXPECT_EQ(find_keys(source, body_at({512, 512, 0}, 0.0), 0.0), Keys{key(7, 7)});
     EXPECT_EQ(find_keys(source, body_at({-512, 10, 0}, 0.0), 0.0), Keys{key(-8, 0)});
 }
@@ -141,11 +141,11 @@ TEST(ContactNeeds, AreEmptyBesideAndAboveTheGround) {
     EXPECT_TRUE(find_keys(source, body_at({1e7, 1e7, 0}), 4.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({-1e300, 1e300, 0}), 4.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 1e6}), 4.0).empty());
-    // it falls 78 m, and the highest ground is at 35
+    // it falls 78 m; the highest ground is at 35 m
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 120.0}), 4.0).empty());
     EXPECT_FALSE(find_keys(source, body_at({10, 10, 110.0}), 4.0).empty());
     EXPECT_TRUE(find_keys(source, body_at({10, 10, 50}, 1.0, {0, 0, 500.0}), 4.0).empty());
-    // it waits: at once, whatever the height
+    // a waiting body: needed at once, at any height
     for (const double z : {-1e6, 36.0, 120.0, 1e6}) {
         BodyNeed waiting = body_at({10, 10, z});
         waiting.is_waiting = true;
@@ -155,14 +155,14 @@ TEST(ContactNeeds, AreEmptyBesideAndAboveTheGround) {
         ASSERT_EQ(needs.current_contacts().size(), 1u);
         EXPECT_EQ(keys_of(needs, kLevel).size(), 1u);
     }
-    // below the ground, at any depth
+    // at any depth below the ground
     EXPECT_TRUE(find_keys(source, body_at({10, 10, -1e9}), 0.0).contains({0, 0, kLevel}));
 }
 
 TEST(ContactNeeds, AreEmptyBeyondTheExtent) {
     const Lattice lattice = test::small_world(kLevel + 1, 0.25);
     const Terraces source(lattice, {-512.0, -512.0, 64.0, 100.0}, kLevel);
-    // the chunk that only touches the extent's edge contains no ground
+    // a chunk that only touches the extent's edge contains no ground
     EXPECT_EQ(find_keys(source, body_at({64, 100, 0}, 10.0), 0.0),
               (std::set<ChunkKey>{{0, 1, kLevel}}));
     EXPECT_TRUE(find_keys(source, body_at({90, 10, 0}, 10.0), 0.0).empty());
@@ -178,7 +178,7 @@ TEST(ContactNeeds, FollowAGivenTrajectory) {
     };
     constexpr double kStep = 4.0 / ContactNeeds::kSteps;
     BodyNeed body = body_at({32, 32, 0}, 1.0, {0, 300, 0});
-    // a jump to (-2, -2) at 102, after a second of motion towards (1, 0); past moments do not matter
+    // one second of motion towards (1, 0), then a jump to (-2, -2) at 102 s; past moments do not matter
     const std::vector<BodyMoment> trajectory{{98.0, {-300, 32, 0}},
                                              {99.0, {-300, 300, 0}},
                                              {101.0, {96, 32, 0}},
@@ -188,10 +188,10 @@ TEST(ContactNeeds, FollowAGivenTrajectory) {
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
     EXPECT_NEAR(time_until(body, 1, 0), 31.0 / 64.0, kStep);
     EXPECT_NEAR(time_until(body, -2, -2), 2.0, kStep);
-    EXPECT_EQ(time_until(body, 0, 1), kInfinity);    // where its velocity points
+    EXPECT_EQ(time_until(body, 0, 1), kInfinity);    // along its velocity
     EXPECT_EQ(time_until(body, -1, -1), kInfinity);  // between the ends of the jump
-    EXPECT_EQ(time_until(body, -5, 0), kInfinity);   // where it was
-    // all moments are past: the body is at rest, and does not fall
+    EXPECT_EQ(time_until(body, -5, 0), kInfinity);   // where it was before
+    // all moments are past: the body is at rest and does not fall
     const std::vector<BodyMoment> past{{98.0, {-300, 32, 0}}, {99.0, {-300, 300, 0}}};
     body.trajectory = past;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
@@ -202,7 +202,7 @@ TEST(ContactNeeds, FollowAGivenTrajectory) {
     body.trajectory = late;
     EXPECT_NEAR(time_until(body, 2, 0), 95.0 / 32.0, kStep);
     EXPECT_EQ(time_until(body, 3, 0), kInfinity);
-    // a jump now: both ends are needed, one is a current contact
+    // a jump now: both ends are needed, one of them is a current contact
     const std::vector<BodyMoment> jump{{100.0, {32, 32, 0}}, {100.0, {-96, -96, 0}}};
     body.trajectory = jump;
     EXPECT_EQ(time_until(body, 0, 0), 0.0);
@@ -267,7 +267,7 @@ TEST(ContactNeeds, GiveTheSameBitsWhateverTheyDidBefore) {
     std::vector<BodyNeed> bodies;
     for (int run = 0; run < 60; ++run) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
-        // some positions several times, so that the cache is used
+        // some positions recur, so that the cache is used
         if (run % 3 == 0) bodies.clear();
         for (int i = random.below(6); i >= 0 && run % 3 == 0; --i) {
             bodies.push_back(body_at(
@@ -300,7 +300,7 @@ TEST(ContactNeeds, FollowTheFastestBodiesOverTheSmallestChunks) {
             EXPECT_LE(static_cast<double>(keys_of(needs, kDeepLevel).size()),
                       2.0 * ContactNeeds::kMostSquares);
             EXPECT_EQ(needs.is_cut(), speed > 1e5) << speed;
-            const double until = std::min(0.1, 1e3 / speed);  // it is truncated later
+            const double until = std::min(0.1, 1e3 / speed);  // longer motions are truncated
             for (double time = 0.0; time < until; time += 1e-4 * until) {
                 const WorldPos place = body.centre_world + time * body.velocity;
                 ASSERT_LE(needs.time_until({static_cast<int>(std::floor(place.x())),
@@ -328,12 +328,12 @@ TEST(ContactNeeds, LimitTheWorkOfEachBodyAndOfRegions) {
     for (const ContactNeeds::Entry& entry : alone.entries()) {
         ASSERT_LE(all.time_until(entry.key), entry.time);
     }
-    // the truncated sphere is its middle
+    // of the truncated sphere only the middle remains
     EXPECT_EQ(all.time_until({-50, 50, kDeepLevel}), 0.0);
     EXPECT_EQ(all.current_contacts()[0].body, 0u);
 }
 
-// Each body falls over a dozen chunks or more, which kLeastShare allows also in a crowd.
+// Each body falls over a dozen chunks or more; kLeastShare allows that for each body of a crowd.
 TEST(ContactNeeds, OfACrowdAreTheUnionOfItsBodies) {
     const Terraces source = deep_terraces();
     std::vector<BodyNeed> bodies;
@@ -369,7 +369,7 @@ TEST(ContactNeeds, ContainNothingOfRemovedBodiesAndRegions) {
 
 }  // namespace contact_needs_test
 
-// ContactNeeds against a dense sampling of every body's trajectory over all chunks.
+// ContactNeeds against dense sampling of every body's trajectory over all chunks.
 
 namespace contact_needs_dense_test {
 
@@ -388,7 +388,7 @@ WorldRect square_of(const ChunkKey& key) {
     return {kSide * key.x, kSide * key.y, kSide * (key.x + 1), kSide * (key.y + 1)};
 }
 
-// Distance of a point to the column of the chunk's square below its highest ground.
+// Distance of a point from the column below the highest ground of a chunk.
 double distance_to(const Terraces& source, const ChunkKey& key, const WorldPos& point) {
     const WorldRect square = square_of(key);
     const double x = std::clamp(point.x(), square.west, square.east) - point.x();
@@ -397,7 +397,7 @@ double distance_to(const Terraces& source, const ChunkKey& key, const WorldPos& 
     return std::sqrt(x * x + y * y + z * z);
 }
 
-// Calls use(seconds from now, centre, reach) at dense times of a body's trajectory, increasing.
+// Calls use(seconds from now, centre, reach) at dense, increasing times along a body's trajectory.
 template <class Use>
 void sample_way(const BodyNeed& body, double now, double horizon, const Use& use) {
     constexpr double kStep = 2.0;  // metres
@@ -435,7 +435,7 @@ struct Touched {
     double last = 0.0;
 };
 
-// Touches of chunks by dense sampling, with the body enlarged by `wider` metres.
+// Contacts with chunks by dense sampling, with every body enlarged by `wider` metres.
 std::map<ChunkKey, Touched> look_densely(const Terraces& source, std::span<const BodyNeed> bodies,
                                          double now, double horizon, double wider) {
     std::map<ChunkKey, Touched> times;
@@ -455,7 +455,7 @@ std::map<ChunkKey, Touched> look_densely(const Terraces& source, std::span<const
 
 struct Scene {
     std::vector<BodyNeed> bodies;
-    std::vector<std::vector<BodyMoment>> trajectories;  // that bodies follow
+    std::vector<std::vector<BodyMoment>> trajectories;  // followed by the bodies
     double now = 0.0;
     double horizon = 0.0;
 };
@@ -536,7 +536,7 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyDoesNotTouch) {
                 const Touched& touched = exact.at(key);
                 early += touched.first - needs.time_until(key);
                 horizons += scene.horizon;
-                // infinite at the end of the horizon
+                // infinite at the horizon's end
                 if (needs.end_of(key) == kInfinity) continue;
                 ++ends;
                 late += needs.end_of(key) - touched.last;
@@ -545,8 +545,8 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyDoesNotTouch) {
         SCOPED_TRACE("seed " + std::to_string(kSeed) +
                      (has_trajectories ? ", trajectories" : ", no trajectories"));
         EXPECT_GT(count, 2000u);
-        // 0.12 without trajectories, where most bodies are in the air and a box is lower than its sphere at the
-        // edges; 0.05 with
+        // measured: 0.12 without trajectories, where most bodies are in the air and a box is lower than its sphere at
+        // the edges; 0.05 with trajectories
         EXPECT_LT(static_cast<double>(missed), 0.15 * static_cast<double>(count));
         EXPECT_LT(early, 0.05 * horizons);
         EXPECT_GT(ends, 200u);
@@ -610,7 +610,7 @@ TEST(ContactNeeds, ListTheCurrentContactsOfBodies) {
             for (const ChunkKey& key : all_small_chunks()) {
                 const double distance = distance_to(source, key, need.centre_world);
                 if (distance <= need.radius) expected.emplace_back(body, key);
-                // no body is within a quantum of a border
+                // no body is that close to touching
                 ASSERT_TRUE(distance == 0.0 || std::abs(distance - need.radius) > 1e-3);
             }
         }

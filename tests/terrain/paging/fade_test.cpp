@@ -12,18 +12,18 @@
 #include <utility>
 #include <vector>
 
-// Measures the visible effect of fades: the displacement of the picture between consecutive resident sets.
+// Measures the visible effect of fades: how far the picture moves between consecutive resident sets.
 namespace terrane::test {
 
 using Set = std::shared_ptr<const ResidentSet>;
 
-/// Limits stated in pager.h.
+/// Limits promised in pager.h.
 inline constexpr double kMorphGain = 2.0 * 1.3 * 1.3 / (1.3 * 1.3 - 1.0);
 static_assert(kDefaultMorphRatio == 1.3);
 inline constexpr double kMostMove_px = 0.25;
 inline constexpr double kPromised_px = 1.5;
-inline constexpr double kMostHeld_px = 1.55;  // of late chunks
-inline constexpr double kSlack = 1.0 + 1e-5;  // fades are single precision
+inline constexpr double kMostHeld_px = 1.55;  // for late chunks
+inline constexpr double kSlack = 1.0 + 1e-5;  // fades have single precision
 
 inline std::shared_ptr<WaveHeights> hills(double wavelength = 700.0) {
     return std::make_shared<WaveHeights>(small_world(4, 1.0), 200.0, wavelength);
@@ -47,9 +47,9 @@ inline bool is_in_view(const Frustum& frustum, const View& view, const Eigen::Ve
         [&](const Eigen::Vector3d& normal) { return normal.dot(point - view.eye_world) >= 0.0; });
 }
 
-/// Largest screen error, pixels, of the vertices of the areas of a chunk whose middles both views contain,
-/// at least ten times the displacement of the eye away. Measured to the area, not to the boxes around
-/// vertices: less than the pager's bound.
+/// Largest screen error, pixels, over the vertices of those areas of a chunk whose centres are in both views and at
+/// least ten times as far away as the eye moves. Distances are measured to the areas, not to the boxes around vertices,
+/// so the result is below the pager's bound.
 inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& before,
                       const View& now) {
     const Frustum frustum_before = make_frustum(before);
@@ -79,9 +79,9 @@ inline double seen_px(const Lattice& lattice, const Chunk& chunk, const View& be
 
 /// The visible changes between the sets of two frames.
 struct Change {
-    int jump_count = 0;    // chunks that move the picture by more than the limit
-    double most_px = 0.0;  // largest movement by chunks within the limit of held-back error
-    int coming_count = 0;  // chunks that fade in, arrive, fade out, are evicted
+    int jump_count = 0;    // chunks that change by more than the limit
+    double most_px = 0.0;  // largest change within the limit of held-back error
+    int coming_count = 0;  // chunks that fade in, arrive, fade out, or are evicted
     int arrival_count = 0;
     int leaving_count = 0;
     int eviction_count = 0;
@@ -109,14 +109,14 @@ inline Change compare(const Set& before, const View& view_before, const Set& now
         change.arrival_count += to < from && std::isinf(from) ? 1 : 0;
         change.leaving_count += to > from && std::isfinite(to) ? 1 : 0;
         change.eviction_count += std::isinf(to) ? 1 : 0;
-        // a smaller fade than the one that hides it completely has no further effect
+        // fades below the one that hides the chunk completely have no further effect
         const double hidden =
             std::max(1.0, seen_px(lattice, *chunk, view_before, camera.view) / camera.threshold_px);
         const double first = std::min(from, hidden);
         const double last = std::min(to, hidden);
         const double moved_px = kMorphGain * camera.threshold_px * std::abs(last - first);
         const double held_px = camera.threshold_px * std::max(first, last);
-        // beyond the limit of held-back error chunks may change at once
+        // chunks above the limit of held-back error may change at once
         if (held_px > kPromised_px) continue;
         change.most_px = std::max(change.most_px, moved_px);
         change.jump_count += moved_px > kMostMove_px * kSlack ? 1 : 0;
@@ -131,7 +131,7 @@ struct Flight {
     int fading_frames = 0;
 };
 
-/// Runs the frames after the first and adds up the changes.
+/// Runs frames and accumulates the changes after the first.
 template <typename CameraOfFrame>
 Flight fly(Pager& pager, int frame_count, CameraOfFrame camera_of_frame, double begin_s = 0.0) {
     Flight flight;
@@ -157,7 +157,7 @@ Flight fly(Pager& pager, int frame_count, CameraOfFrame camera_of_frame, double 
     return flight;
 }
 
-/// A pager with only the roots resident and a camera that is not new: all other chunks arrive late.
+/// A pager with only the roots resident and a camera that is already known, so that all other chunks arrive late.
 inline Pager make_late(const std::shared_ptr<WaveHeights>& source,
                        const std::vector<CameraNeed>& cameras) {
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
@@ -171,7 +171,7 @@ inline Pager make_late(const std::shared_ptr<WaveHeights>& source,
 
 }  // namespace terrane::test
 
-// Chunks that arrive in view fade in; others appear at once.
+// Chunks that arrive in view fade in; all others appear at once.
 
 namespace terrane {
 namespace fade_test {
@@ -209,7 +209,7 @@ TEST(Fade, HidesChunksThatArriveInView) {
     }
 }
 
-// At a threshold of 1.55 pixels nothing above it is held back.
+// At a threshold of 1.55 pixels no chunk with a larger error is held back.
 TEST(Fade, IsOneWhereTheErrorExceedsWhatFadesHoldBack) {
     Pager pager = make_late(hills(), {camera_at({0, 0, 300}, {500, 300, 0}, 3.0)});
     EXPECT_GT(pager.resident()->chunks().size(), 4u);
@@ -310,7 +310,7 @@ TEST(Fade, HidesChunksThatATurningCameraWouldSeeAppear) {
     Pager pager = Pager::create(hills(), {.worker_count = 0}).value();
     const WorldPos eye(0, 0, 150);
     const Flight flight = fly(pager, 120, [&](int frame) {
-        const double angle = 1.5707963 / 60.0 * frame;  // 90 degrees a second
+        const double angle = 1.5707963 / 60.0 * frame;  // 90 degrees per second
         return camera_at(eye, eye + WorldPos(std::cos(angle), std::sin(angle), -0.3), 0.2);
     });
     EXPECT_EQ(flight.jump_count, 0);
@@ -350,7 +350,7 @@ TEST(Fade, LeavesNoJumpInAFlightAtTheMemoryCeiling) {
     const std::size_t ceiling = 60 * Chunk::max_bytes();
     const auto source = hills(250.0);
     Pager pager = Pager::create(source, {.memory_bytes = ceiling, .worker_count = 0}).value();
-    // backwards, so that evicted chunks are in view; with pauses of the loader
+    // the camera looks backwards, so that evicted chunks are in view; the loader fails now and then
     const Flight flight = fly(pager, 300, [&](int frame) {
         source->is_broken = frame % 100 > 70;
         const WorldPos eye(200.0 + 1.5 * frame, 100.0, 120.0);
@@ -368,7 +368,7 @@ TEST(Fade, LeavesNoJumpInAFlightAtTheMemoryCeiling) {
     EXPECT_LE(stats.peak_bytes, ceiling);
 }
 
-// One camera fills the memory; a second one needs some of it and is removed again.
+// One camera fills the memory; a second one takes some of it and is removed again.
 TEST(Fade, RisesAgainForAVictimThatIsNeededAgain) {
     const CameraNeed first = camera_at({0, 0, 300}, {500, 300, 0}, 0.2);
     const CameraNeed second = camera_at({-900, -900, 60}, {-500, -700, 0}, 0.1);
@@ -399,7 +399,7 @@ TEST(Fade, RisesAgainForAVictimThatIsNeededAgain) {
     EXPECT_LT(pager.stats().evicted - evicted, 60u);
 }
 
-// If victims alternated, none would ever be evicted.
+// If the victims changed every time, none would ever be evicted.
 TEST(Fade, ContinuesWithTheSameVictims) {
     Pager pager =
         Pager::create(hills(250.0), {.memory_bytes = 150 * Chunk::max_bytes(), .worker_count = 0})
@@ -497,9 +497,9 @@ TEST(Fade, IsTheSameForTheSameUpdates) {
     }
 }
 
-// A set that is kept for two frames, as by a triangulator, holds evicted bytes.
+// A set that is held for two frames, as by a triangulator, keeps evicted bytes alive.
 TEST(Fade, EvictsNoMoreWhileBytesAreAboutToBeReleased) {
-    // bytes of chunks of hills, which have no flags, plus a maximal one: the memory must be full
+    // sized so that the memory is full: chunks of hills, which have no flags, and one chunk of maximal size
     const std::size_t each = make_chunk(*hills(), {0, 0, 1}).value()->bytes();
     const std::size_t ceiling = 56 * each + Chunk::max_bytes();
     Pager pager = Pager::create(hills(), {.memory_bytes = ceiling, .worker_count = 0}).value();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A pager with failing storage: resident chunks stay, absent ones are retried.
+// A pager over failing storage: resident chunks stay, absent ones are retried.
 #include "pager_scene.h"
 #include "support/faulty_heights.h"
 
@@ -24,7 +24,7 @@ using test::FileHeights;
 using test::WaveHeights;
 
 constexpr double kTarget_px = 6.0;
-// The chunk that fails, directly below the camera, in a world of levels 0 to 3.
+// The failing chunk, directly below the camera, in a world of levels 0 to 3.
 constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
 
 std::shared_ptr<const HeightSource> hills(int finest_level) {
@@ -35,7 +35,7 @@ std::vector<CameraNeed> cameras() {
     return {test::camera_at({60, 50, 150}, {260, 240, 0}, kTarget_px)};
 }
 
-// One update, and all loads that it causes.
+// One update and all loads that it causes.
 void play(Pager& pager, double time_s) {
     pager.update(cameras(), {}, time_s);
     pager.finish();
@@ -111,7 +111,7 @@ TEST(PagerFaults, AreCountedDrawnCoarserAndRetried) {
     }
 }
 
-// 0.1 s after the first failure, then twice as long each time, 10 s at most; by the pager's clock.
+// First retry after 0.1 s, then after twice the previous delay, at most 10 s; by the pager's clock.
 TEST(PagerFaults, AreRetriedWithBackOff) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers");
@@ -165,7 +165,7 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
     }
 }
 
-// A third of all calls fail in different ways, repeatedly: in the end everything is resident.
+// A third of all calls fails repeatedly in different ways; in the end everything is resident.
 TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingResident) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers, seeds 1 to 3");
@@ -187,7 +187,7 @@ TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingResident) {
     }
 }
 
-// After any damage to the file: roots stay, other loads fail until it is restored.
+// After any damage to the file the roots stay and other loads fail until the file is restored.
 class PagerOverAFile : public testing::TestWithParam<int> {
 protected:
     void SetUp() override { ASSERT_TRUE(FileHeights::write(path_, *ground_)); }
@@ -269,7 +269,7 @@ TEST_P(PagerOverAFile, RecoversFromALackOfFileHandles) {
 
 INSTANTIATE_TEST_SUITE_P(Workers, PagerOverAFile, testing::Values(0, 2));
 
-// A share of all loads fails or hangs: all needs are resident after the camera has been at rest for a while.
+// A share of all loads fails or hangs; once the camera has been at rest for a while all needs are resident.
 TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingResident) {
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);

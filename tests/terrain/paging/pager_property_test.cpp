@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Properties of every update on random flights with random storage, on a virtual clock.
+// Properties of every update in random flights over random storage, on a virtual clock.
 #include "pager_scene.h"
 #include "support/random.h"
 
@@ -23,7 +23,7 @@ constexpr int kFinest = 3;
 constexpr std::size_t kWorldChunks = 4 + 16 + 64 + 256;
 const WaveHeights kGround(test::small_world(kFinest, 1.0), 120.0, 150.0);
 
-// Chunks are made once for all flights.
+// Chunks are made once and shared by all flights.
 std::shared_ptr<const Chunk> chunk_of(const ChunkKey& key) {
     static std::map<ChunkKey, std::shared_ptr<const Chunk>> made;
     std::shared_ptr<const Chunk>& chunk = made[key];
@@ -31,7 +31,7 @@ std::shared_ptr<const Chunk> chunk_of(const ChunkKey& key) {
     return chunk;
 }
 
-// Flies, turns, stops, and sometimes jumps.
+// Flies, turns, stops and sometimes jumps.
 class Mover {
 public:
     explicit Mover(Random& random) { jump(random); }
@@ -44,7 +44,7 @@ public:
         velocity_ = WorldPos(cosine * velocity_.x() - angle * velocity_.y(),
                              angle * velocity_.x() + cosine * velocity_.y(), velocity_.z());
         place_ += step_s * velocity_;
-        // turns back at the world's border, and stays above ground
+        // turns back at the border of the world and stays above ground
         for (const int axis : {0, 1}) {
             if (std::abs(place_[axis]) > 1200.0 && place_[axis] * velocity_[axis] > 0.0) {
                 velocity_[axis] = -velocity_[axis];
@@ -60,7 +60,7 @@ public:
         need.velocity = velocity_;
         return need;
     }
-    // On the ground.
+    // A body on the ground.
     BodyNeed body() const {
         const WorldPos centre(place_.x(), place_.y(), kGround.height(place_.x(), place_.y()));
         return {.centre_world = centre, .velocity = velocity_, .radius = 2.0};
@@ -95,7 +95,7 @@ private:
     double left_s_ = 0.0;
 };
 
-// A pager with storage that checks its requests.
+// A pager over storage that checks every request.
 class Flight {
 public:
     explicit Flight(std::uint64_t seed) : random_(seed) {
@@ -138,7 +138,7 @@ public:
         }
     }
 
-    // All clients at rest, for long enough.
+    // All clients rest until loading ends.
     void stand() {
         held_ = {};
         for (int i = 0; i < 300 && !testing::Test::HasFailure(); ++i) update(0.25);
@@ -152,7 +152,7 @@ public:
         }
     }
 
-    // A hash of the set after each update.
+    // Hash of the set after each update.
     const std::vector<std::uint64_t>& log() const { return log_; }
     PagerStats stats() const { return pager_->stats(); }
 
@@ -160,7 +160,7 @@ private:
     Result<std::shared_ptr<const Chunk>> make(const ChunkKey& key) {
         EXPECT_LE(key.level, kFinest);
         EXPECT_FALSE(test::holds(*pager_->resident(), key)) << "it is resident already";
-        // else finish() might not terminate
+        // otherwise finish() might not terminate
         if (!made_now_.insert(key).second) {
             ADD_FAILURE() << "it came twice";
             return fail(ErrorCode::io, "it came twice");
@@ -242,7 +242,7 @@ private:
         check_stands(*set);
     }
 
-    // Chunks under a body stay resident once they are.
+    // Chunks under a body stay resident.
     void check_stands(const ResidentSet& set) {
         std::set<ChunkKey> stood_on;
         for (const BodyNeed& body : bodies_) {
@@ -297,7 +297,7 @@ TEST_P(PagerProperty, HoldsOnARandomFlightAndTheSameFlightGivesTheSameBits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, PagerProperty, testing::Range(0, 30));
-// Seeds for which finish() did not terminate once.
+// Seeds with which finish() once did not terminate.
 INSTANTIATE_TEST_SUITE_P(Others, PagerProperty, testing::Values(80, 207, 291));
 
 }  // namespace pager_property_test

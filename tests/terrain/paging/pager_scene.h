@@ -19,11 +19,11 @@
 
 namespace terrane::test {
 
-/// Makes load requests, and counts their claims.
+/// Makes load requests and tracks the bytes that they claim.
 class Loads {
 public:
     std::size_t bytes() const { return *count_; }
-    /// Bytes claimed by a number of waiting loads.
+    /// Bytes claimed by `count` waiting loads.
     static std::size_t waiting_bytes(std::size_t count) { return count * Chunk::max_bytes(); }
 
     LoadRequest request(const ChunkKey& key) const {
@@ -35,7 +35,7 @@ public:
         return requests;
     }
 
-    /// Waits for a number of loads, and returns them in the order of completion.
+    /// Waits for `count` loads; returns them in order of completion.
     static std::vector<FinishedLoad> take(ChunkLoader& loader, std::size_t count) {
         std::vector<FinishedLoad> taken;
         while (taken.size() < count) {
@@ -75,7 +75,7 @@ inline bool holds(const ResidentSet& set, const ChunkKey& key) {
     return set.find(key) != ResidentSet::kNone;
 }
 
-/// Makes a frame of the resident chunks, and checks its mesh and its certificate.
+/// Triangulates the resident chunks and checks the mesh and its certificate.
 struct Frame {
     MeshStatus status = MeshStatus::not_resident;
     double error_px = 0.0;

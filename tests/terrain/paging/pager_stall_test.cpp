@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A pager with slow or hanging storage: update() never blocks, and the pager can be destroyed. Any wait here would be
-// infinite.
+// A pager over slow or hanging storage: update() never blocks, and the pager can be destroyed. A blocking call would
+// hang the test.
 #include "pager_scene.h"
 #include "support/faulty_heights.h"
 
@@ -39,7 +39,7 @@ std::vector<CameraNeed> cameras() {
 
 void wait_a_bit() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
-// The detached threads release the source.
+// The source is released by the detached threads.
 void expect_released(const std::shared_ptr<FaultyHeights>& source) {
     while (source.use_count() > 1) std::this_thread::yield();
 }
@@ -58,7 +58,7 @@ TEST(PagerStall, DoesNotBlockAnUpdateHoweverLongStorageTakes) {
             for (; frame < 200; ++frame) pager.update(cameras(), {}, 0.01 * frame);
             EXPECT_EQ(pager.stats().loaded, 0u);
             EXPECT_EQ(pager.stats().late_chunks, 4u);
-            EXPECT_EQ(source->question_count(), 2);  // the threads', none of update()
+            EXPECT_EQ(source->question_count(), 2);  // by the threads, none by update()
             source->set_plan({});
             source->release();
             pager.finish();
@@ -68,7 +68,7 @@ TEST(PagerStall, DoesNotBlockAnUpdateHoweverLongStorageTakes) {
     }
 }
 
-// With resident chunks, and loads that never finish.
+// With resident chunks, and loads that never end.
 TEST(PagerStall, DoesNotBlockAnUpdateDuringAFlight) {
     const auto source = std::make_shared<FaultyHeights>(hills());
     Pager pager = Pager::create(source, {.worker_count = 2}).value();
@@ -101,7 +101,7 @@ TEST(PagerStall, OfOneLoadTimesOutAndTheOthersGoOn) {
         const auto hung_only = [&] {
             return test::holds(*pager.resident(), kGood) && pager.stats().timed_out > 0;
         };
-        // the clock does not advance: no retry
+        // the clock stands still: no retry
         while (!hung_only()) {
             pager.update(cameras(), {}, 0.0);
             wait_a_bit();
@@ -112,7 +112,7 @@ TEST(PagerStall, OfOneLoadTimesOutAndTheOthersGoOn) {
             test::draw(pager.resident(), *ground, cameras().front().view, kTarget_px);
         EXPECT_EQ(frame.status, MeshStatus::not_resident);
         EXPECT_GT(frame.error_px, kTarget_px);
-        // the next try does not hang; the first one still does
+        // the retry does not hang; the first load still does
         for (double time_s = 20.0; pager.stats().late_chunks > 0; time_s += 0.01) {
             pager.update(cameras(), {}, time_s);
             wait_a_bit();
@@ -128,7 +128,7 @@ TEST(PagerStall, OfEverythingEndsWhenStorageComesBack) {
         std::make_shared<FaultyHeights>(hills(), std::vector<FaultRule>{{.fault = Fault::hang}});
     Pager pager = Pager::create(source, {.worker_count = 2, .load_timeout = 0.05}).value();
     double time_s = 0.0;
-    // each worker's thread is replaced once
+    // each worker's thread has been replaced once
     while (pager.stats().timed_out < 4) {
         pager.update(cameras(), {}, time_s += 0.01);
         wait_a_bit();
@@ -153,12 +153,12 @@ TEST(PagerStall, OfEverythingIsNotWaitedForByFinish) {
     pager.finish();
     EXPECT_EQ(pager.stats().timed_out, 4u);  // each root
     pager.update(cameras(), {}, 1.0);
-    pager.finish();  // nothing can begin
+    pager.finish();  // no load can start
     EXPECT_EQ(pager.stats().timed_out, 4u);
     EXPECT_EQ(pager.stats().late_chunks, 4u);
     source->set_plan({});
     source->release();
-    // on a slow machine loads may time out without hanging
+    // on a slow machine a load may time out although it does not hang
     for (double time_s = 20.0; pager.stats().late_chunks > 0; time_s += 10.0) {
         pager.update(cameras(), {}, time_s);
         pager.finish();
@@ -199,7 +199,7 @@ TEST(PagerStall, AllowsDestructionAtAnyTimeOfALoad) {
     }
 }
 
-// Readers query one set repeatedly, while the pager evicts and loads its chunks.
+// Readers query one set repeatedly while the pager evicts and loads its chunks.
 TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
     const auto ground = hills();
     std::mutex mutex;
@@ -251,7 +251,7 @@ TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
             {.centre_world = place, .velocity = {300, 210, 0}, .radius = 30.0}};
         pager.update(std::vector{test::camera_at(place, place + WorldPos(50, 35, -9), 1.0)}, bodies,
                      0.1 * frame);
-        if (frame % 10 == 0) pager.finish();  // also with slow loads
+        if (frame % 10 == 0) pager.finish();  // with slow loads too
         found += test::holds(*pager.resident(), {0, 0, 3}) ? 1 : 0;
         {
             const std::lock_guard lock(mutex);
@@ -268,7 +268,7 @@ TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
 
 }  // namespace pager_stall_test
 
-// Storage or memory does not suffice for all needs.
+// Storage or memory too small for all needs.
 
 namespace pager_overload_test {
 
@@ -295,7 +295,7 @@ ChunkKey key_at(const HeightSource& ground, int level, double x, double y) {
             static_cast<std::uint8_t>(level)};
 }
 
-// Four bodies in a row, faster than storage can load ground ahead of them: four of ten chunks.
+// Four bodies in a row, too fast for storage: four of ten chunks are loaded ahead of them.
 PagerStats race(double speed) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const double chunk_s = 1.0 / 64.0;
@@ -327,7 +327,7 @@ TEST(PagerOverload, BeginsNoLoadOfGroundThatABodyWillHavePassed) {
     }
 }
 
-// At 5 km/s.
+// Updates the pager with a body at x that moves at 5 km/s; returns whether its ground is resident.
 bool asks_for_ground(Pager& pager, const HeightSource& ground, double x, double time_s) {
     const BodyNeed body{.centre_world = {x, 10.0, ground.height(x, 10.0)},
                         .velocity = {5000.0, 0.0, 0.0},
@@ -336,13 +336,13 @@ bool asks_for_ground(Pager& pager, const HeightSource& ground, double x, double 
     return test::holds(*pager.resident(), key_at(ground, pager.contact_level(), x, 10.0));
 }
 
-// Bodies are parked and keep their velocity: the ground that they should have passed is loaded nevertheless.
+// Parked bodies keep their velocity; the ground along their path is loaded nevertheless.
 TEST(PagerOverload, LoadsTheGroundOfAParkedBody) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const VirtualStorage slow{.latency = 0.4, .bandwidth = 1e9, .slots = 4};
     Pager pager = Pager::create(ground, {}, storage(slow, *ground)).value();
     int frame = 0;
-    // measures the load times
+    // load times are measured first
     for (; frame < 100; ++frame) asks_for_ground(pager, *ground, -3000.0, kFrame_s * frame);
     const int begin = frame;
     while (frame < begin + 60 && !asks_for_ground(pager, *ground, 2000.0, kFrame_s * frame)) {
@@ -366,7 +366,7 @@ TEST(PagerOverload, LoadsTheGroundOfAParkedBodyOnAStoppedClock) {
     EXPECT_GT(updates, 0);
 }
 
-// Predictions vary with a vertical oscillation.
+// A vertical oscillation makes the predictions vary.
 PagerStats fly_low(std::size_t chunks) {
     const auto ground = std::make_shared<test::WaveHeights>(kWorld, 200.0, 700.0);
     const VirtualStorage quick{.latency = 0.005, .bandwidth = 100e6, .slots = 16};

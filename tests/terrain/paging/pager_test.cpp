@@ -42,7 +42,7 @@ std::vector<ChunkKey> keys_of(const ResidentSet& set) {
     return keys;
 }
 
-// Calls update() as a frame loop does until nothing is late.
+// Updates as a frame loop does, until nothing is late.
 int settle(Pager& pager, const std::vector<CameraNeed>& cameras) {
     for (int frame = 0; frame < 2000; ++frame) {
         pager.update(cameras, {}, 0.01 * frame);
@@ -79,7 +79,7 @@ TEST(Pager, NeverExceedsItsCeiling) {
             pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(50, 10, -5))}, {},
                          0.02 * frame);
             if (workers > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            // workers reach the ceiling also on a slow machine
+            // workers reach the ceiling even on a slow machine
             if (workers > 0 && frame % 10 == 9) pager.finish();
             held = pager.resident();
             const PagerStats stats = pager.stats();
@@ -102,7 +102,7 @@ TEST(Pager, RefusesACeilingBelowTheRoots) {
     EXPECT_TRUE(Pager::create(hills(), {.memory_bytes = 4 * Chunk::max_bytes()}).has_value());
 }
 
-// Any wait would be infinite.
+// A blocking call would hang the test.
 TEST(Pager, DoesNotWaitForASourceThatNeverAnswers) {
     const auto source = hills();
     source->is_held = true;
@@ -136,7 +136,7 @@ TEST(Pager, CountsASourceThatFailsRetriesItAndRecovers) {
     EXPECT_EQ(pager.stats().failed, 4u);  // each root once
     EXPECT_EQ(pager.stats().resident_chunks, 0u);
     const int tries = source->sample_count;
-    pager.update(cameras, {}, 0.01);  // too early to try again
+    pager.update(cameras, {}, 0.01);  // before the retry
     EXPECT_EQ(source->sample_count, tries);
     source->is_broken = false;
     source->gives_nan = true;
@@ -218,13 +218,13 @@ TEST(Pager, CountsBodiesWithoutGround) {
     pager.finish();
     EXPECT_EQ(pager.stats().groundless_bodies, 0u);
     EXPECT_EQ(pager.stats().cut_needs, 0u);
-    // more than the work limit
+    // exceeds the work limit
     bodies.assign(2000, {.centre_world = {0, 0, z}, .radius = 1e7});
     pager.update({}, bodies, 1.0);
     EXPECT_GT(pager.stats().cut_needs, 0u);
 }
 
-// The caller may change a trajectory after update().
+// The caller may change a trajectory after update() has returned.
 TEST(Pager, CopiesTrajectoriesForFinish) {
     Pager pager = Pager::create(hills(), {.worker_count = 1}).value();
     std::vector<BodyMoment> trajectory{
@@ -275,7 +275,7 @@ TEST(Pager, RefusesSettingsOutOfRange) {
 
 }  // namespace pager_test
 
-// Chunks that are larger than their loads have claimed: loaded again with a larger claim; the ceiling holds.
+// Chunks larger than the claims of their loads are loaded again with a larger claim; the ceiling holds.
 
 namespace chunk_claims_test {
 
@@ -283,7 +283,7 @@ using test::WaveHeights;
 
 constexpr std::size_t kTriangles = 20'000;
 
-/// Hills whose chunk (0, 0) of the finest level has a solid surface of many triangles, which it does not expect.
+/// Hills whose finest chunk (0, 0) has a large solid surface that the source does not announce.
 class Surprising final : public ForwardedHeights {
 public:
     explicit Surprising(std::shared_ptr<const WaveHeights> hills)
@@ -295,7 +295,7 @@ public:
         solid_ = std::make_shared<const SolidSurface>(std::move(triangles));
     }
     ChunkKey key() const { return {0, 0, static_cast<std::uint8_t>(lattice().finest_level)}; }
-    /// Bytes of the surprise.
+    /// Bytes of this solid surface.
     std::size_t solid_bytes() const { return solid_->bytes(); }
     bool learns = true;
 
@@ -321,7 +321,7 @@ std::shared_ptr<Surprising> surprise() {
         std::make_shared<const WaveHeights>(test::small_world(3, 1.0), 20.0, 700.0));
 }
 
-// A body at the chunk; returns whether it is resident after two seconds of the clock.
+// Places a body at the chunk; returns whether the chunk is resident after two seconds of the pager's clock.
 bool arrives(Pager& pager, const ChunkKey& key, std::size_t ceiling) {
     BodyNeed body;
     body.centre_world = {1.0, 1.0, 0.0};
@@ -365,13 +365,13 @@ TEST(ChunkClaims, WhatDoesNotFitUnderTheCeilingIsPostponedAndCounted) {
 
 }  // namespace chunk_claims_test
 
-// The requests of a pager depend on the clock, not on the rate of updates.
+// A pager's requests depend on the clock, not on the update rate.
 
 namespace pager_rate_test {
 
 using Keys = std::set<ChunkKey>;
 
-// Needs that last for less than the time between two updates may be found at one rate only: up to two chunks of forty.
+// A need shorter than the interval between updates may be found at one rate only: up to two of forty chunks.
 constexpr double kMostApart = 0.07;
 
 const test::WaveHeights kGround(test::small_world(5, 1.0), 200.0, 700.0);
@@ -392,8 +392,8 @@ CameraNeed camera(const WorldPos& eye, const Eigen::Vector3d& velocity,
     return need;
 }
 
-// Chunks loaded in eight seconds of a trajectory at a rate of updates. It starts and ends with a time at one fixed
-// rate: the duration of loading the first levels, and the last requests, depend on the rate.
+// Chunks loaded in eight seconds of a trajectory at an update rate. A common rate is used at the start and the end,
+// because the duration of the first loads and the last requests depend on the rate.
 Keys loaded(const Trajectory& trajectory, int rate) {
     constexpr int kSeconds = 8;
     constexpr int kCommonRate = 240;
@@ -446,7 +446,7 @@ Trajectory turning(double speed, double rate) {
     };
 }
 
-// Alternating turns.
+// Turns in alternating directions.
 Trajectory weaving(double speed) {
     return [speed](double t) {
         constexpr int kSteps_a_s = 480;
@@ -462,7 +462,7 @@ Trajectory weaving(double speed) {
     };
 }
 
-// Measured: 0 of 38 to 98 chunks apart, but 2 of 40 on the weaving trajectory.
+// Measured: the sets are equal, 38 to 98 chunks, but for 2 of 40 on the weaving trajectory.
 TEST(PagerRate, OfUpdatesDoesNotChangeTheLoadedChunks) {
     const std::pair<const char*, Trajectory> trajectories[] = {
         {"straight at 50 m/s", straight(50)},       {"straight at 250 m/s", straight(250)},
@@ -480,7 +480,7 @@ TEST(PagerRate, OfUpdatesDoesNotChangeTheLoadedChunks) {
 
 }  // namespace pager_rate_test
 
-// Chunks that are swapped because their source has changed.
+// Chunks that are replaced because their source has changed.
 
 namespace pager_replace_test {
 
@@ -495,7 +495,7 @@ std::shared_ptr<const Chunk> copy_of(const Chunk& chunk) {
 TEST(PagerReplace, SwapsWhatIsResidentInOneSetAndIgnoresOtherChunks) {
     const auto waves = std::make_shared<const WaveHeights>(small_world(2, 1.0), 10.0, 100.0);
     Pager pager = Pager::create(waves, {.worker_count = 0}).value();
-    pager.require({-200.0, -200.0, 200.0, 200.0}, 0.0);
+    const RequiredRegion region = pager.require({-200.0, -200.0, 200.0, 200.0}, 0.0);
     pager.update({}, {}, 0.0);
     const auto before = pager.resident();
     std::vector<std::shared_ptr<const Chunk>> chunks;
@@ -544,7 +544,7 @@ TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
     const std::shared_ptr<const Chunk> root = copy_of(*pager.resident()->find_chunk({0, 0, 0}));
     int switches = 0;
     const auto replace = [&] { return pager.replace({&root, 1}, {}, [&] { ++switches; }); };
-    // All of it is touched contact, which nothing evicts.
+    // All chunks are current contacts, which are never evicted.
     EXPECT_FALSE(replace());
     pager.update({}, {}, 1.0);
     EXPECT_FALSE(replace());

@@ -98,7 +98,7 @@ using internal::first_root_window;
 using internal::moved_root_window;
 using internal::rect_of_roots;
 
-constexpr double kSide = 512.0;  // of a root square
+constexpr double kSide = 512.0;  // side of a root square, metres
 constexpr int kWindow = 4;
 
 FractalSettings many_roots() {
@@ -125,12 +125,12 @@ std::array<CameraNeed, 1> camera_over(const HeightSource& ground, double x, doub
         eye, eye + WorldPos(300.0 * std::cos(heading), 300.0 * std::sin(heading), -40.0), 2.0)};
 }
 
-// Column of the root square that a place is in, from the window's westernmost or southernmost one.
+// Column or row, within the window, of the root square that contains a coordinate.
 int place_in_window(double place, double origin, std::int32_t first) {
     return static_cast<int>(std::floor((place - origin) / kSide)) - first;
 }
 
-// Every chunk's root square is in the window, and all of the window's are there.
+// Every chunk's root square is in the window, and all root squares of the window are resident.
 void expect_whole(const ResidentSet& set) {
     ASSERT_TRUE(set.has_roots());
     std::int64_t roots = 0;
@@ -183,8 +183,8 @@ TEST(RootWindow, MovesAsLittleAsKeepsThePlaceInItsMiddle) {
     }
 }
 
-// Loads inside update(), and simulated storage. In each frame the set has the root squares of its window and no others,
-// the window contains the camera, and the mesh is conforming and its error certified.
+// Loads inside update(), and simulated storage. In every frame the set has exactly the root squares of its window, the
+// window contains the camera, and the mesh is conforming with a certified error.
 TEST(RootWindow, FollowsACameraOverAnyNumberOfEdges) {
     const auto ground = endless();
     for (const int storage : {0, 1}) {
@@ -226,7 +226,7 @@ TEST(RootWindow, FollowsACameraOverAnyNumberOfEdges) {
     }
 }
 
-// The same chunks, and the same bits of a frame, as over a world that has no other root squares.
+// The same chunks, and the same bits of a frame, as in a world of these root squares only.
 TEST(RootWindow, IsDrawnAsAWorldOfItsRootSquares) {
     const auto ground = endless();
     Pager pager = Pager::create(ground, {.worker_count = 0}).value();
@@ -277,7 +277,7 @@ TEST(RootWindow, CrossingAnEdgeToAndFroMovesItOnce) {
     EXPECT_LE(firsts.size(), 2u);
 }
 
-// A pager over simulated storage, whose loads fail while `is_failing`.
+// A pager over simulated storage whose loads fail while `is_failing`.
 struct FailingStorage {
     std::shared_ptr<const HeightSource> ground = endless();
     bool is_failing = false;
@@ -295,7 +295,7 @@ struct FailingStorage {
             .value();
     double time_s = 0.0;
 
-    // A second of updates with a camera at x.
+    // One second of updates with the camera at x.
     std::shared_ptr<const ResidentSet> stay(double x, double threshold_px = 2.0) {
         auto cameras = camera_over(*ground, x, 10.0, 0.0);
         cameras[0].threshold_px = threshold_px;
@@ -304,7 +304,7 @@ struct FailingStorage {
     }
 };
 
-// Root squares that do not come leave the window where it is as long as the camera is inside.
+// While root squares of the next window fail to load, the window stays as long as the camera is inside.
 TEST(RootWindow, WaitsForItsRootSquaresUnlessTheCameraHasLeft) {
     FailingStorage storage;
     const auto& ground = storage.ground;
@@ -326,8 +326,8 @@ TEST(RootWindow, WaitsForItsRootSquaresUnlessTheCameraHasLeft) {
     EXPECT_EQ(place_in_window(50.5 * kSide, 0.0, pager.resident()->window().first_root_x), 2);
 }
 
-// A camera that needs nothing but root squares, and storage that fails: loads of the next window's root squares fail,
-// and no chunk counts as late, because frames have all of the present window.
+// A camera that needs only root squares, and failing storage: loads of the next window fail, yet no chunk counts as
+// late, because every frame has the whole current window.
 TEST(RootWindow, RootSquaresOfTheNextWindowAreNotLate) {
     constexpr double kAnyError = 1e6;
     FailingStorage storage;
@@ -342,7 +342,7 @@ TEST(RootWindow, RootSquaresOfTheNextWindowAreNotLate) {
         << "it has left the window";
 }
 
-// Without cameras the first body has ground, and regions are ready where the window is.
+// Without cameras the window follows the first body; without bodies, a region.
 TEST(RootWindow, FollowsABodyAndThenARegion) {
     const auto ground = endless();
     Pager pager = Pager::create(ground, {.worker_count = 0}).value();

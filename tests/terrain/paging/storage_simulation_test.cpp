@@ -18,13 +18,13 @@
 
 namespace terrane::test {
 
-/// The drawn outcome of one request.
+/// The random outcome of one request.
 struct KnownRequest {
-    ErrorCode fate = ErrorCode::invalid_argument;  ///< invalid_argument: delivered
-    double seconds = 0.0;                          ///< until its transfer, failure or timeout
+    ErrorCode fate = ErrorCode::invalid_argument;  ///< invalid_argument means delivered
+    double seconds = 0.0;  ///< until its transfer starts, or until failure or timeout
 };
 
-/// Reference of a VirtualLoader's storage: a simulation in small equal time steps.
+/// Reference for VirtualLoader: a simulation of its storage in small equal time steps.
 class StorageOracle {
 public:
     struct End {
@@ -40,7 +40,7 @@ public:
 
     double now() const { return now_s_; }
     bool is_idle() const { return requests_.empty() && queue_.empty(); }
-    /// Last completion of each key.
+    /// Time of the last completion of each key.
     const std::map<ChunkKey, End>& ends() const { return ends_; }
 
     void queue(const std::vector<ChunkKey>& keys) {
@@ -112,7 +112,7 @@ private:
 
 }  // namespace terrane::test
 
-// VirtualLoader on random schedules, against a time-stepped simulation and against itself.
+// VirtualLoader on random schedules, against a time-stepped simulation and against runs with other step sizes.
 
 namespace terrane {
 namespace storage_simulation_test {
@@ -122,7 +122,7 @@ using test::Loads;
 using test::Random;
 using test::StorageOracle;
 
-constexpr double kStep = 0x1p-19;  // of the oracle
+constexpr double kStep = 0x1p-19;  // step of the oracle
 constexpr double kLook = 0x1p-9;   // interval of take_finished()
 constexpr int kKeys = 40;
 
@@ -143,11 +143,11 @@ VirtualStorage random_storage(Random& random) {
             .seed = random.bits()};
 }
 
-// A pager's calls at one time.
+// Calls of a pager at one time.
 struct Call {
     double time_s = 0.0;
     std::vector<ChunkKey> cancelled;
-    std::vector<ChunkKey> queued;  // replace the queue
+    std::vector<ChunkKey> queued;  // replaces the queue
 };
 
 std::vector<Call> random_calls(Random& random) {
@@ -166,7 +166,7 @@ std::vector<Call> random_calls(Random& random) {
     return calls;
 }
 
-// Outcome of a request on its own, with infinite bandwidth.
+// Outcome of a request alone, with infinite bandwidth.
 KnownRequest probe(VirtualStorage storage, const ChunkKey& key, int times_begun) {
     storage.bandwidth = std::numeric_limits<double>::infinity();
     const auto loader = VirtualLoader::create(storage, make).value();
@@ -185,7 +185,7 @@ struct Seen {
     double after_s = 0.0, until_s = 0.0;
 };
 
-// Makes the calls; `look` gives the step size.
+// Makes the calls; `look` returns the step size.
 template <class Look>
 std::map<ChunkKey, Seen> play(ChunkLoader& loader, const Loads& loads,
                               const std::vector<Call>& calls, double end_s, const Look& look) {
@@ -235,7 +235,7 @@ TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
         const auto loader = VirtualLoader::create(storage, make).value();
         const auto seen = play(*loader, loads, calls, oracle.now() + 1.0, [] { return kLook; });
 
-        // each event of the oracle is up to a step late, and so are later ones
+        // every event of the oracle is up to a step late, and delays later ones
         const double tolerance_s = 3.0 * kKeys * kStep;
         ASSERT_EQ(seen.size(), oracle.ends().size());
         for (const auto& [key, end] : oracle.ends()) {
@@ -252,7 +252,7 @@ TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
     }
 }
 
-// Bit for bit, except for the time at which a load is taken.
+// Bit for bit, except for the time when a load is taken.
 TEST(VirtualLoaderSchedule, IsIndependentOfTheStepSize) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);

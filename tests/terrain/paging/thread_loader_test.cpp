@@ -65,7 +65,7 @@ TEST(ThreadLoader, ReturnsFinishedLoadsInTheOrderOfKeys) {
     Loads loads;
     const auto loader = loader_of(source);
     loader->queue(loads.requests({kC, kA, kB, kRoot}));
-    source->wait_for_hung(1);  // the others are finished
+    source->wait_for_hung(1);  // the others have finished
     EXPECT_EQ(keys_of(loader->take_finished()), (std::vector<ChunkKey>{kA, kB, kC}));
     EXPECT_TRUE(loader->take_finished().empty());
     EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(1));
@@ -118,7 +118,7 @@ TEST(ThreadLoader, BeginsNoLoadThatWasTakenBack) {
     const auto loader = loader_of(source);
     loader->queue(loads.requests({kA, kC, kB}));
     source->wait_for_hung(1);
-    loader->cancel(kB);  // has not begun: ignored
+    loader->cancel(kB);  // not started: ignored
     std::vector<LoadRequest> queued = loader->take_queue();
     EXPECT_EQ(keys_of(queued), (std::vector<ChunkKey>{kC, kB}));
     source->release();
@@ -131,7 +131,7 @@ TEST(ThreadLoader, BeginsNoLoadThatWasTakenBack) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-// Between two calls of the source: it is not called any further.
+// A cancelled load ends at the next call of the source.
 TEST(ThreadLoader, CancelsALoadThatHasBegun) {
     for (const Question question : {Question::sample, Question::bounds, Question::flags}) {
         const auto source = hills({{.fault = Fault::hang, .question = question, .chunk = kA}});
@@ -213,7 +213,7 @@ TEST(ThreadLoader, RefusesSettingsOutOfRange) {
     EXPECT_FALSE(refuses(hills(), {.worker_count = 64, .timeout = infinite}));
 }
 
-// Random sequences of calls: each load finishes once with its outcome, and all bytes are released.
+// Random sequences of calls: each load finishes exactly once with its outcome, and all bytes are released.
 TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
     for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -281,7 +281,7 @@ TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
 
 }  // namespace thread_loader_test
 
-// ThreadLoader with storage that hangs. Loads that do not hang are much faster than the timeout.
+// ThreadLoader over hanging storage. Loads that do not hang take far less than the timeout.
 
 namespace hung_storage_test {
 
@@ -313,7 +313,7 @@ void expect_timed_out(const FinishedLoad& load, const ChunkKey& key) {
     EXPECT_EQ(load.bytes_read, 0u);
 }
 
-// The detached thread releases its claim and then the source.
+// The detached thread releases its claim, then the source.
 void expect_all_back(const Loads& loads, const std::shared_ptr<FaultyHeights>& source) {
     loads.wait_for_bytes(0);
     while (source.use_count() > 1) std::this_thread::yield();
@@ -330,13 +330,13 @@ TEST(HungStorage, IsReportedAndItsThreadReplaced) {
     EXPECT_GE(finished[0].seconds, 0.5);
     EXPECT_EQ(finished[1].key, kB);
     ASSERT_TRUE(finished[1].chunk);
-    // its claim is held until the storage answers
+    // the claim is held until the storage returns
     const std::size_t own = (*finished[1].chunk)->bytes();
     EXPECT_EQ(loads.bytes(), Loads::waiting_bytes(1) + own);
     source->release();
     loads.wait_for_bytes(own);
     EXPECT_TRUE(loader->take_finished().empty());
-    // the same key again, on the remaining thread
+    // the same key again on the remaining thread
     loader->queue(loads.requests({kA}));
     EXPECT_TRUE(Loads::take(*loader, 1).front().chunk);
     loader.reset();
@@ -350,7 +350,7 @@ TEST(HungStorage, BlocksAtMostTwiceTheWorkersThenLoadsWait) {
     const std::vector<FinishedLoad> hung = Loads::take(*loader, 4);
     for (const FinishedLoad& load : hung) expect_timed_out(load, load.key);
     source->wait_for_hung(4);
-    for (int i = 0; i < 100; ++i) {  // nothing can begin, so wait() returns
+    for (int i = 0; i < 100; ++i) {  // no load can start, so wait() returns
         loader->wait();
         EXPECT_TRUE(loader->take_finished().empty());
     }
@@ -360,7 +360,7 @@ TEST(HungStorage, BlocksAtMostTwiceTheWorkersThenLoadsWait) {
     loader->queue(std::move(waiting));
     source->release();
     loads.wait_for_bytes(Loads::waiting_bytes(2));
-    // threads may be replaced again; on a stalled machine they may time out
+    // threads may be replaced again; on a stalled machine loads may time out
     EXPECT_EQ(Loads::take(*loader, 2).size(), 2u);
     loader.reset();
     expect_all_back(loads, source);
@@ -408,7 +408,7 @@ TEST(HungStorage, IsDetachedWhenItsLoaderIsDestroyed) {
     const int questions = source->question_count();
     source->release();
     expect_all_back(loads, source);
-    EXPECT_EQ(source->question_count(), questions);  // it was cancelled
+    EXPECT_EQ(source->question_count(), questions);  // the load was cancelled
 }
 
 TEST(HungStorage, IsNotWaitedForTwice) {
@@ -423,7 +423,7 @@ TEST(HungStorage, IsNotWaitedForTwice) {
     expect_all_back(loads, source);
 }
 
-// Answers within the second that the destructor waits.
+// The storage returns within the second that the destructor waits.
 TEST(HungStorage, IsWaitedForUpToASecond) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
@@ -448,7 +448,7 @@ TEST(HungStorage, MayReturnInAnyOrder) {
         loader->wait();
         const std::vector<FinishedLoad> finished = loader->take_finished();
         ended += finished.size();
-        // all hang: releases them, and the next ones hang again
+        // all loads hang: releases them; later ones hang again
         if (finished.empty()) {
             source->release();
             source->set_plan({{.fault = Fault::hang, .share = 0.4, .seed = ended}});
@@ -460,7 +460,7 @@ TEST(HungStorage, MayReturnInAnyOrder) {
     expect_all_back(loads, source);
 }
 
-// While it lives, no thread can start: its stack size exceeds all memory.
+// During its lifetime no thread can start, because its stack would exceed all memory.
 class NoThreads {
 public:
     NoThreads() {
@@ -494,10 +494,10 @@ TEST(HungStorage, DoesNotFailIfNoThreadCanStart) {
         EXPECT_EQ(refused.error().message.find("loader thread 1 of 3 cannot start: "), 0u);
         loader->queue(loads.requests({kA}));
         expect_timed_out(Loads::take(*loader, 1).front(), kA);
-        loader->queue(loads.requests({kB, kC}));  // another thread is left
+        loader->queue(loads.requests({kB, kC}));  // one thread is left
         for (const FinishedLoad& load : Loads::take(*loader, 2)) EXPECT_TRUE(load.chunk);
     }
-    // the lost one is replaced as soon as a thread can start: two at once again
+    // the lost thread is replaced once threads can start: two run concurrently again
     source->set_plan({{.fault = Fault::hang, .chunk = kC}});
     loader->queue(loads.requests({kC, kB}));
     std::vector<FinishedLoad> finished = Loads::take(*loader, 2);

@@ -28,7 +28,7 @@ Result<std::shared_ptr<const Chunk>> make(const ChunkKey& key) {
     return std::shared_ptr<const Chunk>(chunk);
 }
 
-// One chunk takes a second at the full bandwidth.
+// One chunk takes one second at full bandwidth.
 double chunk_a_second() { return static_cast<double>(Chunk::max_bytes()); }
 
 class VirtualLoaderTest : public testing::Test {
@@ -76,8 +76,8 @@ TEST_F(VirtualLoaderTest, DeliversAfterTheLatencyAtItsShareOfTheBandwidth) {
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 1, 1.25);
     EXPECT_EQ(loads_.bytes(), (*finished[0].chunk)->bytes());
-    // 2 is alone for half a second, then shares with 3, so its second half takes a second;
-    // then 3, half transferred, is alone
+    // 2 runs alone for half a second and then shares with 3, so that its second half takes a second; then 3, half
+    // transferred, runs alone
     at(10.0);
     queue({2});
     at(10.5);
@@ -110,7 +110,7 @@ TEST_F(VirtualLoaderTest, BeginsTheNextInTheQueueAtTheMomentASlotIsFree) {
 TEST_F(VirtualLoaderTest, BeginsNoLoadThatWasTakenBack) {
     create({.latency = 1.0, .slots = 2});
     queue({1, 2, 3, 4});
-    loader_->cancel(key(4));  // has not begun: ignored
+    loader_->cancel(key(4));  // not started: ignored
     std::vector<LoadRequest> queued = loader_->take_queue();
     EXPECT_EQ(keys_of(queued), (std::vector<ChunkKey>{key(3), key(4)}));
     EXPECT_EQ(keys_of(at(50.0)), (std::vector<ChunkKey>{key(1), key(2)}));
@@ -125,7 +125,7 @@ TEST_F(VirtualLoaderTest, BeginsNoLoadThatWasTakenBack) {
 TEST_F(VirtualLoaderTest, CancelsALoadAndFreesItsSlotAtOnce) {
     create({.latency = 0.5, .bandwidth = chunk_a_second(), .slots = 2});
     queue({1, 2, 3, 4});
-    at(1.0);  // half a second has been shared
+    at(1.0);  // the bandwidth has been shared for half a second
     loader_->cancel(key(1));
     loader_->cancel(key(1));
     loader_->cancel(key(99));
@@ -135,19 +135,19 @@ TEST_F(VirtualLoaderTest, CancelsALoadAndFreesItsSlotAtOnce) {
     EXPECT_EQ(finished[0].chunk.error().message, "chunk (1, 0) of level 3 was given up");
     EXPECT_EQ(loads_.bytes(), Loads::waiting_bytes(3));
     at(1.25);
-    loader_->cancel(key(3));  // began at 1 s, nothing has moved
+    loader_->cancel(key(3));  // started at 1 s, nothing transferred yet
     finished = loader_->take_finished();
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 3, 0.25, ErrorCode::cancelled, 0);
-    // 2 goes on alone: a quarter by 1 s, the rest by 1.75 s, when 4 ends its latency
+    // 2 continues alone: a quarter by 1 s, the rest by 1.75 s, when the latency of 4 ends
     finished = at(1.75);
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 2, 1.75);
-    loader_->cancel(key(2));  // finished already
+    loader_->cancel(key(2));  // already finished
     finished = at(2.75);
     ASSERT_EQ(finished.size(), 1u);
     expect(finished[0], 4, 1.5);
-    // finished, but not taken
+    // finished but not taken
     queue({5});
     loader_->advance(10.0);
     loader_->cancel(key(5));
@@ -237,7 +237,7 @@ TEST_F(VirtualLoaderTest, SpreadsLatenciesEvenlyInPowersOfTwo) {
 TEST_F(VirtualLoaderTest, FinishesAtOnceWithoutLatencyAndTransferTime) {
     create({.latency = 0.0, .bandwidth = kInfinite, .slots = 1});
     queue({3, 1, 2});
-    EXPECT_TRUE(loader_->take_finished().empty());  // its clock has not moved
+    EXPECT_TRUE(loader_->take_finished().empty());  // its clock has not advanced
     const auto finished = at(0.0);
     ASSERT_EQ(finished.size(), 3u);
     for (int x = 1; x <= 3; ++x) expect(finished[static_cast<std::size_t>(x - 1)], x, 0.0);
@@ -278,7 +278,7 @@ TEST_F(VirtualLoaderTest, AdvancesToTheNextCompletionInWait) {
     queue({1, 2, 3});
     at(0.25);
     loader_->wait();
-    loader_->wait();  // a load is finished
+    loader_->wait();  // one load has finished
     EXPECT_EQ(keys_of(loader_->take_finished()), (std::vector<ChunkKey>{key(1), key(2)}));
     expect_nothing(0.5);  // its clock is 0.75 s ahead
     expect_nothing(1.0);

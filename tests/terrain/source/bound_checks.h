@@ -19,13 +19,12 @@
 #include <string>
 #include <vector>
 
-/// Checks of what any HeightSource promises, on chosen grids: those of check_source(). Each adds failures to the
-/// running test.
+/// check_source()'s checks of the promises of a HeightSource, on chosen grids. Failures are added to the running test.
 namespace terrane::test {
 
 using Triangle = internal::LatticeTriangle;
 
-/// Largest distance of the true surface from a triangle over its corners, at random points.
+/// Largest deviation of the true surface from the triangle over the corners, at random points.
 inline double measure(const HeightSource& source, const Triangle& triangle, int points,
                       Random& random) {
     const Lattice& lattice = source.lattice();
@@ -51,7 +50,7 @@ inline double measure(const HeightSource& source, const Triangle& triangle, int 
     return largest;
 }
 
-/// The diamond of a vertex of spacing s, as height_source.h defines it.
+/// The diamond of a vertex at spacing s, as height_source.h defines it.
 inline std::array<Triangle, 2> diamond(std::int64_t x, std::int64_t y, std::int64_t s) {
     return internal::diamond({x, y}, s);
 }
@@ -73,7 +72,7 @@ inline std::vector<float> cell_bounds(const HeightSource& source, const SampleGr
     return bounds;
 }
 
-/// One grid of a source, checked as check_source() checks all of them.
+/// One grid of a source, checked as check_source() checks every grid.
 class GridChecks {
 public:
     GridChecks(const HeightSource& source, const SampleGrid& grid,
@@ -96,10 +95,10 @@ private:
     internal::GridAnswers answers_;
 };
 
-/// The bounds of the vertices and cells of a grid are above what is measured inside their triangles.
+/// The bounds of a grid's vertices and cells are not below the deviations measured in their triangles.
 ///
-/// @param points  in each triangle
-/// @return the largest measured deviation over its bound
+/// @param points  per triangle
+/// @return the largest ratio of measured deviation to bound
 inline double check_bounds(const HeightSource& source, const SampleGrid& grid, int points,
                            Random& random) {
     GridChecks checks(source, grid, {.seed = random.bits(), .points = points});
@@ -108,15 +107,15 @@ inline double check_bounds(const HeightSource& source, const SampleGrid& grid, i
     return checks->report().tightest;
 }
 
-/// Bounds of a grid's centres are at least those of the midpoints around, and bounds of midpoints at
-/// least those of the cells around, exactly.
+/// Within a grid, bounds of centres are at least those of adjacent midpoints, and bounds of midpoints at least those of
+/// adjacent cells, exactly.
 inline void check_nesting_of_spacing(const HeightSource& source, const SampleGrid& grid) {
     GridChecks checks(source, grid);
     checks->check_nesting_within(checks.answers());
     checks->check_nesting_of_cells(checks.answers());
 }
 
-/// Both kinds of bounds in one go have the bits of each.
+/// Bounds of vertices and cells computed together have the bits of those computed separately.
 inline void check_mesh_bounds(const HeightSource& source, const SampleGrid& grid) {
     GridChecks checks(source, grid);
     checks->check_mesh_bounds(checks.answers());
@@ -129,14 +128,15 @@ inline void check_nesting(const HeightSource& source, const SampleGrid& grid) {
     checks->check_nesting_below(checks.answers());
 }
 
-/// Samples, bounds and flags of a grid have the same bits where a larger or a finer grid asks.
+/// Samples, bounds and flags of a grid do not depend on the grid that contains it: larger and finer grids give the same
+/// bits.
 inline void check_same_bits(const HeightSource& source, const SampleGrid& grid) {
     GridChecks checks(source, grid);
     checks->check_window(checks.answers());
     checks->check_levels(checks.answers());
 }
 
-/// A grid with its corner at a multiple of twice the step within +-reach steps of the origin.
+/// A grid whose corner is at a multiple of twice the step, within +-reach steps of the origin.
 inline SampleGrid random_grid(std::int64_t step, std::int64_t reach, int columns, int rows,
                               Random& random) {
     const auto corner = [&] {

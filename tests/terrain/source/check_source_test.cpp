@@ -24,42 +24,42 @@
 
 namespace terrane::test {
 
-/// The one promise that a BrokenHeights does not keep.
+/// The promise that a BrokenHeights breaks.
 enum class Breach {
     none,
-    vertex_bounds,      ///< all of them are `factor` times what they should be
-    cell_bounds,        ///< so are these
-    bounds_in_a_patch,  ///< both, but between 1000 and 3000 m east and north only
-    midpoint_bounds,    ///< of midpoints: above those of the centres where the factor is above 2
-    one_spacing,        ///< bounds of vertices of step 8 only
-    corner_bounds,      ///< points that are no vertices have a bound
-    interval,           ///< its upper end
+    vertex_bounds,      ///< all are `factor` times the right ones
+    cell_bounds,        ///< the same for cells
+    bounds_in_a_patch,  ///< both, but only between 1000 and 3000 m east and north
+    midpoint_bounds,    ///< of midpoints only: above those of the centres if the factor exceeds 2
+    one_spacing,        ///< only bounds of vertices of step 8
+    corner_bounds,      ///< points that are not vertices have a bound
+    interval,           ///< the upper end is wrong
     interval_upside_down,
     rise,
-    rise_falls,     ///< a longer distance has a smaller bound
-    neighbour,      ///< sample() gives the height of the next column
-    wide_windows,   ///< grids with more than 12 columns have another last bit
-    coarse_levels,  ///< samples of step 16 and more have another last bit
-    mesh_bounds,    ///< mesh_bounds() rounds differently from vertex_bounds()
-    second_time,    ///< a grid that was asked for before has another last bit
-    other_threads,  ///< only the thread that made the source gets the right answer
-    nan_sample,     ///< one of the samples beyond 30 km
+    rise_falls,     ///< the bound decreases with distance
+    neighbour,      ///< sample() returns the height of the next column
+    wide_windows,   ///< the last bit differs in grids of more than 12 columns
+    coarse_levels,  ///< the last bit differs in samples of step 16 and more
+    mesh_bounds,    ///< mesh_bounds() and vertex_bounds() round differently
+    second_time,    ///< the last bit differs when a grid is repeated
+    other_threads,  ///< only the thread that made the source gets correct answers
+    nan_sample,     ///< one sample beyond 30 km
     nan_bound,
-    single_precision,  ///< beyond 50 km heights are rounded to float
-    too_high,          ///< heights beyond what 32 bits of quanta hold
-    read_error,        ///< grids beyond 30 km
-    exception,         ///< so do these throw
+    single_precision,  ///< heights beyond 50 km are rounded to float
+    too_high,          ///< heights above the range of 32-bit quanta
+    read_error,        ///< grids beyond 30 km fail
+    exception,         ///< grids beyond 30 km throw
     bad_quantum,
     no_extent,
 };
 
-/// A bowl, z = curvature / 2 (x^2 + y^2), whose bounds, intervals and rises are exact: so what is broken by a
-/// percent is broken.
+/// A bowl, z = curvature / 2 (x^2 + y^2), whose bounds, intervals and rises are exact: an error of one per cent breaks
+/// a promise.
 ///
 /// The world is 131 km wide around the origin, with 1 m between samples.
 class BrokenHeights final : public HeightSource {
 public:
-    /// @param factor of what is broken, where that is a number
+    /// @param factor by which the broken value is wrong, where it is a number
     explicit BrokenHeights(Breach breach, double factor = 1.0);
 
     double height(double x, double y) const override;
@@ -78,7 +78,7 @@ private:
 
     Breach breach_;
     double factor_;
-    std::uint64_t maker_;  // hash of the thread that made it
+    std::uint64_t maker_;  // hash of the creating thread's id
     mutable std::mutex mutex_;
     mutable std::set<std::tuple<std::int64_t, std::int64_t, std::int64_t, int>> asked_;
 };
@@ -104,7 +104,7 @@ WorldRect make_extent(Breach breach) {
 
 std::uint64_t this_thread() { return std::hash<std::thread::id>()(std::this_thread::get_id()); }
 
-// Outward, with room for the rounding of the formula.
+// One float upwards, which covers the rounding of the formula.
 float round_up(double bound) {
     return std::nextafter(static_cast<float>(bound), std::numeric_limits<float>::infinity());
 }
@@ -165,7 +165,7 @@ Result<void> BrokenHeights::vertex_bounds(const SampleGrid& grid,
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column, ++i) {
             const bool is_centre = (column & row & 1) != 0;
-            // the surface is furthest from the split edge at its middle: curvature / 8 edge^2
+            // the surface deviates most at the middle of the split edge: curvature / 8 edge^2
             double bound = (is_centre ? 1.0 : 0.5) * kCurvature * s * s + 2e-9;
             if (breaks(Breach::vertex_bounds)) bound *= factor_;
             if (breaks(Breach::midpoint_bounds) && !is_centre) bound *= factor_;
@@ -211,7 +211,7 @@ HeightInterval BrokenHeights::interval(const WorldRect& rect) const {
     const double high = 0.5 * kCurvature * (square(far_x) + square(far_y));
     const double raised = breaks(Breach::too_high) ? 1e6 : 0.0;
     if (breaks(Breach::interval_upside_down)) return {high, low};
-    // rounding to float is within 1 / 2^24
+    // rounding to float changes a height by at most 1 / 2^24 of it
     const double slack = breaks(Breach::single_precision) ? 0.1 : 0.0;
     return {low + raised - slack,
             raised + slack + (breaks(Breach::interval) ? low + factor_ * (high - low) : high)};
@@ -299,7 +299,7 @@ TEST(CheckSource, FindsNothingWrongWithARightSource) {
     const BrokenHeights bowl(Breach::none);
     const SourceReport report = check(bowl, {.nesting_slack = 1.0});
     EXPECT_TRUE(report.is_clean()) << to_text(report);
-    EXPECT_GT(report.tightest, 0.999);  // so a bound that is 1 % too small is seen
+    EXPECT_GT(report.tightest, 0.999);  // so that a bound 1 % too small is detected
     for (std::size_t law = 0; law < kSourceLawCount; ++law) {
         EXPECT_GT(report.laws[law].checks, 0u) << name_of(static_cast<SourceLaw>(law));
     }
@@ -346,7 +346,7 @@ TEST(CheckSource, SaysWhereAndByHowMuch) {
     EXPECT_LT(law.broken, law.checks / 2);
     ASSERT_EQ(law.worst.size(), 3u);
     for (const SourceViolation& violation : law.worst) {
-        // a triangle reaches at most two spacings beyond its vertex
+        // a triangle extends at most two spacings from its vertex
         const double spacing = std::ldexp(1.0, 9 - violation.level);
         EXPECT_GE(violation.x, 1000.0 - 2 * spacing);
         EXPECT_LE(violation.x, 3000.0 + 2 * spacing);
@@ -398,7 +398,7 @@ TEST(CheckSource, RefusesSettingsOutOfRange) {
               std::string::npos);
 }
 
-// The library itself, with a source whose bounds are a hundredth of what they should be.
+// The library itself refuses a source whose bounds are a hundredth of the correct ones.
 TEST(WrongSource, IsRefusedByItsOwnSamplesAndCertifiesNoPicture) {
     const auto source = std::make_shared<const BrokenHeights>(Breach::vertex_bounds, 0.01);
     const auto chunk = make_chunk(*source, {0, 0, 0});

@@ -23,13 +23,13 @@ using Function = std::function<double(double, double)>;
 
 constexpr WorldRect kExtent{-2000.0, -1500.0, 2000.0, 1500.0};
 
-// A source, and the same heights by a formula.
+// A source and a closed form of its heights.
 struct Both {
     Source source;
     Function direct;
 };
 
-// Paraboloids in both axes, so that everything about them is known: period 1, range [-1, 1].
+// Paraboloid arcs along both axes, with known bounds: period 1, range [-1, 1].
 double wave(double t) {
     t -= std::floor(t);
     const double u = t < 0.5 ? t : t - 0.5;
@@ -52,7 +52,7 @@ Both waves(test::Random& random) {
             direct};
 }
 
-// A tilted ring: a mask that is 0, 1 and all between.
+// A blend whose mask is a tilted ring with all values from 0 to 1.
 Both blend_of(const Both& a, const Both& b, test::Random& random) {
     const double x0 = random.between(-1000.0, 1000.0), y0 = random.between(-1000.0, 1000.0);
     const double width = random.between(30.0, 500.0), radius = random.between(100.0, 900.0);
@@ -84,7 +84,7 @@ Polygon random_polygon(test::Random& random, double reach) {
     return polygon;
 }
 
-// Winding numbers by the sum of angles, and the nearest of many points of the edges: not how the library does it.
+// Winding numbers by summed angles, distances by sampled edges: methods that the library does not use.
 double slow_distance(const Polygon& polygon, double x, double y) {
     const std::size_t count = polygon.corners.size();
     double least = std::numeric_limits<double>::infinity();
@@ -146,7 +146,7 @@ TEST(ComposedHeights, AreTheDirectEvaluationOfRandomCompositions) {
         const Both both = compose(1 + random.below(3), random);
         for (int i = 0; i < 25; ++i) {
             const double x = random.between(-2000.0, 2000.0), y = random.between(-1500.0, 1500.0);
-            // distances by sampling are off by half a step of an edge's points
+            // sampled distances are off by up to half a step along an edge
             EXPECT_NEAR(both.source->height(x, y), both.direct(x, y), 0.02)
                 << "seed " << seed << ": " << x << ", " << y;
         }
@@ -248,7 +248,7 @@ TEST(ComposedHeights, HaveBoundsThatAreFoundWrongWhereAPartIsWrong) {
           blend_heights(right.source, wrong,
                         mask_from_function([](double, double) { return 0.9; }, 0.0).value())
               .value(),
-          // a mask that is steeper than it says
+          // the mask is steeper than declared
           blend_heights(
               right.source, sum_heights(right.source, right.source, -3.0).value(),
               mask_from_function([](double x, double) { return 0.5 + 0.5 * wave(x / 100.0); }, 1e-4)
@@ -278,7 +278,7 @@ TEST(ComposedHeights, AreOneOfTheirPartsBitForBitWhereAMaskSaysSo) {
             EXPECT_NE(flat->height(x, y), base.source->height(x, y));
         }
     }
-    // the edges and corners are part of it
+    // edges and corners belong to it
     EXPECT_EQ(flat->height(-200.0, -100.0), 17.5);
     EXPECT_EQ(flat->height(300.0, -100.0), 17.5 + 0.02 * 500.0);
     EXPECT_EQ(flatten_heights(base.source, {}).value(), base.source);

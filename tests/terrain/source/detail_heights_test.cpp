@@ -20,7 +20,7 @@ namespace detail_heights_test {
 
 constexpr std::uint64_t kSeed = 31;
 
-/// A fractal that shows its flags, to see that detail forwards them.
+/// A fractal with flags, to check that detail forwards them.
 class Flagged final : public HeightSource {
 public:
     explicit Flagged(std::shared_ptr<const HeightSource> ground)
@@ -62,7 +62,7 @@ std::shared_ptr<Flagged> make_base(double amplitude = 40.0) {
     return std::make_shared<Flagged>(ground.value());
 }
 
-/// Cells of 16 finest spacings (or not square), amplitude that changes by a lot between nodes.
+/// Cells of 16 finest spacings, or not square; the amplitude varies strongly between nodes.
 DetailField make_field(double cell_x, double cell_y) {
     DetailField field;
     field.origin_x = -1008.0;
@@ -100,7 +100,7 @@ std::string refusal(DetailField field, const DetailSettings& settings = {}) {
 TEST(DetailHeights, VanishesExactlyAtTheGridsPoints) {
     const auto base = make_base();
     DetailField field = make_field(16.0, 16.0);
-    field.origin_x += 1e-8;  // as a projection's rounding leaves it
+    field.origin_x += 1e-8;  // rounding error of a projection
     const auto source = make(base, field, {.octave_count = 9});
     const SampleGrid grid{{-1008 - 64, 512 - 640}, 16, 40, 80};
     std::vector<double> heights(grid.size()), base_heights(grid.size());

@@ -27,7 +27,7 @@ std::shared_ptr<const HeightSource> make(const FractalSettings& settings) {
     return source.value_or(nullptr);
 }
 
-/// Rough ground whose last octaves are finer than its lattice.
+/// Rough ground whose last octaves are finer than the lattice.
 FractalSettings rough(FractalKind kind = FractalKind::fbm) {
     return {.seed = 3,
             .kind = kind,
@@ -37,7 +37,7 @@ FractalSettings rough(FractalKind kind = FractalKind::fbm) {
             .gain = 0.55};
 }
 
-/// What every kind promises.
+/// Promises of every kind of fractal.
 class FractalHeightsOfKind : public testing::TestWithParam<FractalKind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, FractalHeightsOfKind, test::kAllFractalKinds);
 
@@ -94,7 +94,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNeverBelowTheTrueDeviation) {
                 closest, test::check_bounds(
                              *source, test::random_grid(step, 10'000, 10, 11, random), 60, random));
         }
-        // a product's bound takes all of its factors as large as they can be
+        // the bound of a product assumes that all factors are at their maximum
         EXPECT_GE(closest, GetParam() == FractalKind::hybrid ? 0.2 : 0.3)
             << "a bound that is never near says little, step " << step;
     }
@@ -132,7 +132,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNestedExactlyWithinASpacing) {
     }
 }
 
-// A child reaches beyond its parent, and knows finer samples.
+// A child extends beyond its parent and uses finer samples.
 TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
@@ -150,7 +150,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
                 for (const int dx : {-1, 1}) {
                     for (const int dy : {-1, 1}) {
                         const int x = (column + dx) / 2, y = (row + dy) / 2;
-                        if (((x ^ y) & 1) == 0) continue;  // no midpoint
+                        if (((x ^ y) & 1) == 0) continue;  // not a midpoint
                         const float parent = parents[test::at(coarse, x, y)];
                         ++pairs;
                         above += child > parent ? 1 : 0;
@@ -177,12 +177,12 @@ TEST_P(FractalHeightsOfKind, BoundsInOneGoHaveTheBitsOfEach) {
     }
 }
 
-// Bounds that are all twice as far as they need be would pass every other test.
+// Bounds twice as large as necessary would pass all other tests.
 TEST_P(FractalHeightsOfKind, BoundsAreNearWhatDenseSamplesMeasure) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
     const auto source = make(rough(GetParam()));
-    const double most = GetParam() == FractalKind::fbm ? 2.2 : 3.5;  // before: 3.2 to 8
+    const double most = GetParam() == FractalKind::fbm ? 2.2 : 3.5;  // previously 3.2 to 8
     for (const std::int64_t step : {4, 32}) {
         std::vector<double> ratios;
         const SampleGrid grid = test::random_grid(step, 10'000, 9, 9, random);
@@ -256,7 +256,7 @@ TEST_P(FractalHeightsOfKind, NoTwoPointsRiseMoreThanTheBound) {
             const double rise =
                 source->height(x + near * std::cos(angle), y + near * std::sin(angle)) -
                 source->height(x, y);
-            ASSERT_LE(std::abs(rise), bound + 1e-9) << distance;  // x + near is itself rounded
+            ASSERT_LE(std::abs(rise), bound + 1e-9) << distance;  // x + near is rounded too
         }
     }
 }
@@ -366,7 +366,7 @@ TEST(FractalHeights, RefusesSettingsByNameAndValue) {
 
 }  // namespace fractal_heights_test
 
-// Worlds of 25 levels: four root squares of 2^31 spacings.
+// Worlds of 25 levels with four root squares of 2^31 spacings.
 
 namespace endless_fractal_test {
 
@@ -382,7 +382,7 @@ std::shared_ptr<const HeightSource> make(FractalSettings settings) {
 class EndlessFractal : public testing::TestWithParam<FractalKind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, EndlessFractal, test::kAllFractalKinds);
 
-/// Samples of a 5 x 4 grid of a lattice whose south-western corner is nearest to a place.
+/// A grid of 5 x 4 samples whose south-western corner is the lattice point below a position.
 std::vector<double> samples_near(const HeightSource& source, double x, double y) {
     const Lattice& l = source.lattice();
     const SampleGrid grid{{static_cast<std::int64_t>(std::floor((x - l.origin_x) / l.spacing)),
@@ -433,7 +433,7 @@ TEST_P(EndlessFractal, BoundsBeyondTheFirstWavelengthAreOneAndAtLeastThoseBelow)
         const auto [least, most] = std::ranges::minmax(cells);
         const float of_vertices = std::ranges::max(bounds);
         if (log2 > 9) {
-            std::erase(bounds, 0.0f);  // points of coarser spacings
+            std::erase(bounds, 0.0f);  // points of coarser spacings have no bound
             EXPECT_EQ(least, most) << log2;
             EXPECT_EQ(std::ranges::min(bounds), most) << log2;
             EXPECT_EQ(of_vertices, most) << log2;

@@ -17,7 +17,7 @@ namespace terrane {
 namespace head_samples_test {
 
 constexpr std::uint64_t kSeed = 61;
-constexpr int kSide = 9;  // samples
+constexpr int kSide = 9;  // samples along a side
 
 class HeadSamplesOfKind : public testing::TestWithParam<FractalKind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, HeadSamplesOfKind, test::kAllFractalKinds);
@@ -34,7 +34,7 @@ FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong) {
     return settings;
 }
 
-/// A head and its samples over some square of ground.
+/// A head of octaves and its samples over a square.
 struct Sampled {
     FractalSurface surface;
     FractalHead head;
@@ -56,8 +56,8 @@ struct Sampled {
         if (!samples.has_radii()) radii.assign(centres.size(), head.radius);
     }
 
-    /// Of the triangle with its right angle at a corner of a cell: how far the height at weights
-    /// (1 - a - b, a, b) is outside what the samples say, over what the head's bend allows.
+    /// Over the triangle with its right angle at a corner of a cell: by how much the height at weights (1 - a - b, a,
+    /// b) leaves the range interpolated from the samples, relative to what the head's bend allows.
     double excess(int column, int row, bool upper, double a, double b) const {
         const int to = upper ? -1 : 1;
         const std::array<std::size_t, 3> at{index(column, row), index(column + to, row),
@@ -104,7 +104,7 @@ TEST_P(HeadSamplesOfKind, HeightsAreWithinWhatTheySay) {
     SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     test::Random random(kSeed);
     for (const bool strong : {false, true}) {
-        // from where all octaves are sampled, most of them coarsely, to where none is
+        // from steps at which all octaves are sampled, most of them coarsely, to steps at which none is
         for (const int step_log2 : {-8, -4, -2, 0, 2, 4, 6, 9, 12}) {
             double largest = -1e300;
             FractalHead head;
@@ -117,7 +117,7 @@ TEST_P(HeadSamplesOfKind, HeightsAreWithinWhatTheySay) {
             if (head.octave_count == 0) continue;
             std::printf("  step 2^%d m: %d octaves, %d of them coarse: %.3f of what is allowed\n",
                         step_log2, head.octave_count, head.coarse_count, largest);
-            // where the head is all octaves the bend alone bounds: it must not be absurd
+            // if the head has all octaves, only the bend bounds the excess: it must not be overly loose
             if (head.octave_count == 9) {
                 EXPECT_GE(largest, 0.04);
             }
@@ -132,8 +132,8 @@ TEST_P(HeadSamplesOfKind, AllOctavesAreSampledWhereTheyAreSmoothAndNoneFarAbove)
     EXPECT_EQ(smooth.octave_count, 9);
     EXPECT_GT(smooth.coarse_count, 0);
     EXPECT_LT(smooth.coarse_count, 9);
-    EXPECT_GT(smooth.bend, bounds.interpolation(0x1p-6));         // fewer samples cost something,
-    EXPECT_LT(smooth.bend, 1.13 * bounds.interpolation(0x1p-6));  // but little
+    EXPECT_GT(smooth.bend, bounds.interpolation(0x1p-6));         // fewer samples loosen the bound,
+    EXPECT_LT(smooth.bend, 1.13 * bounds.interpolation(0x1p-6));  // but only a little
     EXPECT_EQ(smooth.radius, 0.0);
     EXPECT_EQ(smooth.radius_slope, 0.0);
     const FractalHead none = bounds.head(0x1p16);
@@ -142,7 +142,7 @@ TEST_P(HeadSamplesOfKind, AllOctavesAreSampledWhereTheyAreSmoothAndNoneFarAbove)
     const double low = none.centre + none.centre_slope - none.radius - none.radius_slope;
     const double high = none.centre + none.centre_slope + none.radius + none.radius_slope;
     EXPECT_NEAR(high, range.high, 1e-6);
-    // at the least, the multifractals' values hang on the values before them
+    // at the minimum each value of a multifractal depends on the previous ones
     const bool ridged = GetParam() == FractalKind::ridged;
     double least = ridged || GetParam() == FractalKind::hybrid ? 0.0 : range.low, weight = 1.0;
     for (int octave = 0; ridged && octave < 9; ++octave) {
@@ -228,7 +228,7 @@ FractalSettings rough(FractalKind kind, std::uint64_t seed = 5) {
     return {.seed = seed, .kind = kind, .octave_count = 12, .wavelength_log2 = 9, .gain = 0.6};
 }
 
-/// Of whole metres.
+/// Converts whole metres to fixed-point units of 2^-24 m.
 std::uint64_t units(double metres) {
     return static_cast<std::uint64_t>(static_cast<std::int64_t>(metres)) << 24;
 }
@@ -240,7 +240,7 @@ TEST(FractalSurface, EveryLevelAndEverySinglePointHaveTheSameBits) {
         const FractalSurface surface(rough(kind, random.bits()));
         for (const double far : {0.0, 1e4, -1e9, 0x1p39 - 8.0}) {
             for (const int step_log2 : {-16, -3, -1, 0, 1, 4, 9, 12}) {
-                if (far > 1e11 && step_log2 < -10) continue;  // no double says such places
+                if (far > 1e11 && step_log2 < -10) continue;  // not representable as doubles
                 const double west = std::floor(far + random.between(-100.0, 100.0));
                 UnitGrid grid{units(west), units(-west), std::uint64_t{1} << (step_log2 + 24)};
                 grid.columns = random.below(2) == 0 ? 131 : 1 + static_cast<int>(random.below(300));
@@ -293,7 +293,7 @@ TEST(FractalSurface, OneOctaveIsTheShapeOfItsNoise) {
 }
 
 TEST(FractalSurface, OctavesHangOnTheOnesBeforeThemAsHeterogeneitySays) {
-    // at the lowest places of the first octave the finer ones are flat, at the highest they are not
+    // finer octaves vanish where the first octave is lowest, and not where it is highest
     FractalSettings settings = rough(FractalKind::ridged);
     settings.heterogeneity = 1.0;
     const FractalSurface all(settings);
@@ -309,7 +309,7 @@ TEST(FractalSurface, OctavesHangOnTheOnesBeforeThemAsHeterogeneitySays) {
         if (value > 0.9) high = std::max(high, finer);
     }
     EXPECT_GT(high, 3.0 * low);
-    // without it they do not hang on it: the sum of the octaves' own ridges
+    // without heterogeneity an octave does not depend on previous ones: the sum of independent ridges
     settings.heterogeneity = 0.0;
     const FractalSurface one(settings);
     settings.octave_count = 2;

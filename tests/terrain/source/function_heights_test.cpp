@@ -57,7 +57,7 @@ FunctionHeightsSettings known(std::optional<double> slope, std::optional<double>
             .range = range};
 }
 
-// 20 * 8 / 900 and 5 * 8 / 300 across each other; 20 * 32 / 900^2 and 5 * 32 / 300^2 along an axis.
+// 20 * 8 / 900 and 5 * 8 / 300, perpendicular to each other; 20 * 32 / 900^2 and 5 * 32 / 300^2 along the axes.
 constexpr double kHillSlope = 0.2223, kHillCurvature = 0.00178;
 
 std::shared_ptr<const HeightSource> make(HeightFunction function,
@@ -175,11 +175,11 @@ TEST(FunctionHeights, SayThatNothingIsCertifiedWhereNothingIsKnown) {
                                               ground.column_at(0.0), ground.row_at(-2000.0)})),
               kInfinity);
 
-    // The same ground with bounds.
+    // The same ground with declared bounds.
     const Scene bounded = look_over(make(hills, known(kHillSlope, kHillCurvature)), 1.0, view);
     EXPECT_EQ(bounded.mesh.status, MeshStatus::error_met);
     EXPECT_LE(bounded.mesh.error_px, 1.0);
-    // Estimates choose about as many triangles: neither all of the budget nor none.
+    // With estimates the number of triangles is similar: neither the whole budget nor none.
     EXPECT_GT(scene.mesh.triangle_count, bounded.mesh.triangle_count / 8);
     EXPECT_LT(scene.mesh.triangle_count, bounded.mesh.triangle_count * 2);
 }

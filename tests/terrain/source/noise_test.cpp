@@ -28,7 +28,7 @@ double noise_at(const NoiseKeys& keys, double x, double y) {
                  noise_place(keys.y, kAllCells, coordinate(y)));
 }
 
-/// A closed interval; the few ulps that its operations lose are covered by kSlack below.
+/// A closed interval, without outward rounding: kSlack below covers the rounding errors.
 struct Interval {
     double low = 0.0, high = 0.0;
 
@@ -49,7 +49,7 @@ Interval operator*(Interval a, Interval b) {
 }
 Interval operator*(double a, Interval b) { return Interval{a, a} * b; }
 
-/// A function's values over [low, high], from its middle and a bound of its derivative there.
+/// Range of a function over an interval, from its value at the centre and a bound of its derivative.
 Interval around(double middle, double derivative, double half) {
     return {middle - derivative * half, middle + derivative * half};
 }
@@ -59,13 +59,13 @@ double fade1(double t) { return 30.0 * t * t * (1.0 - t) * (1.0 - t); }
 double fade2(double t) { return 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t); }
 double fade3(double t) { return 60.0 * (1.0 + t * (6.0 * t - 6.0)); }
 
-/// Weight of the lower node along an axis (the upper one's is its mirror), with two derivatives.
+/// Weight of the lower node along an axis, with two derivatives; the upper node's weight is its mirror image.
 struct Weight {
     Interval value, first, second;
 };
 
-/// Over t = middle +- half. Mean value form: fade3 is a parabola, so its magnitude over a stretch is
-/// largest at an end or at 1/2; the others' derivatives follow from one another.
+/// Range of the weight over t = middle +- half, by the mean value form. fade3 is a parabola, so its largest magnitude
+/// over an interval is at an end or at 1/2; the lower derivatives follow from it.
 Weight weight(double middle, double half, bool upper) {
     const double low = std::max(middle - half, 0.0), high = std::min(middle + half, 1.0);
     double third = std::max(std::abs(fade3(low)), std::abs(fade3(high)));
@@ -77,18 +77,18 @@ Weight weight(double middle, double half, bool upper) {
     return {Interval{1.0, 1.0} + -1.0 * value, -1.0 * first, -1.0 * second};
 }
 
-/// A box of places in a cell and of directions e = (1, k) / sqrt(1 + k^2).
+/// A box of positions in a cell and of directions e = (1, k) / sqrt(1 + k^2).
 struct Box {
     std::array<double, 3> middle;  ///< x, y, k
     std::array<double, 3> half;
 };
 
-/// Upper bounds over a box of the two sums in noise.cpp: slope and curvature.
+/// Upper bounds over a box of the two sums in noise.cpp, slope and curvature.
 std::array<double, 2> bound_over(const Box& box) {
     const Interval x = around(box.middle[0], 1.0, box.half[0]);
     const Interval y = around(box.middle[1], 1.0, box.half[1]);
     const Interval k = around(box.middle[2], 1.0, box.half[2]);
-    const double length_squared = 1.0 + k.low * k.low;  // k >= 0: the shortest (1, k) of the box
+    const double length_squared = 1.0 + k.low * k.low;  // k >= 0: the shortest (1, k) in the box
     double slope = 0.0, curvature = 0.0;
     for (const bool east : {false, true}) {
         const Weight wx = weight(box.middle[0], box.half[0], east);
@@ -110,7 +110,7 @@ std::array<double, 2> bound_over(const Box& box) {
     return {slope / std::sqrt(length_squared), curvature / length_squared};
 }
 
-/// Whether a bound of bound_over() stays below a limit over a box, by splitting where it does not.
+/// Whether bound_over() is below a limit over a whole box; subdivides where it is not.
 bool stays_below(const Box& box, std::size_t which, double limit, std::size_t& boxes_left) {
     std::vector<Box> open = {box};
     while (!open.empty()) {
@@ -131,8 +131,11 @@ bool stays_below(const Box& box, std::size_t which, double limit, std::size_t& b
     return true;
 }
 
-// Exchanging x and y brings any direction to |e_x| >= |e_y|, mirroring x to k >= 0; a half turn maps
-// a cell to itself and a direction to its opposite, so that x <= 1/2 is enough.
+// Swapping x and y gives
+// e_x
+// >=
+// e_y
+// , mirroring x gives k >= 0; a half turn maps a cell to itself and a direction to its opposite, so x <= 1/2 suffices.
 constexpr Box kEverything = {{0.25, 0.5, 0.5}, {0.25, 0.5, 0.5}};
 constexpr double kSlack = 1e-9;  // far above the rounding of bound_over()
 constexpr std::size_t kMostBoxes = 30'000'000;
@@ -141,7 +144,7 @@ TEST(Noise, SlopeBoundIsProvedByIntervals) {
     std::size_t boxes_left = kMostBoxes;
     EXPECT_TRUE(stays_below(kEverything, 0, kNoiseSlope - kSlack, boxes_left));
     RecordProperty("boxes", static_cast<int>(kMostBoxes - boxes_left));
-    // the proof would notice a constant that is too small
+    // the proof detects a constant that is too small
     boxes_left = 100'000;
     EXPECT_FALSE(stays_below(kEverything, 0, 2.069, boxes_left));
 }
@@ -206,7 +209,7 @@ TEST(Noise, SeedsOctavesAxesAndDistantCellsDiffer) {
             }
         }
     }
-    EXPECT_GE(seen.size(), 490u);  // 500 distinct places: far 0 is no second one of itself mirrored
+    EXPECT_GE(seen.size(), 490u);  // at least 490 distinct values among 600
 }
 
 TEST(Noise, GradientsShowNoPreferredSignOrNeighbour) {
@@ -237,7 +240,7 @@ using internal::SimdLevel;
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 constexpr std::uint64_t kSeed = 12;
 
-/// Those that this machine runs.
+/// The kernels that this machine supports.
 std::vector<SimdLevel> levels() {
     std::vector<SimdLevel> all;
     for (const SimdLevel level : {SimdLevel::baseline, SimdLevel::avx2, SimdLevel::avx512}) {
@@ -256,7 +259,7 @@ TEST(NoiseColumns, RowsHaveTheBitsOfSinglePoints) {
     test::Random random(kSeed);
     for (const SimdLevel level : levels()) {
         NoiseColumns columns(internal::noise_kernels(level));
-        // also steps at which lanes of a group lie in as many cells as there are lanes, or more
+        // includes steps at which the lanes of a vector are all in different cells
         for (const double step : {0.0, 0.01, 0.25, 0.5, 0.7, 0.9, 0.999, 1.0, 1.5, 4.0, 1e5}) {
             for (const std::size_t count : {1u, 7u, 100u, 136u}) {
                 const NoiseKeys keys = NoiseKeys::make(random.bits(), 0);
@@ -314,8 +317,8 @@ TEST(NoiseColumns, UnitsWrapAsSinglePointsDo) {
     }
 }
 
-/// Points within `reach` of one another along each axis, from `before` units below the wrap of an
-/// octave's units on.
+/// Random points within `reach` of one another along each axis, starting `before` units below the wrap of an octave's
+/// integer coordinates.
 void scatter(test::Random& random, const internal::NoiseOctave& octave, int count,
              std::uint64_t before, std::uint64_t reach, internal::NoisePoints& points_out) {
     points_out.count = count;
@@ -342,8 +345,7 @@ TEST(NoisePoints, HaveTheBitsOfSinglePoints) {
             };
             const internal::NoiseOctave octave = {axis(), axis(), 3.0};
             const std::uint64_t cell = std::uint64_t{1} << shift;
-            // in one cell or a few, in as many as a patch of nodes has room for and in just too
-            // many, in far too many, and anywhere
+            // in one or a few cells; in as many as a patch of nodes holds, in slightly more, in far more, and anywhere
             for (const std::uint64_t reach :
                  {cell / 8, 3 * cell, 38 * cell, 44 * cell, 999 * cell, ~std::uint64_t{0}}) {
                 for (const int count : {8, 136, internal::kMaxNoisePoints}) {

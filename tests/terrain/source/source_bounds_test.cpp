@@ -25,7 +25,7 @@ constexpr std::uint64_t kSeed = 51;
 class FractalBoundsOfKind : public testing::TestWithParam<FractalKind> {};
 INSTANTIATE_TEST_SUITE_P(Kinds, FractalBoundsOfKind, test::kAllFractalKinds);
 
-/// @param strong  whether what a kind adds to a sum of octaves is as strong as it can be
+/// @param strong  whether a kind deviates from a sum of octaves as much as possible
 FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong = false) {
     if (strong) {
         return {.seed = seed,
@@ -41,20 +41,20 @@ FractalSettings rough(FractalKind kind, std::uint64_t seed, bool strong = false)
         .seed = seed, .kind = kind, .octave_count = 10, .amplitude = 100.0, .wavelength_log2 = 9};
 }
 
-/// Places are multiples of 2^-20 m, so that sums with eighths of them are exact 10^9 m away.
+/// Coordinates are multiples of 2^-20 m, so that sums with eighths of them are exact 10^9 m away.
 double to_grid(double metres) { return std::floor(metres * 0x1p20) * 0x1p-20; }
 
 struct Triangle {
-    double x, y;          ///< of the right angle
+    double x, y;          ///< corner with the right angle
     double leg_x, leg_y;  ///< one leg
-    double other;         ///< length of the other over this one's, 0 to 1, in eighths
+    double other;         ///< length of the other leg relative to this one, 0 to 1 in eighths
     double height(const FractalSurface& surface, double along, double across) const {
         return surface.height(x + along * leg_x - across * other * leg_y,
                               y + along * leg_y + across * other * leg_x);
     }
 };
 
-/// Largest deviation of some points of a triangle from its interpolation.
+/// Largest deviation from linear interpolation at some points of a triangle.
 double deviation(const FractalSurface& surface, const Triangle& triangle, test::Random& random) {
     const double corner = triangle.height(surface, 0.0, 0.0);
     const double east = triangle.height(surface, 1.0, 0.0);
@@ -72,7 +72,7 @@ double deviation(const FractalSurface& surface, const Triangle& triangle, test::
     return largest;
 }
 
-/// Climbs from random starts to places where a function of a place and a direction is large.
+/// Hill climbing from random starts to a position and direction with a large function value.
 template <class Function>
 double climb(double far, double length, int starts, const Function& function,
              test::Random& random) {
@@ -101,9 +101,9 @@ double climb(double far, double length, int starts, const Function& function,
     return largest;
 }
 
-/// Looks for triangles of a hypotenuse whose deviation is large, and compares it with the bound.
+/// Searches for triangles of a given hypotenuse with large deviations, and compares these with the bound.
 ///
-/// @param most  the bound's largest ratio to what was found
+/// @param most  largest allowed ratio of the bound to the largest deviation found
 void check_interpolation(const FractalSurface& surface, double far, double length, double most,
                          test::Random& random) {
     const auto measured = [&](double x, double y, double angle) {
@@ -211,8 +211,8 @@ TEST(FractalBounds, WithoutWarpTheyAreThoseOfTheSum) {
     }
 }
 
-// Sampling hardly ever meets the worst case of all octaves at once, so that it would not miss a
-// term that is left out: here every term counts.
+// Sampling rarely meets the worst case of all octaves at once and would miss an omitted term; in this test every term
+// matters.
 TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
     constexpr double kWavelength = 512.0, kAmplitude = 100.0, kGain = 0.5, kTiny = 0.05;
     constexpr double kSlope = kNoiseSlope / kWavelength;
@@ -263,7 +263,7 @@ constexpr std::uint64_t kSeed = 67;
 constexpr int kCells = 3 * kCellGroup;
 constexpr int kSide = kCellSamples;
 
-/// Random cells with everything that CellRow points to.
+/// Random cells and the data that CellRow points to.
 struct Cells {
     std::vector<std::vector<double>> values;
     CellRow row;

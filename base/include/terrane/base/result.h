@@ -9,11 +9,11 @@
 
 namespace terrane {
 
-/// Called when a contract is violated. Must not return; the default prints one line and aborts.
+/// Called when a contract is violated. Must not return. The default handler prints one line and aborts.
 using AssertHandler = void (*)(const char* condition, const char* message, const char* file,
                                int line);
 
-/// Replaces the handler and returns the previous one. Threads: call before any other use.
+/// Replaces the handler and returns the previous one. Threads: call before anything else of the library.
 AssertHandler set_assert_handler(AssertHandler handler);
 
 namespace internal {
@@ -33,13 +33,13 @@ namespace internal {
 
 namespace terrane {
 
-/// What kind of failure an error is.
+/// The kind of failure of an error.
 enum class ErrorCode {
     invalid_argument,    ///< a setting or an input value is out of its range
     io,                  ///< a file is missing, unreadable or cannot be written
     bad_data,            ///< a file was read, and its content is invalid
-    out_of_memory,       ///< a ceiling, or the system, has less than needed
-    device_unavailable,  ///< no EGL device, or not the version that is needed
+    out_of_memory,       ///< a limit, or the system, allows less memory than needed
+    device_unavailable,  ///< no EGL device, or none with the required version
     cancelled,           ///< stopped on request
     timed_out,           ///< no answer within the time allowed
 };
@@ -47,11 +47,11 @@ enum class ErrorCode {
 /// A failure that can occur in a correct program. `message` is one English sentence that names the
 /// thing and the value, such as "octave_count must be 1 to 24, got 25".
 struct Error {
-    ErrorCode code = ErrorCode::invalid_argument;  ///< what kind of failure
+    ErrorCode code = ErrorCode::invalid_argument;  ///< the kind of failure
     std::string message;  ///< one sentence that names the thing and the value
 };
 
-/// A value, or the error that stands in its place.
+/// A value, or an error instead.
 template <class T>
 using Result = tl::expected<T, Error>;
 

@@ -6,12 +6,12 @@
 #define TERRANE_VERSION_MINOR 1  ///< see TERRANE_VERSION_MAJOR
 #define TERRANE_VERSION_PATCH 0  ///< see TERRANE_VERSION_MAJOR
 
-/// A name that only headers and libraries of the same major and minor version have in common.
+/// A name that is the same only in headers and libraries with the same major and minor version.
 #define TERRANE_VERSIONED(name) name##_0_1
 
 namespace terrane {
 
-/// Version of the library that is linked, "0.1.0"; that of the headers is in the macros.
+/// Version of the linked library, such as "0.1.0"; the version of the headers is in the macros.
 const char* library_version();
 
 namespace internal {
@@ -19,8 +19,9 @@ namespace internal {
 /// Defined by libraries of this version.
 extern const char TERRANE_VERSIONED(library_is_version);
 
-/// Headers of one version with a library of another are an error when a program is linked: one undefined reference, to
-/// terrane::internal::library_is_version_0_1. Kept whatever the linker removes; 8 bytes in each program.
+/// Makes linking fail if headers and library have different versions, with one undefined reference to
+/// terrane::internal::library_is_version_0_1. The attributes keep it from being removed by the linker; 8 bytes per
+/// program.
 [[gnu::used, gnu::retain]] inline const char* const TERRANE_VERSIONED(headers_are_version) =
     &TERRANE_VERSIONED(library_is_version);
 

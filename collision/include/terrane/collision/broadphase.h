@@ -10,7 +10,7 @@
 
 namespace terrane {
 
-/// Two bodies by their indices, a < b.
+/// Indices of two bodies, a < b.
 struct BodyPair {
     std::uint32_t a = 0;  ///< lower index
     std::uint32_t b = 0;  ///< higher index
@@ -28,9 +28,10 @@ enum class BroadphaseKind {
 
 /// Finds the pairs of bodies that may touch: those whose boxes, each widened by a margin, overlap or touch.
 ///
-/// All kinds find the same pairs, in ascending order of (a, b). All but `brute` keep candidates from update to update:
-/// pairs of boxes enlarged by a quarter of their longest side, which hold for as long as all but a few bodies stay
-/// inside. Memory is linear in the bodies and those pairs, whatever volume they extend over, and is reused.
+/// All kinds find the same pairs, in ascending order of (a, b). All but `brute` cache candidates across updates: pairs
+/// of boxes that overlap when enlarged by a quarter of their longest side. The cache stays valid while all but a few
+/// bodies remain inside their enlarged boxes. Memory is linear in the number of bodies and candidates, whatever volume
+/// they extend over, and is reused.
 ///
 /// Threads: one at a time.
 class Broadphase {
@@ -42,18 +43,18 @@ public:
 
     /// Sets the bounds of all bodies.
     ///
-    /// @param bounds  [bodies] around body i, world axes, metres; empty, and in no pair, where a coordinate is NaN or
-    ///                beyond 1e150, or high < low. Must stay valid until the next update
-    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box but for rounding (1e-12
-    ///                of its coordinates)
+    /// @param bounds  [bodies] around body i, world axes, metres. A box is empty, and in no pair, if a coordinate is
+    ///                NaN or beyond 1e150, or if high < low. The span must stay valid until the next update
+    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box up to rounding (1e-12 of
+    ///                its coordinates)
     ///
-    /// Cost: O(bodies) while the enlarged boxes hold. Else the same for `grid`, and for `sap` and `two_scene` if few
-    ///       places of the order along the axis have changed; else O(bodies log bodies)
+    /// Cost: O(bodies) while the enlarged boxes hold. Otherwise still O(bodies) for `grid`, and for `sap` and
+    ///       `two_scene` if the order along the axis has changed little; else O(bodies log bodies)
     virtual void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> spheres) = 0;
 
     /// The pairs. Valid until the next call of any function.
     ///
-    /// Cost: O(candidates) while the enlarged boxes hold; else a search of all boxes
+    /// Cost: O(candidates) while the enlarged boxes hold; otherwise a search over all boxes
     virtual std::span<const BodyPair> find_pairs() = 0;
 
     /// Number of pairs whose boxes the last find_pairs() compared.

@@ -11,14 +11,14 @@
 #include <span>
 
 // Queries of two shapes, a and b. Poses are world_from_shape; rotations must be orthonormal to 1e-6 and are
-// orthonormalized. Only the relative pose matters: distances and depths have the same bits wherever the difference of
-// the translations has.
+// orthonormalized. Results depend on the relative pose only: distances and depths have the same bits whenever the
+// difference of the translations does.
 //
 // Accuracy, unless a function says otherwise: 1e-12 of the sizes of both shapes plus the distance between their
 // origins. Shapes closer than 1e-12 of their sizes touch.
 //
-// A compound is the union of its parts, which are found through a bounding volume tree: the cost is that of the parts
-// near the other shape.
+// A compound is the union of its parts. Queries traverse a bounding volume tree, so that the cost depends only on the
+// parts near the other shape.
 //
 // Threads:   any number at once
 // Allocates: nothing
@@ -40,21 +40,21 @@ struct PairContact {
 TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b,
                         const Pose& world_from_b);
 
-/// What find_contacts() found beside the contacts.
+/// Status and count of find_contacts().
 struct PairContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< truncated: the deepest were kept
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
-    /// Where there are no contacts: a lower bound of the distance of the shapes, metres.
+    /// If there are no contacts: a lower bound of the distance between the shapes, metres.
     double least_distance = 0.0;
 };
 
-/// Finds the contact manifolds of two shapes: at most four contacts a normal.
+/// Finds the contact manifolds of two shapes: at most four contacts per normal.
 ///
-/// Two convex shapes have one normal, that of the min translation: moving a along it by the largest depth separates
-/// them, and no shorter translation does. Compounds have up to 24 normals. Overlapping compounds are evaluated after a
-/// short separating translation of a, where they just touch; each depth is that translation's component along the
-/// normal. So parts side by side have no contacts along their seams, and, if all contacts were written, the shortest
-/// translation with a component of at least `depth` along every normal separates the shapes.
+/// Two convex shapes have one normal, that of the minimum translation: moving a along it by the largest depth separates
+/// them, and no shorter translation does. Compounds have up to 24 normals. For overlapping compounds, contacts are
+/// found after a short separating translation of a, where the shapes just touch; each depth is the component of that
+/// translation along the normal. Adjacent parts therefore produce no contacts along their seams. If all contacts were
+/// written, the shortest translation with a component of at least `depth` along every normal separates the shapes.
 ///
 /// @param margin gaps up to this are contacts too, metres, >= 0
 PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const Shape& b,
@@ -64,33 +64,35 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
 /// Signed distance of two shapes.
 struct PairDistanceAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double distance = 0.0;  ///< signed, metres: the gap, or minus the length of the min translation
+    double distance =
+        0.0;  ///< signed, metres: the gap, or minus the length of the minimum translation
     WorldPos point_a_world = WorldPos::Zero();  ///< witness point: nearest (or deepest) on a
     WorldPos point_b_world = WorldPos::Zero();  ///< on b; distance = normal . (point_a - point_b)
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of b, towards a
-    std::uint32_t part_a = 0;                           ///< of a compound: the part of the point
-    std::uint32_t part_b = 0;                           ///< the same of b
+    std::uint32_t part_a = 0;  ///< the part of point_a_world, for compounds
+    std::uint32_t part_b = 0;  ///< the same of b
 };
 
-/// Signed distance of two shapes. Shapes without thickness overlap like the limit of thin ones.
+/// Signed distance of two shapes. A shape without thickness overlaps as the limit of ever thinner shapes does.
 ///
-/// Overlapping, the translation -distance * normal of a separates the shapes. For convex shapes it is the minimum
+/// If the shapes overlap, translating a by -distance * normal separates them. For convex shapes this is the minimum
 /// translation. For compounds that overlap in more than one pair of parts it is the shortest found by a search from 196
-/// directions, exact where it is as short as the deepest pair's depth, which is a lower bound. Parts that only touch
-/// leave a seam, into which a shape without thickness can separate.
+/// directions; it is exact if it is as short as the depth of the deepest pair, which is a lower bound. Parts that only
+/// touch leave a seam between them, through which a shape without thickness can separate.
 ///
-/// Cost: for overlapping compounds up to some hundred times that of the overlapping pairs of parts
+/// Cost: for overlapping compounds up to a few hundred times that of their overlapping pairs of parts
 PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, const Shape& b,
                                    const Pose& world_from_b);
 
 /// A cheap measure with the sign of the signed distance, metres.
 ///
-/// Two spheres or capsules: (d^2 - R^2) / (2 R), or d where R is 0, for the distance d of their cores and the sum R of
+/// Two spheres or capsules: (d^2 - R^2) / (2 R), or d if R is 0, with the distance d of their cores and the sum R of
 /// their radii. Two boxes or hulls: the largest gap over the facets of their Minkowski difference (face normals, cross
-/// products of edges that form a facet); at most the distance, and equal to it overlapping. A sphere or capsule and a
-/// box or hull: the signed distance.
+/// products of edges that form a facet); at most the signed distance, and equal to it for overlapping shapes. A sphere
+/// or capsule and a box or hull: the signed distance.
 ///
-/// Compounds: the least over the pairs of parts; a pair counts at least the gap between its parts' bounding boxes.
+/// Compounds: the minimum over the pairs of parts, where each pair counts as at least the gap between the bounding
+/// boxes of its parts.
 PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, const Shape& b,
                                     const Pose& world_from_b);
 
@@ -98,27 +100,27 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 struct PairCastAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool hit = false;                           ///< whether the shape is met
-    double fraction = 1.0;                ///< of both motions; before it the shapes do not overlap
-    bool started_in_contact = false;      ///< touching or overlapping at t = 0
-    std::size_t count = 0;                ///< of contacts at `fraction`, deepest first
-    std::array<PairContact, 4> contacts;  ///< of compounds the deepest
+    double fraction = 1.0;                      ///< of both motions; no overlap before it
+    bool started_in_contact = false;            ///< touching or overlapping at t = 0
+    std::size_t count = 0;                      ///< of contacts at `fraction`, deepest first
+    std::array<PairContact, 4> contacts;        ///< for compounds, the deepest
 };
 
 /// Time of impact of two translating and rotating shapes. At a hit the distance is between 0 and the tolerance; a pass
-/// within the tolerance may be a hit. Parts of a compound rotate about the body's origin; `skip_separating` applies to
-/// each pair of parts separately.
+/// within the tolerance may be reported as a hit. Parts of a compound rotate about the body's origin; `skip_separating`
+/// applies to each pair of parts separately.
 ///
 /// Cost: a few signed distances; more for near misses of spinning shapes
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
                     const CastSettings& settings = {});
 
-/// Where a ray first meets a shape.
+/// First hit of a ray.
 struct ShapeRayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool hit = false;                           ///< whether the shape is met
-    double fraction = 1.0;                      ///< of the segment; 0 where `from` is inside
-    WorldPos point_world = WorldPos::Zero();    ///< where it is met
-    /// Unit, out of the shape at the point; against the ray where `from` is inside.
+    double fraction = 1.0;                      ///< of the segment; 0 if `from` is inside
+    WorldPos point_world = WorldPos::Zero();    ///< the hit
+    /// Unit, out of the shape at the hit; opposite to the ray if `from` is inside.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     std::uint32_t part = 0;  ///< of a compound: the part hit first
 };

@@ -40,18 +40,18 @@ const HullData& hull_data(const ConvexHull& hull);
 /// The convex hull of points; body frame, metres. Unlike the other shapes it need not contain the origin. Immutable;
 /// copies share their data.
 ///
-/// Degenerate input is allowed: one point, equal points, collinear or coplanar points. Points count as coplanar and
-/// collinear within a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that
-/// a rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
+/// Degenerate input is allowed: one point, equal points, collinear or coplanar points. Coplanarity and collinearity are
+/// decided with a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that a
+/// rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
 ///
-/// No input point is farther than 1e-9 of the extent (largest over x, y and z) outside the hull or one of its face
-/// planes, plus the rounding of the products that measure it. The bits do not depend on the order of the points, and
-/// the hull of its vertices() has the same bits.
+/// No input point lies farther outside the hull, or outside any of its face planes, than 1e-9 of the extent (largest
+/// over x, y and z) plus the rounding of the dot products. The bits do not depend on the order of the points, and the
+/// hull of vertices() has the same bits.
 ///
 /// Threads: any number at once
 class ConvexHull {
 public:
-    /// Most points that create() takes.
+    /// Largest number of points accepted by create().
     static constexpr std::size_t kMaxPoints = 100'000;
     static constexpr double kLargestCoordinate = 1e5;  ///< metres
 
@@ -70,8 +70,8 @@ public:
     /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
     /// vertices has none.
     std::size_t face_count() const;
-    /// The corners of a face, counter-clockwise seen from outside, as indices of vertices(). Every edge is of two
-    /// faces, once in each direction.
+    /// The corners of a face, counter-clockwise seen from outside, as indices into vertices(). Every edge is shared by
+    /// two faces, which traverse it in opposite directions.
     ///
     /// @param index below face_count()
     std::span<const std::uint32_t> face(std::size_t index) const;
@@ -92,11 +92,10 @@ double bounding_radius(const ConvexHull& hull);
 /// Half of the hull's width, the extent along its thinnest direction, metres; 0 for a flat hull.
 double smallest_half_extent(const ConvexHull& hull);
 
-/// Support function: largest coordinate of the hull along a unit direction of the body frame, metres; negative where
-/// all of it is behind the origin.
+/// Support function of a unit direction in the body frame, metres; negative if the whole hull lies behind the origin.
 double support_distance(const ConvexHull& hull, const Eigen::Vector3d& direction_body);
 
-/// What a part of a compound can be.
+/// Shape types allowed as parts of a compound.
 using ConvexShape = std::variant<Sphere, Capsule, Box, ConvexHull>;
 
 /// A convex shape and its pose in the compound.
@@ -118,7 +117,7 @@ const CompoundData& compound_data(const Compound& compound);
 /// Threads: any number at once
 class Compound {
 public:
-    /// Most parts of a compound, and how far one may lie from the origin, metres.
+    /// Largest number of parts in a compound.
     static constexpr std::size_t kMaxParts = 100'000;
     static constexpr double kLargestOffset =
         1e5;  ///< largest component of a part's translation, metres
@@ -128,13 +127,13 @@ public:
     ///        determinant 1
     static Result<Compound> create(std::span<const CompoundPart> parts);
 
-    /// The surface of a triangle mesh: one flat hull a triangle, in order. The mesh need not be closed, and its winding
-    /// does not matter. It has no inside: a shape within a closed mesh touches nothing. For solids pass solid pieces to
-    /// create().
+    /// The surface of a triangle mesh: one flat hull per triangle, in order. The mesh need not be closed, and its
+    /// winding is ignored. It has no interior: a shape inside a closed mesh touches nothing. For a solid, pass convex
+    /// solid pieces to create().
     ///
     /// Fails: invalid_argument, naming the triangle, for no triangle or more than kMaxParts; an index beyond the
     ///        vertices; a vertex that is not finite or has a coordinate beyond 1e5 m
-    /// Cost:  3 to 7 microseconds and about 1 kB a triangle
+    /// Cost:  3 to 7 microseconds and about 1 kB per triangle
     static Result<Compound> from_triangles(std::span<const Eigen::Vector3d> vertices,
                                            std::span<const std::array<std::uint32_t, 3>> triangles);
 
@@ -163,13 +162,13 @@ Result<void> check(const Compound& compound);
 /// Largest distance of a point of any part from the body's origin, metres.
 double bounding_radius(const Compound& compound);
 
-/// The smallest of the parts', metres, because tolerances must suit the thinnest part; 0 for triangles.
+/// Smallest half extent over all parts, metres, because tolerances must suit the thinnest part; 0 for triangles.
 double smallest_half_extent(const Compound& compound);
 
-/// Largest coordinate of the compound along a unit direction of the body frame, metres; negative where all of it is
-/// behind the origin.
+/// Support function of a unit direction in the body frame, metres; negative if the whole compound lies behind the
+/// origin.
 ///
-/// Cost: linear in the parts
+/// Cost: linear in the number of parts
 double support_distance(const Compound& compound, const Eigen::Vector3d& direction_body);
 
 /// A convex shape or a union of them.
@@ -188,7 +187,7 @@ double smallest_half_extent(const Shape& shape);
 /// Default of BodySettings::contact_tolerance: the smaller of 1 cm and a tenth of the smallest half extent, metres.
 double default_contact_tolerance(const Shape& shape);
 
-/// Support function: largest coordinate of the shape along a unit direction of the body frame, metres.
+/// Support function of a unit direction in the body frame, metres.
 double support_distance(const Shape& shape, const Eigen::Vector3d& direction_body);
 
 }  // namespace terrane

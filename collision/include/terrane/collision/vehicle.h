@@ -15,58 +15,59 @@ struct AxleSettings {
     double track = 1.8;      ///< between the middles of the wheels, metres; 0: one wheel
     double max_steer = 0.0;  ///< at full lock, radians to the left; negative: against the controls
     bool is_driven = true;   ///< whether the engine drives its wheels
-    /// Anti-roll bar: force that presses the more compressed wheel down and lifts the other one, for a difference of
-    /// their compressions, newtons a metre.
+    /// Stiffness of the anti-roll bar, newtons per metre of difference in compression: it pushes the more compressed
+    /// wheel down and lifts the other.
     double anti_roll = 0.0;
 };
 
-/// A vehicle on wheels. The defaults are those of make_truck(), a light off-road truck that slides on flat ground
-/// before it rolls over: its static stability factor, track / (2 centre_of_mass_height), is 1.2, and its tyre friction
-/// 0.8.
+/// Settings of a vehicle on wheels. The defaults are those of make_truck(), a light off-road truck that slides on flat
+/// ground before it rolls over: its static stability factor, track / (2 centre_of_mass_height), is 1.2 and its tyre
+/// friction 0.8.
 ///
 /// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
 /// inertia is that of the box with uniform density.
 struct VehicleSettings {
-    /// Of the box that collides, metres, each 0.01 to 1000; x is along the vehicle.
+    /// Half extents of the chassis box, which collides, metres, each 0.01 to 1000; x is along the vehicle.
     Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.3, 0.9, 0.4);
-    std::vector<CompoundPart> bodywork = {};  ///< collides too, such as a cab; without mass
+    std::vector<CompoundPart> bodywork = {};  ///< massless, collides too, such as a cab
     double mass = 3500.0;                     ///< kilograms, wheels included, 1e-3 to 1e9
-    /// Above flat ground at rest, metres, 0.01 to 1000. Determines the height of the wheels.
+    /// Height of the centre of mass above flat ground at rest, metres, 0.01 to 1000. Determines the height of the
+    /// wheels.
     double centre_of_mass_height = 0.75;
-    /// From front to rear; 1 to 32. The drive force is shared by the driven wheels, the brake force by all.
+    /// Axles from front to rear, 1 to 32. The driven wheels share the drive force, all wheels the brake force.
     std::vector<AxleSettings> axles = {
         {.position = 1.6, .track = 1.8, .max_steer = 0.6, .is_driven = true, .anti_roll = 20e3},
         {.position = -1.6, .track = 1.8, .max_steer = 0.0, .is_driven = true, .anti_roll = 20e3}};
     double wheel_radius = 0.42;         ///< metres, 0.01 to 100
     double suspension_travel = 0.3;     ///< from hanging to fully compressed, metres, 0.001 to 100
     double suspension_hertz = 1.6;      ///< natural frequency of the body's bounce, 0.1 to 10
-    double damping_ratio = 0.4;         ///< of the body's bounce, 1 is critical, 0 to 10
+    double damping_ratio = 0.4;         ///< of the body's bounce, 1: critical, 0 to 10
     double tyre_friction = 0.8;         ///< Coulomb, along the rolling direction, 0 to 100
-    double side_grip = 1.0;             ///< friction across it over that along it, 0.01 to 1
-    double max_drive_force = 22e3;      ///< of all wheels at low speed, newtons, 0 to 1e12
-    double max_drive_power = 120e3;     ///< at all wheels, watts, 0 to 1e12
-    double max_brake_force = 30e3;      ///< of all wheels, newtons, 0 to 1e12
-    double rolling_resistance = 0.015;  ///< force against the roll over the load, 0 to 1
+    double side_grip = 1.0;             ///< lateral over longitudinal friction, 0.01 to 1
+    double max_drive_force = 22e3;      ///< total at low speed, newtons, 0 to 1e12
+    double max_drive_power = 120e3;     ///< total at the wheels, watts, 0 to 1e12
+    double max_brake_force = 30e3;      ///< total, newtons, 0 to 1e12
+    double rolling_resistance = 0.015;  ///< resisting force over wheel load, 0 to 1
     double drag_area = 1.4;             ///< drag coefficient times frontal area, m^2, 0 to 1e4
-    /// The wheels of a side are a belt: controls that steer drive the sides apart, and beyond the friction ellipse the
-    /// belt keeps its longitudinal force, where a tyre loses both in proportion.
+    /// Tracked vehicle: the wheels of each side form a belt, and steering is differential. Beyond the friction ellipse
+    /// a belt keeps its longitudinal force; a tyre scales both components.
     bool is_tracked = false;
     double friction = 0.5;     ///< of the chassis, Coulomb, 0 to 1e6
     double restitution = 0.0;  ///< of the chassis, 0 to 1
     CollisionFilter filter{};  ///< of the chassis and the wheels
 };
 
-/// A light truck on four wheels, two of which steer, with a cab; 48 m/s on flat ground.
+/// A light truck with a cab on four wheels, two of them steered; 48 m/s on flat ground.
 VehicleSettings make_truck();
-/// An armoured personnel carrier of 12 t on two tracks of five wheels each; 18 m/s on flat ground.
+/// A 12 t armoured personnel carrier on two tracks of five wheels each; 18 m/s on flat ground.
 VehicleSettings make_tracked();
-/// An off-road truck of 9 t on six driven wheels, four of which steer, with a cab; 30 m/s on flat ground.
+/// A 9 t off-road truck with a cab on six driven wheels, four of them steered; 30 m/s on flat ground.
 VehicleSettings make_six_wheeler();
 
-/// Each is clamped to its range.
+/// Controls of a vehicle; each is clamped to its range.
 struct VehicleControls {
-    /// -1 (backward) to 1 (forward): share of max_drive_force, limited by max_drive_power at the present speed. Against
-    /// the motion it brakes.
+    /// Share of max_drive_force, -1 (backward) to 1 (forward), limited by max_drive_power at the current speed. A
+    /// throttle against the motion brakes.
     double throttle = 0.0;
     double brake = 0.0;  ///< 0 to 1: share of max_brake_force
     double steer = 0.0;  ///< -1 (right) to 1 (left)
@@ -76,34 +77,35 @@ struct VehicleControls {
 struct WheelState {
     WorldPos centre_world = WorldPos::Zero();  ///< centre of the wheel
     double compression = 0.0;                  ///< 0 (hanging) to suspension_travel, metres
-    /// Angle turned about the wheel's axle, radians, unbounded; positive rolls forward, which is right-handed about
-    /// the body's y axis. For drawing.
+    /// Rotation angle about the axle for drawing, radians, unbounded; positive when rolling forward, right-handed about
+    /// the body's y axis.
     double spin = 0.0;
     double steer = 0.0;       ///< about the body's z axis, radians, positive to the left
-    bool in_contact = false;  ///< on its lower side, as seen from the chassis
-    BodyId body{};            ///< that it stands on; on the ground: none
-    WorldPos point_world = WorldPos::Zero();            ///< of the contact; only where `in_contact`
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact, towards the wheel
-    double load = 0.0;       ///< mean force of the suspension along the normal in the step, N
-    double side_slip = 0.0;  ///< speed of the contact point along the axle, m/s, to the left
+    bool in_contact = false;  ///< touches something with its lower half, relative to the chassis
+    BodyId body{};            ///< body under the wheel; none on the ground
+    WorldPos point_world = WorldPos::Zero();            ///< contact point; valid if `in_contact`
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< contact normal, towards the wheel
+    double load = 0.0;       ///< mean suspension force along the normal over the step, N
+    double side_slip = 0.0;  ///< of the contact point along the axle, m/s, positive to the left
 };
 
-/// Where a vehicle is and how it moves.
+/// Pose, motion and wheels of a vehicle.
 struct VehicleState {
-    BodyState chassis;  ///< as World::states() has it
-    /// Axle by axle from front to rear, left before right.
+    BodyState chassis;  ///< as in World::states()
+    /// Wheels, axle by axle from front to rear, left before right.
     std::vector<WheelState> wheels;
-    /// True once it has touched something for a second since it was last upright: tilted by at most 70 degrees, or 45
-    /// degrees with no wheel in contact.
+    /// True once the vehicle has been in contact for one second since it was last upright. Upright: tilted by at most
+    /// 70 degrees, or by at most 45 degrees if no wheel is in contact.
     bool is_rolled_over = false;
 };
 
 /// Settings of a PathDriver. Fixed once it is created.
 struct PathDriverSettings {
     double cruise_speed = 12.0;  ///< largest speed, m/s, 0.1 to 1000
-    /// Largest in corners, m/s^2, 0.1 to 100. Vehicles with little friction or a high centre of mass use less.
+    /// Maximum lateral acceleration in corners, m/s^2, 0.1 to 100. Reduced for vehicles with low friction or a high
+    /// centre of mass.
     double lateral_acceleration = 2.5;
-    double deceleration = 2.0;  ///< ahead of corners and of the end, m/s^2, 0.1 to 100
+    double deceleration = 2.0;  ///< braking before corners and the end, m/s^2, 0.1 to 100
 };
 
 /// What a driver is doing.
@@ -113,8 +115,9 @@ enum class DriverStatus : std::uint8_t {
     finished,     ///< the end of the path was reached: brakes on; final
 };
 
-/// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and for the end, and slows down on
-/// descents and side slopes. It does not query the ground ahead: it drives over a cliff at up to the cruise speed.
+/// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
+/// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
+/// cruise speed.
 ///
 /// Threads: one at a time.
 class PathDriver {
@@ -133,16 +136,17 @@ public:
     /// Cost:      linear in the points from 5 m behind the vehicle to 25 m ahead, along the path
     VehicleControls drive(const VehicleSettings& settings, const VehicleState& vehicle);
 
-    /// As of the last call of drive().
+    /// Status after the last drive().
     DriverStatus status() const { return status_; }
-    /// Whether the vehicle came within 3 m of the last point or passed it; final. The driver then brakes to a stop.
+    /// Whether the vehicle has come within 3 m of the last point or passed it; never reset. The driver then brakes to a
+    /// stop.
     bool is_finished() const { return is_finished_; }
 
 private:
     struct Vertex {
         WorldVec2 p_world = WorldVec2::Zero();
         double along = 0.0;  // metres from the start of the path
-        // Squares of speeds, of the corner here and with what braking for all later ones leaves.
+        // Squared speed limits: of this corner alone, and with braking for all later corners.
         double corner = 0.0, braked = 0.0;
     };
 

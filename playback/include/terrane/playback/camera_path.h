@@ -22,20 +22,19 @@ struct CameraPose {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
 };
 
-/// How a path is flown.
+/// Settings of CameraPath::create().
 struct CameraPathSettings {
-    /// Horizontal speed, m/s, > 0. Absent: a track's own times, or the default.
+    /// Horizontal speed, m/s, > 0. Absent: the track's own times, or the default.
     std::optional<double> speed = std::nullopt;
-    /// Metres above the smoothed ground, > 0: see CameraPath. Absent: a track's own heights, or
-    /// kDefaultAltitude.
+    /// Metres above the smoothed ground, > 0: see CameraPath. Absent: the track's own heights, or kDefaultAltitude.
     std::optional<double> altitude = std::nullopt;
     double start = 0.0;  ///< seconds skipped at the start of a track, >= 0
     std::optional<double> seconds =
-        std::nullopt;  ///< > 0; absent: all of a track, or kDefaultSeconds
-    /// The part of the terrain that a built-in path is planned in, metres: its sides are finite and above 0. Absent:
-    /// the source's extent.
+        std::nullopt;  ///< duration, > 0; absent: the whole track, or kDefaultSeconds
+    /// Part of the terrain in which a built-in path is planned, metres; its sides are finite and above 0. Absent: the
+    /// source's extent.
     std::optional<WorldRect> region = std::nullopt;
-    /// Where `straight`, `orbit`, `turns` and `spins` begin, metres, finite. Absent: they pass the middle of the region
+    /// Start of `straight`, `orbit`, `turns` and `spins`, metres, finite. Absent: these paths pass the region's centre
     /// halfway.
     std::optional<WorldVec2> start_world = std::nullopt;
 
@@ -43,7 +42,7 @@ struct CameraPathSettings {
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
     static constexpr double kDefaultAltitude = 200.0;  ///< of built-in paths
     static constexpr double kDefaultSeconds = 20.0;    ///< of built-in paths
-    static constexpr double kMostSeconds = 1e7;        ///< no path lasts longer
+    static constexpr double kMostSeconds = 1e7;        ///< longest duration
 };
 
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
@@ -65,26 +64,30 @@ class CameraPath {
 public:
     /// Whether a name is one of the built-in paths.
     static bool is_built_in(const std::string& name);
-    /// Their names in one text: "straight, orbit".
+    /// The names of the built-in paths in one text: "straight, orbit".
     static std::string built_in_list();
-    /// Their names, in the order of built_in_list().
+    /// The names of the built-in paths, in the order of built_in_list().
     static std::vector<std::string> built_in_names();
 
-    /// Fails: invalid_argument for a name that is no built-in path and for settings out of range; io where the terrain
+    /// Plans a built-in path.
+    ///
+    /// Fails: invalid_argument for a name that is not a built-in path, and for settings out of range; io if the terrain
     ///        cannot be read
     static Result<CameraPath> create(const std::string& built_in, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Fails: invalid_argument for settings out of range, as check(track), where the start is not before the track's
-    ///        end, and where all points coincide and there are no times
+    /// Follows a track.
+    ///
+    /// Fails: invalid_argument for settings out of range, as check(track), if the start is not before the track's end,
+    ///        and if all points coincide and there are no times
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Seconds.
+    /// Seconds, of the whole path.
     double duration() const;
-    /// The pose at a time, 0 to duration(); at the time of a jump the pose after it.
+    /// The pose at a time, 0 to duration(); at the time of a jump, the pose after it.
     CameraPose at(double time) const;
-    /// As at(), but at the time of a jump the pose before it.
+    /// As at(), but at the time of a jump, the pose before it.
     CameraPose before(double time) const;
     /// Times of the jumps, seconds, increasing, between 0 and duration().
     std::span<const double> jumps() const;
@@ -105,8 +108,8 @@ struct PathMoment {
 /// Samples of a path from start to end, 50 ms apart; each jump adds two samples of the same time.
 std::vector<PathMoment> path_moments(const CameraPath& path);
 
-/// The part of a trajectory that a pager reads at `time_s`: from the last sample not after it to the first one
-/// beyond the horizon.
+/// The part of a trajectory that a pager reads at `time_s`: from the last sample not after it to the first one beyond
+/// the horizon.
 ///
 /// @param moments times must not decrease
 template <class Moment>
@@ -120,7 +123,7 @@ std::span<const Moment> trajectory_ahead(std::span<const Moment> moments, double
     return {first, last};
 }
 
-/// A path as CameraNeed::trajectory.
+/// Converts a path to CameraNeed::trajectory.
 ///
 /// @param clock the pager's time at the start of the path, seconds
 std::vector<CameraMoment> camera_trajectory(std::span<const PathMoment> path, double clock);

@@ -11,8 +11,8 @@ namespace terrane {
 
 /// One point of a track.
 struct TrackPoint {
-    double time = 0.0;  ///< seconds since the track's first point; meaningless without times
-    WorldPos position_world = WorldPos::Zero();  ///< z is meaningless without heights
+    double time = 0.0;  ///< seconds since the track's first point; undefined without times
+    WorldPos position_world = WorldPos::Zero();  ///< z is undefined without heights
     /// View and up direction of a camera, orthonormal; only with orientations.
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< see forward
@@ -20,26 +20,26 @@ struct TrackPoint {
 
 /// A trajectory, such as one read from a file. Times, heights and orientations may be absent.
 struct Track {
-    std::vector<TrackPoint> points;  ///< at least two; times strictly increase where there are any
-    bool has_times = false;          ///< TrackPoint::time is known
-    bool has_heights = false;        ///< z is known
-    bool has_orientations = false;   ///< forward and up are known
-    /// Recorded by a receiver: positions are rounded and noisy, heights refer to another datum than the ground.
+    std::vector<TrackPoint> points;  ///< at least two; times increase strictly, if present
+    bool has_times = false;          ///< whether TrackPoint::time is valid
+    bool has_heights = false;        ///< whether z is valid
+    bool has_orientations = false;   ///< whether forward and up are valid
+    /// Recorded by a receiver: positions are rounded and noisy, and heights refer to another datum than the ground's.
     bool is_recorded = false;
 };
 
-/// Where longitudes and latitudes lie in the world: x = (longitude - this longitude) * metres_per_degree_x, and so on,
-/// as DemInfo says of a raster in degrees.
+/// Converts longitudes and latitudes to world positions: x = (longitude - this longitude) * metres_per_degree_x, and
+/// likewise y, as in DemInfo for a raster in degrees.
 struct GeoReference {
-    bool is_geographic = false;              ///< false: the world has no longitudes and latitudes
+    bool is_geographic = false;              ///< false: the world has no geographic coordinates
     double longitude = 0.0, latitude = 0.0;  ///< of world (0, 0), degrees
-    double metres_per_degree_x = 1.0;        ///< metres of x for a degree of longitude
-    double metres_per_degree_y = 1.0;        ///< metres of y for a degree of latitude
-    std::string why_not = "this terrain has no raster";  ///< for messages, if not geographic
+    double metres_per_degree_x = 1.0;        ///< metres of x per degree of longitude
+    double metres_per_degree_y = 1.0;        ///< metres of y per degree of latitude
+    std::string why_not = "this terrain has no raster";  ///< reason if not geographic, for messages
 };
 
 /// Fails: invalid_argument, naming the point, for fewer than two points, numbers that are not finite, and times that do
-///        not begin at 0 and increase strictly
+///        not start at 0 and increase strictly
 Result<void> check(const Track& track);
 
 /// Reads a track in the format of the file extension:
@@ -60,7 +60,7 @@ Result<void> check(const Track& track);
 ///        extension, or for longitudes and latitudes where the terrain has none
 Result<Track> read_track(const std::string& path, const GeoReference& reference = {});
 
-/// Whether a name is a file rather than a built-in path: it has an extension of read_track(), or a folder.
+/// Whether a name refers to a track file rather than a built-in path: it has an extension of read_track(), or a folder.
 bool names_track_file(const std::string& path);
 
 }  // namespace terrane

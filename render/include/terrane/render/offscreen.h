@@ -11,8 +11,8 @@
 
 namespace terrane {
 
-/// Checking by OpenGL's debug output: with `on`, an error or high-severity message fails the drawing that caused it.
-/// For tests; slower on some drivers.
+/// Whether OpenGL's debug output is checked: with `on`, the drawing that causes an error or a high-severity message
+/// fails. For tests; slower on some drivers.
 enum class GlChecks { off, on };
 
 /// An off-screen OpenGL 4.5 core context without a window system.
@@ -20,8 +20,8 @@ class EglContext {
 public:
     /// Tries the surfaceless platform, then every device. The context is current on the calling thread on return.
     ///
-    /// Fails with device_unavailable and the EGL errors where none opens. A machine without a GPU normally succeeds
-    /// with a software rasteriser.
+    /// Fails with device_unavailable and the EGL errors if none can be opened. A machine without a GPU normally
+    /// succeeds with a software rasteriser.
     static Result<EglContext> create(GlChecks checks = GlChecks::off);
 
     EglContext(EglContext&&) noexcept;
@@ -33,10 +33,10 @@ public:
 
     /// GL_RENDERER of the driver.
     const std::string& renderer_name() const;
-    /// Whether the driver draws on the processor, by the names of known ones.
+    /// Whether the driver renders on the CPU, recognised by the names of known software rasterisers.
     bool is_software() const;
 
-    /// Shared ownership of the context: renderers hold it, so that it outlives their OpenGL objects.
+    /// Shares ownership of the context: renderers hold it, so that the context outlives their OpenGL objects.
     std::shared_ptr<const void> keep_alive() const;
 
 private:
@@ -52,7 +52,8 @@ struct Image {
     std::vector<std::uint8_t> rgb;  ///< [height * width * 3]
 };
 
-/// Writes to PATH.part and renames it, so that no incomplete picture appears. Fails with io, naming the path.
+/// Writes PATH.part and renames it, so that an incomplete picture never appears under PATH. Fails with io, naming the
+/// path.
 Result<void> write_png(const Image& image, const std::string& path);
 /// Reads a PNG file. Fails with io, naming the path.
 Result<Image> read_png(const std::string& path);

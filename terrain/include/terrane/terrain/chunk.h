@@ -23,13 +23,13 @@ struct SampleRange {
     friend constexpr bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
-/// The ranges of a chunk's samples over squares of 4, 8, ... 128 cells along the side, edges included.
-/// Squares are aligned to their size.
+/// Lowest and highest samples of a chunk's squares of 4, 8, ... 128 cells along the side, edges included. Squares are
+/// aligned to their size.
 class SamplePyramid {
 public:
-    /// log2 of the cells along the side of the smallest and of the largest squares.
+    /// log2 of the cells along the side of the smallest squares.
     static constexpr int kFinest = 2;
-    static constexpr int kCoarsest = 7;  ///< of the largest
+    static constexpr int kCoarsest = 7;  ///< as kFinest, of the largest squares
     static_assert(1 << kCoarsest == kChunkCells);
 
     /// Computes the ranges of a chunk's samples.
@@ -47,7 +47,7 @@ public:
 
 private:
     static constexpr std::size_t index(int log2_side, int column, int row) {
-        // number of smaller squares: a geometric series
+        // number of squares of the smaller sizes: a geometric series
         const int first = ((1 << 12) - (1 << (16 - 2 * log2_side))) / 3;
         return static_cast<std::size_t>(first + ((row >> log2_side) << (kCoarsest - log2_side)) +
                                         (column >> log2_side));
@@ -55,51 +55,50 @@ private:
     std::array<SampleRange, 1365> ranges_{};  // fine to coarse; row by row from the south-west
 };
 
-/// Cells along the side of an area, the part of a chunk that has its own interval and bounds; areas along the side of
-/// a chunk.
+/// Cells along the side of an area: the part of a chunk that has its own interval and bounds.
 inline constexpr int kAreaCells = 16;
-inline constexpr int kChunkAreas = kChunkCells / kAreaCells;  ///< along the side of a chunk
+inline constexpr int kChunkAreas = kChunkCells / kAreaCells;  ///< areas along the side of a chunk
 
 namespace internal {
 struct ChunkVertices;
 }
 
-/// One square of heights with certified bounds: the unit of paging. Immutable once made.
+/// One square of heights with certified bounds: the unit of paging. Immutable after construction.
 ///
 /// Index of a sample: row * kChunkSamples + column, row 0 south, column 0 west. Index of a cell:
 /// row * kChunkCells + column.
 struct Chunk {
     ChunkKey key;  ///< level and position
-    /// Number of the last change of its volumes that it was made with, for HeightSource::is_current(); 0 if none.
+    /// Number of the last change of its volumes that the chunk includes, for HeightSource::is_current(); 0 if none.
     std::uint32_t change = 0;
     LatticePoint corner;    ///< south-west corner
     std::int64_t step = 1;  ///< finest spacings between samples
 
-    /// [kChunkSamples^2] in Lattice::quantum; chunks have the same integers on shared edges.
+    /// [kChunkSamples^2] in units of Lattice::quantum; chunks have the same integers on shared edges.
     std::vector<std::int32_t> heights;
 
-    /// Bounds and reaches of the vertices for level of detail, private to Terrane; never null in a chunk that
-    /// make_chunk() made. Copies of a chunk share it.
+    /// Bounds and reaches of the vertices for level of detail, internal to Terrane; never null in a chunk from
+    /// make_chunk(). Copies of a chunk share it.
     std::shared_ptr<const internal::ChunkVertices> vertices;
-    /// Heights that enclose the true surface over the diamonds of the chunk's own vertices and of most of their
-    /// descendants, world, metres.
+    /// Encloses the true surface over the diamonds of the chunk's own vertices and of most of their descendants, world
+    /// z, metres.
     HeightInterval vertex_reach;
 
-    /// [kChunkCells^2] certified bound of the vertical distance between a cell's two triangles and the true
-    /// surface, metres, half a quantum included. An estimate where the chunk is not certified: see cell_error().
+    /// [kChunkCells^2] certified bound of the vertical distance between the two triangles of a cell and the true
+    /// surface, metres, including half a quantum. An estimate if the chunk is not certified: see cell_error().
     std::vector<float> cell_bounds;
 
     /// [kChunkCells^2] bits of CellFlag; empty if all cells are ground.
     std::vector<std::uint8_t> cell_flags;
 
-    /// The surface where volumes cut or add to the heightfield; null, and nothing spent, where none touches the chunk.
+    /// The surface where volumes change the heightfield; null, at no cost, if no volume touches the chunk.
     std::shared_ptr<const SolidSurface> solid;
 
-    SamplePyramid pyramid;  ///< lowest and highest samples of squares of 4 cells and more
+    SamplePyramid pyramid;  ///< lowest and highest samples of squares of 4 to 128 cells
     std::int32_t low = 0;   ///< lowest sample
     std::int32_t high = 0;  ///< highest sample
 
-    float max_vertex_bound = 0.0f;  ///< metres
+    float max_vertex_bound = 0.0f;  ///< largest bound of its vertices, metres
     /// A square of 16 x 16 cells, edges included.
     struct Area {
         std::int32_t low = 0;           ///< lowest sample
@@ -108,17 +107,17 @@ struct Chunk {
         float max_cell_bound = 0.0f;    ///< largest bound of its cells, metres
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};  ///< row by row from the south-west
-    /// Largest cell bound of each quadrant, metres: the error that loading the child there can reduce.
+    /// Largest cell bound of each quadrant, metres: the error that loading the child of that quadrant can reduce.
     std::array<float, 4> quadrant_bound{};
-    bool is_certified = true;  ///< HeightSource::is_certified() of its source
+    bool is_certified = true;  ///< HeightSource::is_certified() of the source
 
-    /// Lowest and highest sample of the aligned square of 1 << log2_side cells along the side, 0 to 7, that
-    /// contains a cell; edges included.
+    /// Lowest and highest sample of the aligned square that contains a cell, with 1 << log2_side cells along the side,
+    /// 0 to 7; edges included.
     SampleRange samples_in(int log2_side, int column, int row) const {
         return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
                                                    : samples_in_small(log2_side, column, row);
     }
-    /// What is certified of a cell: its bound, or infinity, metres.
+    /// Certified error of a cell, metres: its bound, or infinity if the chunk is not certified.
     float cell_error(std::size_t cell) const {
         return is_certified ? cell_bounds[cell] : std::numeric_limits<float>::infinity();
     }
@@ -129,9 +128,9 @@ struct Chunk {
                    : cell_flags[static_cast<std::size_t>(row * kChunkCells + column)];
     }
 
-    /// Most bytes of a chunk: what a load claims of the byte ceiling.
+    /// Most bytes of a chunk: what a load claims from the memory ceiling.
     static std::size_t max_bytes();
-    /// Bytes of this chunk.
+    /// Bytes that this chunk occupies.
     std::size_t bytes() const;
 
 private:
@@ -148,17 +147,17 @@ constexpr std::size_t cell_index(int column, int row) {
     return static_cast<std::size_t>(row) * kChunkCells + static_cast<std::size_t>(column);
 }
 
-/// Gets one chunk from its source: the stored one (HeightSource::stored_chunk()), or one made from its samples and
+/// Gets one chunk from its source: a stored chunk (HeightSource::stored_chunk()), or one computed from samples and
 /// bounds.
 ///
 /// @param stop checked between calls of the source
 ///
-/// Fails:   io if the source fails; bad_data if it gives NaN, a height beyond kMostHeight or
-///          kMostQuanta, a bound beyond four times kMostHeight, or bounds that its own samples
-///          contradict; cancelled if `stop` is requested meanwhile
-/// Asserts: some heights of the chunk are within the source's interval and bounds
+/// Fails:   io if the source fails; bad_data if the source returns NaN, a height beyond kMostHeight or kMostQuanta, a
+///          bound beyond four times kMostHeight, or bounds that its own samples contradict; cancelled if `stop` is
+///          requested
+/// Asserts: spot checks that heights of the chunk are within the source's interval and bounds
 /// Threads: any
-/// Cost:    about 10 times that of the chunk's samples, for the bounds
+/// Cost:    about 10 times the cost of the chunk's samples, because of the bounds
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
                                                 const std::stop_token& stop = {});
 

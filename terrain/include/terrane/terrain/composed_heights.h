@@ -11,15 +11,15 @@
 
 namespace terrane {
 
-/// A place in the world's plane, metres.
+/// A position in the world's plane, metres.
 struct PlanePoint {
     double x = 0.0;  ///< world, east
     double y = 0.0;  ///< world, north
     friend bool operator==(const PlanePoint&, const PlanePoint&) = default;
 };
 
-/// An area of the world's plane: its corners in order, either way around, the last one joined to the first. Its edges
-/// are part of it. Where edges cross, a place is inside if a ray from it crosses an odd number of them.
+/// An area of the world's plane, edges included: its corners in order, clockwise or counter-clockwise; the last one is
+/// joined to the first. If edges cross, a position is inside if a ray from it crosses an odd number of edges.
 struct Polygon {
     std::vector<PlanePoint> corners;  ///< at least 3, finite
 };
@@ -27,16 +27,16 @@ struct Polygon {
 /// The corners of a rectangle.
 Polygon polygon_of(const WorldRect& rect);
 
-/// Fails: invalid_argument, naming the corner, for fewer than 3 corners, or one that is not finite
+/// Fails: invalid_argument, naming the corner, for fewer than 3 corners or a corner that is not finite
 Result<void> check(const Polygon& polygon);
 
-/// A source that answers as another one does: the base of sources that change a part of its answers, such as those that
-/// delay it or add volumes.
+/// Forwards all calls to another source: a base class for sources that change some of the answers, for example by
+/// adding delays or volumes.
 ///
 /// Threads: as HeightSource
 class ForwardedHeights : public HeightSource {
 public:
-    // All as HeightSource.
+    // see HeightSource
     double height(double x, double y) const override { return heights_->height(x, y); }
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
         return heights_->sample(grid, heights_out);
@@ -75,7 +75,7 @@ public:
     }
     bool is_current(const Chunk& chunk) const override { return heights_->is_current(chunk); }
 
-    /// The source that is asked.
+    /// The source that calls are forwarded to.
     const HeightSource& heights() const { return *heights_; }
 
 protected:
@@ -87,19 +87,18 @@ private:
     std::shared_ptr<const HeightSource> heights_;
 };
 
-/// Sources that are made of other sources. All of them
+/// Sources that are composed of other sources. All of them
 ///   - have the lattice of their parts, which must be the same for both;
-///   - are certified where both parts are (HeightSource::is_certified()), with bounds that follow from those of the
-///     parts;
-///   - are heightfields: volumes go on top (VolumeHeights), not into a part.
+///   - are certified if both parts are (HeightSource::is_certified()); their bounds follow from those of the parts;
+///   - are heightfields: volumes are added to the result (VolumeHeights), not to a part.
 
-/// Values of a mask over a rectangle, 0 <= least <= most <= 1.
+/// Interval of a mask's values over a rectangle, 0 <= least <= most <= 1.
 struct MaskInterval {
     double least = 0.0;  ///< lower bound
     double most = 1.0;   ///< upper bound
 };
 
-/// How much of the second source a blend takes, by place: 0 none, 1 all.
+/// Share of the second source in a blend, by position: 0 none, 1 all.
 ///
 /// Threads: any number at once
 class BlendMask {
@@ -108,10 +107,10 @@ public:
     BlendMask(const BlendMask&) = delete;
     BlendMask& operator=(const BlendMask&) = delete;
 
-    /// The mask at any finite place, 0 to 1: a pure function of the place.
-    /// Fails: NaN where it has no value
+    /// The mask at any finite position, 0 to 1: a pure function of the position.
+    /// Fails: NaN where the mask has no value
     virtual double at(double x, double y) const = 0;
-    /// Contains all values over a rectangle. A square within another one has an interval within the other's.
+    /// Contains all values over a rectangle. The interval of a square contains those of all squares within it.
     virtual MaskInterval over(const WorldRect& rect) const = 0;
     /// Outside this rectangle the mask is 0, metres; may be infinite.
     virtual WorldRect support() const = 0;
@@ -126,8 +125,8 @@ private:
     double slope_;
 };
 
-/// A mask that calls a function; values below 0 count as 0 and above 1 as 1. Where the function throws or gives NaN,
-/// the blend's sample() fails with a line that names the place.
+/// A mask that calls a function; its values are clamped to 0 to 1. If the function throws or returns NaN, the blend's
+/// sample() fails with a message of one line that names the position.
 ///
 /// @param slope  Lipschitz bound of the function, 1/m, 0 to 1e6
 ///
@@ -135,48 +134,47 @@ private:
 Result<std::shared_ptr<const BlendMask>> mask_from_function(
     std::function<double(double x, double y)> function, double slope);
 
-/// A mask that is 1 in a polygon, and falls smoothly to 0 over a distance around it.
+/// A mask that is 1 in a polygon and falls smoothly to 0 with the distance from it.
 ///
-/// @param feather  metres from the polygon to where the mask is 0, > 0
+/// @param feather  distance from the polygon at which the mask reaches 0, metres, > 0
 ///
 /// Fails: invalid_argument for a polygon that check() refuses, or a feather that is not above 0
 /// Cost:  of a value O(corners) near the polygon, O(1) elsewhere
 Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygon, double feather);
 
-/// One source plus a multiple of another one: z = a + factor * b. Cells are ground where both are.
+/// One source plus a multiple of another: z = a + factor * b. A cell is ground if it is ground in both.
 ///
 /// Fails: invalid_argument for sources of different lattices, extents that do not overlap, or a factor beyond +-1e6
 Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const HeightSource> a,
                                                         std::shared_ptr<const HeightSource> b,
                                                         double factor = 1.0);
 
-/// One source that passes into another one by a mask m: z = (1 - m) a + m b. Where m is 0 or 1 the heights and flags of
-/// cells are those of one source, bit for bit.
+/// Blends two sources by a mask m: z = (1 - m) a + m b. Where m is 0 or 1, heights and cell flags are bit-identical to
+/// those of one source.
 ///
-/// Over a triangle with the longest edge l, where m is in [least, most] and the sources are at most d apart, its bound
-/// is the larger (1 - m) e_a + m e_b of both ends, plus d * min(most - least, slope l / 2).
+/// Over a triangle with longest edge l, where m is in [least, most] and the sources differ by at most d, the bound is
+/// the larger of (1 - m) e_a + m e_b at both ends of the interval of m, plus d * min(most - least, slope l / 2).
 ///
 /// Fails: invalid_argument for sources of different lattices, or extents that do not overlap
-/// Cost:  of samples those of both where the mask is between 0 and 1, else of one
+/// Cost:  of a sample that of both sources where the mask is between 0 and 1, else that of one
 Result<std::shared_ptr<const HeightSource>> blend_heights(std::shared_ptr<const HeightSource> a,
                                                           std::shared_ptr<const HeightSource> b,
                                                           std::shared_ptr<const BlendMask> mask);
 
-/// An area that is made flat: an airfield, a piece of a road. In the polygon the ground is the plane
+/// An area that is flattened, such as an airfield or a piece of road. In the polygon the ground is the plane
 /// z = height + slope_x (x - x0) + slope_y (y - y0) through the polygon's first corner (x0, y0).
 struct FlatArea {
-    Polygon polygon = {};  ///< where the ground is the plane
-    double feather =
-        10.0;  ///< metres around the polygon over which the ground passes into the plane, > 0
-    double height = 0.0;   ///< world z at the first corner, metres
-    double slope_x = 0.0;  ///< rise of the plane to the east, -1e3 to 1e3
-    double slope_y = 0.0;  ///< rise of the plane to the north, -1e3 to 1e3
+    Polygon polygon = {};   ///< where the ground is the plane
+    double feather = 10.0;  ///< width of the transition from the plane to the ground, metres, > 0
+    double height = 0.0;    ///< world z at the first corner, metres
+    double slope_x = 0.0;   ///< rise of the plane to the east, -1e3 to 1e3
+    double slope_y = 0.0;   ///< rise of the plane to the north, -1e3 to 1e3
 };
 
-/// A source with flat areas, one after the other: where two overlap, the later one counts.
+/// A source with flat areas, applied in order: where two overlap, the later one prevails.
 ///
 /// Fails: invalid_argument, naming areas[index], for a value out of range
-/// Cost:  of a grid O(areas) at least, and O(samples) for each area that it touches
+/// Cost:  at least O(areas) per grid, plus O(samples) for each area that the grid touches
 Result<std::shared_ptr<const HeightSource>> flatten_heights(
     std::shared_ptr<const HeightSource> base, std::span<const FlatArea> areas);
 

@@ -12,15 +12,14 @@
 
 namespace terrane {
 
-/// Rays from one point, such as those of a range sensor: the bits of Ground::ray(), in less time where there are
-/// thousands of them. It bounds the ground around the point once, so that a ray begins near to where it may meet the
-/// ground.
+/// Rays from a common origin, such as those of a range sensor. Bit-identical to Ground::ray(), and faster for thousands
+/// of rays: reset() bounds the ground around the origin once, so that each ray skips most of its path above the ground.
 ///
-/// Allocates: when it is made, 300 KB
-/// Threads: any number of ray() at once; one of reset()
+/// Allocates: 300 KB in the constructor
+/// Threads: ray() from any number at once; reset() from one
 class RayFan {
 public:
-    /// From so many rays on, reset() costs less than it saves: measured (docs/batch.md).
+    /// Number of rays from which reset() pays off, measured (docs/batch.md).
     static constexpr std::size_t kLeastRays = 8192;
 
     RayFan();
@@ -28,19 +27,19 @@ public:
     RayFan& operator=(RayFan&&) noexcept;
     ~RayFan();
 
-    /// Prepares rays from a point. Any origin will do; rays from one that is not finite, or far from the ground, are
-    /// answered as any others.
+    /// Prepares rays from an origin. Any origin is valid: rays from one that is not finite, or far from the ground, get
+    /// the same answers as from Ground::ray().
     ///
     /// @param ground must outlive the rays
-    /// @param reach  horizontal length of the rays, metres; what is beyond costs more
+    /// @param reach  horizontal length of the rays, metres; longer rays are slower
     ///
     /// Allocates: nothing
-    /// Cost:      as much as some thousand rays: kLeastRays
+    /// Cost:      that of several thousand rays, see kLeastRays
     void reset(const Ground& ground, const WorldPos& origin_world, double reach);
 
-    /// As Ground::ray(). Before the first reset() all rays are invalid.
+    /// As Ground::ray(); `invalid` before the first reset().
     ///
-    /// Requires: from_world is the origin, or lies between the origin and to_world, to the rounding of coordinates
+    /// Requires: from_world is on the segment from the origin to to_world, up to rounding of coordinates
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
     /// The ground of the last reset(), or null.
@@ -54,27 +53,27 @@ private:
 /// Points in the caller's memory, not copied: coordinate x of point i is x[i * stride], and so on.
 struct PointArray {
     std::size_t count = 0;  ///< number of points
-    /// Numbers from one point to the next; 0: all points are the first one.
+    /// Distance in numbers between successive points; 0: all points equal the first.
     std::size_t stride = 1;
-    /// World, metres; at least (count - 1) * stride + 1 numbers each.
+    /// World coordinates, metres; at least (count - 1) * stride + 1 numbers each.
     std::span<const double> x{}, y{};
-    /// The same; may be empty where the heights of the points are not read.
+    /// As x and y; may be empty if z is not read.
     std::span<const double> z{};
 
     /// Points x y x y ..., such as the rows of a C-contiguous array of shape (count, 2).
     static PointArray interleaved_xy(std::span<const double> numbers);
     /// Points x y z x y z ..., such as the rows of a C-contiguous array of shape (count, 3).
     static PointArray interleaved_xyz(std::span<const double> numbers);
-    /// One array for each coordinate. There are as many points as x has numbers.
+    /// One array per coordinate; the number of points is the length of x.
     static PointArray separate(std::span<const double> x, std::span<const double> y,
                                std::span<const double> z = {});
-    /// One point, `count` times: the common start of rays. Refers to the point, which must outlive it.
+    /// One point repeated `count` times, such as the common origin of rays. Refers to the point, which must outlive it.
     static PointArray repeated(const WorldPos& point_world, std::size_t count);
 };
 
-/// Where answers of GroundBatch::heights() are written: entry i is of point i. Each span has one entry for each point,
-/// `normals` has three numbers; an empty span is not written. Where the status is not ok, the numbers are NaN, so that
-/// missing ground is never height 0.
+/// Output arrays of GroundBatch::heights(); entry i belongs to point i. Each span has one entry per point, `normals`
+/// three numbers; empty spans are skipped. If the status is not ok, the numbers are NaN, so that missing ground never
+/// reads as height 0.
 struct HeightArrays {
     std::span<double> heights{};         ///< HeightAnswer::height
     std::span<double> normals{};         ///< [3 * count] HeightAnswer::normal: x y z x y z ...
@@ -83,7 +82,7 @@ struct HeightArrays {
     std::span<std::uint8_t> filled{};    ///< HeightAnswer::filled: 0 or 1
 };
 
-/// Where answers of GroundBatch::rays() are written: entry i is of ray i. Spans and NaN as in HeightArrays.
+/// Output arrays of GroundBatch::rays(); entry i belongs to ray i. Spans and NaN as in HeightArrays.
 struct RayArrays {
     std::span<double> fractions{};       ///< RayAnswer::fraction
     std::span<double> points_world{};    ///< [3 * count] RayAnswer::point_world: x y z x y z ...
@@ -95,18 +94,18 @@ struct RayArrays {
 
 /// Settings of a GroundBatch.
 struct GroundBatchSettings {
-    int worker_count = 1;  ///< threads that answer, the caller's included, 1 to 64
+    int worker_count = 1;  ///< threads, including the caller's, 1 to 64
 };
 
-/// Heights and rays of many points at once: the bits of Ground::height() and Ground::ray() for each of them, in the
-/// caller's order, with any number of workers.
+/// Height and ray queries in batches. Answers are in the caller's order and bit-identical to Ground::height() and
+/// Ground::ray(), for any number of workers.
 ///
-/// Keep one and use it again: it owns the threads and the memory that calls share.
+/// Create one and reuse it: it owns the threads and buffers that calls share.
 ///
-/// Fails:     invalid_argument, naming the array and its length, where the lengths of arrays do not agree; nothing is
-///            written then
+/// Fails:     invalid_argument, naming the array and its length, if array lengths do not match; then no output is
+///            written
 /// Threads:   one at a time
-/// Allocates: create() alone
+/// Allocates: only in create()
 class GroundBatch {
 public:
     /// Fails: invalid_argument for a worker_count out of range
@@ -115,13 +114,13 @@ public:
     GroundBatch& operator=(GroundBatch&&) noexcept;
     ~GroundBatch();
 
-    /// Ground::height() of each point; z of the points is not read. Outputs that are not asked for cost nothing.
+    /// Ground::height() at each point; z of the points is not read. Empty output spans cost nothing.
     ///
     /// Cost: O(count) / workers; docs/batch.md has measured times
     Result<void> heights(const Ground& ground, const PointArray& points_world,
                          const HeightArrays& out);
 
-    /// Ground::ray() of each segment from a point of `from_world` to the point of `to_world` of the same index.
+    /// Ground::ray() along each segment from `from_world` to `to_world` of the same index.
     ///
     /// Requires: both have z
     Result<void> rays(const Ground& ground, const PointArray& from_world,

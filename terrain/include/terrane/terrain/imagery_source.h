@@ -10,27 +10,27 @@
 
 namespace terrane {
 
-/// A colour of imagery: red, green and blue with display gamma, and opacity (0: no data), 0 to 255.
+/// A colour of imagery, 0 to 255: red, green and blue with display gamma, and opacity (0: no data).
 using ImageryTexel = std::array<std::uint8_t, 4>;
 
-/// Where imagery comes from that is draped over the ground: a raster, a map, a test picture.
+/// A source of imagery that is draped over the ground, such as a raster, a map or a test picture.
 class ImagerySource {
 public:
     virtual ~ImagerySource() = default;
 
-    /// Where it has data, metres of the world.
+    /// The rectangle with data, world, metres.
     virtual WorldRect rect() const = 0;
-    /// Side of its finest texels, metres, > 0: finer squares than this are not asked for.
+    /// Side of the finest texels, metres, > 0: finer squares are not requested.
     virtual double texel_size() const = 0;
 
-    /// Reads a square, each texel with the colour of its middle, or the mean of its area where the source is finer.
+    /// Reads a square. Each texel has the colour at its centre, or the mean over its area if the source is finer.
     ///
-    /// @param square     world metres; may extend beyond rect(): no data there
+    /// @param square     world, metres; may extend beyond rect(), where there is no data
     /// @param side       texels along its side
     /// @param texels_out [side * side] row by row from the south-west
     ///
-    /// Fails:   with the source's own errors, such as io. The renderer then leaves the square without imagery, as it
-    ///          does after an exception
+    /// Fails:   with errors of its own, such as io. The renderer then draws the square without imagery, as after an
+    ///          exception
     /// Threads: any number at once
     virtual Result<void> read(const WorldRect& square, int side,
                               std::span<ImageryTexel> texels_out) const = 0;

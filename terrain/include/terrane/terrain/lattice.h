@@ -9,8 +9,8 @@
 
 namespace terrane {
 
-/// Names one square chunk: level 0 is a root square, the coarsest; a chunk of level n + 1 has half
-/// the side. x grows east, y grows north; (0, 0) has its south-west corner at lattice point (0, 0).
+/// The address of one chunk. Level 0 is a root square, the coarsest; a chunk of level n + 1 has half the side of one of
+/// level n. x grows east, y grows north; the south-west corner of (0, 0) is lattice point (0, 0).
 struct ChunkKey {
     std::int32_t x = 0;      ///< column, counted in chunks of the level from lattice point (0, 0)
     std::int32_t y = 0;      ///< row
@@ -18,13 +18,12 @@ struct ChunkKey {
 
     friend constexpr auto operator<=>(const ChunkKey&, const ChunkKey&) = default;
 
-    /// The chunk of the next coarser level that covers this one. Rounds down, also below zero.
-    /// Requires level > 0.
+    /// The chunk of the next coarser level that contains this one. Rounds down, also below zero. Requires level > 0.
     constexpr ChunkKey parent() const {
         return {x >> 1, y >> 1, static_cast<std::uint8_t>(level - 1)};
     }
 
-    /// One of the four chunks of the next finer level: quadrant bit 0 is east, bit 1 is north.
+    /// One of the four chunks of the next finer level: bit 0 of the quadrant is east, bit 1 is north.
     constexpr ChunkKey child(int quadrant) const {
         return {2 * x + (quadrant & 1), 2 * y + (quadrant >> 1),
                 static_cast<std::uint8_t>(level + 1)};
@@ -34,7 +33,7 @@ struct ChunkKey {
     constexpr int quadrant() const { return (x & 1) | ((y & 1) << 1); }
 };
 
-/// For unordered containers that are looked up, never iterated.
+/// For unordered containers that are used for lookups and never iterated.
 struct ChunkKeyHash {
     /// Hash of all members.
     std::size_t operator()(const ChunkKey& key) const {
@@ -45,22 +44,24 @@ struct ChunkKeyHash {
     }
 };
 
-/// Cells along the side of a chunk; it has one sample more. A power of two.
+/// Cells along the side of a chunk, a power of two; a chunk has one more sample along its side.
 inline constexpr int kChunkCells = 128;
 /// Samples along the side of a chunk.
 inline constexpr int kChunkSamples = kChunkCells + 1;
 
-/// Largest absolute height, metres: beyond it neither quanta nor positions in double resolve ground usefully.
+/// Largest absolute height, metres: beyond it neither quanta nor double positions resolve ground usefully.
 inline constexpr double kMostHeight = 0x1p38;
 /// Largest absolute height in quanta, so that differences fit into 32 bits.
 inline constexpr double kMostQuanta = 0x1p30;
 
-/// Largest absolute coordinate of ground, poses and rays, metres. There doubles are 2^-12 m apart.
+/// Largest absolute coordinate of ground, poses and rays, metres. Doubles are 2^-12 m apart there.
 inline constexpr double kFarthestPlace = 0x1p40;
-/// Least and largest spacing of the finest level, metres: where single precision holds bounds and screen errors.
+/// Least and largest spacing of the finest level, metres: the range where single precision can represent bounds and
+/// screen errors.
 inline constexpr double kLeastSpacing = 0x1p-30;
-inline constexpr double kMostSpacing = 0x1p20;  ///< as kLeastSpacing
-/// Largest distance of a lattice's origin from the world's, in spacings: a cell is then at least 4096 doubles wide.
+inline constexpr double kMostSpacing = 0x1p20;  ///< see kLeastSpacing
+/// Largest distance between the origins of the lattice and the world, in spacings: a cell is then at least 4096 doubles
+/// wide.
 inline constexpr double kMostSpacingsFromOrigin = 0x1p40;
 
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
@@ -70,28 +71,27 @@ struct LatticePoint {
     friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
 };
 
-/// The integer addresses of every sample of a world, and their positions.
+/// The integer addresses of all samples of a world, and their positions.
 ///
-/// A world is a rectangle of root squares. Everything is addressed by integers, so that two chunks
-/// agree on a shared sample because they compute the same integer. Heights are integer multiples
-/// of `quantum`.
+/// A world is a rectangle of root squares. All addresses are integers, so that two chunks agree on a shared sample
+/// because they compute the same integer. Heights are integer multiples of `quantum`.
 ///
-/// All root squares of a world are resident. A world of more of them than memory holds has a *root window*: a square of
-/// root squares that a pager moves with its camera.
+/// All root squares of a world are resident. A world with more root squares than fit into memory has a *root window*: a
+/// square of root squares that the pager moves with the camera.
 struct Lattice {
-    /// World x of lattice point (0, 0), metres; within kMostSpacingsFromOrigin spacings of 0.
+    /// World x of lattice point (0, 0), metres; at most kMostSpacingsFromOrigin spacings from 0.
     double origin_x = 0.0;
-    double origin_y = 0.0;     ///< world y of lattice point (0, 0), as origin_x
-    double spacing = 1.0;      ///< between neighbours of the finest level, metres, 2^-30 to 2^20
-    double quantum = 0x1p-12;  ///< heights are multiples, metres, a power of two, 2^-60 to 2^20
-    int finest_level = 0;      ///< 0 to 24; level 0 is a root square
+    double origin_y = 0.0;          ///< world y of lattice point (0, 0), as origin_x
+    double spacing = 1.0;           ///< between samples of the finest level, metres, 2^-30 to 2^20
+    double quantum = 0x1p-12;       ///< unit of heights, metres, a power of two, 2^-60 to 2^20
+    int finest_level = 0;           ///< 0 to 24; level 0 is a root square
     std::int32_t first_root_x = 0;  ///< ChunkKey::x of the westernmost root squares
     std::int32_t first_root_y = 0;  ///< ChunkKey::y of the southernmost root squares
     std::int32_t root_count_x =
-        1;  ///< root squares from west to east, >= 1; <= 1024 without a window
+        1;  ///< root squares from west to east, >= 1; <= 1024 without a root window
     std::int32_t root_count_y = 1;  ///< root squares from south to north, as root_count_x
     std::int32_t root_window =
-        0;  ///< root squares along the window, even, 4 to 64; 0: all are resident
+        0;  ///< root squares along the side of the window, even, 4 to 64; 0: all are resident
 
     /// Finest spacings between neighbouring samples of a level.
     constexpr std::int64_t step(int level) const {
@@ -106,8 +106,8 @@ struct Lattice {
     /// Metres along the side of a root square.
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
-    /// World x of a lattice index: one product and one sum. Not inline, so that the caller's compiler flags cannot
-    /// change its bits.
+    /// World x of a lattice index: one product and one sum. Not inline, so that its bits do not depend on the caller's
+    /// compiler flags.
     double x(std::int64_t index) const;
     /// World y of a lattice index, as x().
     double y(std::int64_t index) const;
@@ -126,7 +126,7 @@ struct Lattice {
     /// The world's northern edge in lattice indices.
     constexpr std::int64_t north() const { return (first_root_y + root_count_y) * chunk_side(0); }
 
-    /// Root squares that are resident at a time.
+    /// Number of root squares that are resident at a time.
     constexpr std::int64_t resident_root_count() const {
         const auto along = [this](std::int32_t count) {
             return std::int64_t{root_window > 0 && root_window < count ? root_window : count};
@@ -143,7 +143,7 @@ struct Lattice {
                key.y < (first_root_y + root_count_y) * per_root;
     }
 
-    /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if there is none.
+    /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if none is.
     int level_for_spacing(double wanted) const;
 
     friend bool operator==(const Lattice&, const Lattice&) = default;
@@ -152,17 +152,17 @@ struct Lattice {
 /// Fails: invalid_argument, naming the field and its value, for a lattice out of range
 Result<void> check(const Lattice& lattice);
 
-/// Whether a cell is cut from its south-west to its north-east corner: where its south-west corner,
-/// counted in cells of its level, has an even index sum. The other cells are cut along the other
-/// diagonal. Drawing and contact share this rule.
+/// Whether a cell is cut along the diagonal from its south-west to its north-east corner: if the indices of its
+/// south-west corner, counted in cells of its level, have an even sum. Other cells are cut along the other diagonal.
+/// Drawing and contact share this rule.
 constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
     return ((column + row) & 1) == 0;
 }
 
-/// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southern
-/// one, column 0 the western one.
+/// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southernmost, column 0 the
+/// westernmost.
 struct SampleGrid {
-    LatticePoint corner;    ///< of the south-western sample; any integers, also outside the world
+    LatticePoint corner;    ///< south-western sample; may be outside the world
     std::int64_t step = 1;  ///< finest spacings between neighbours, a power of two
     int columns = 0;        ///< samples from west to east
     int rows = 0;           ///< samples from south to north

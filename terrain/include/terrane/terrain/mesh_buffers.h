@@ -13,58 +13,59 @@
 /// A frame's mesh as plain vertices and indices, for renderers and programs that do not read chunks.
 namespace terrane {
 
-/// The triangles of all chunks and volumes of a frame as one mesh in world coordinates, morphing included. A vertex
-/// that triangles share, of several chunks too, is there once: vertices are one where they have the same displayed
-/// position, bit for bit. The triangulator guarantees that they always do; a crack would be an edge with one triangle.
+/// Merges the triangles of all chunks and volumes of a frame into one mesh in world coordinates, morphing included.
+/// Vertices are merged if their displayed positions are bit-identical. The triangulator guarantees this for every
+/// vertex that triangles share, across chunks too; a crack would be an edge with one triangle.
 ///
 /// Vertices are in the order of their first use. Normals are those of MeshVertex.
 ///
-/// Threads: one at a time for a triangulator
+/// Threads: one at a time per triangulator
 /// Cost:    O(triangles), about 0.3 microseconds each
 TriangleMesh expand_mesh(const TerrainMesh& mesh);
 
-/// One vertex as a vertex buffer holds it: 24 bytes, no padding.
+/// One vertex of a vertex buffer: 24 bytes, no padding.
 struct MeshVertex {
     std::array<float, 3> position{};  ///< metres from MeshBuffers::origin_world(), world axes
-    /// Unit, out of the solid: of the heightfield from the slopes of the chunk's samples around the vertex, so that it
-    /// does not depend on which triangles are drawn; of volumes the mean of their triangles', by area.
+    /// Unit, out of the solid. On the heightfield it is computed from the slopes of the chunk's samples around the
+    /// vertex, so that it does not depend on which triangles are drawn; on volumes it is the area-weighted mean of
+    /// their triangles' normals.
     std::array<float, 3> normal{};
     friend bool operator==(const MeshVertex&, const MeshVertex&) = default;
 };
 static_assert(sizeof(MeshVertex) == 24 && std::is_trivially_copyable_v<MeshVertex>);
 
-/// How a part compares with the frame before.
+/// Change of a part since the previous frame.
 enum class PartChange : std::uint8_t {
-    same,     ///< no bit differs: nothing is uploaded
-    changed,  ///< was there; other vertices or indices
-    added,    ///< was not there
+    same,     ///< bit-identical: nothing to upload
+    changed,  ///< in both frames, with other vertices or indices
+    added,    ///< not in the previous frame
 };
 
-/// The triangles that are drawn with one chunk, those of its volumes included. Never empty.
+/// The triangles that are drawn with one chunk, including those of its volumes. Never empty.
 struct MeshPart {
     ChunkKey key;                           ///< of the chunk
     PartChange change = PartChange::added;  ///< since the last update()
     std::span<const MeshVertex> vertices =
         {};  ///< used by the indices, in the order of their first use
-    /// Three a triangle, counter-clockwise from outside the solid: numbers of the part's vertices.
+    /// Three per triangle, counter-clockwise from outside the solid: indices of `vertices`.
     std::span<const std::uint32_t> indices = {};
 };
 
 /// Settings of MeshBuffers. Fixed once they are created.
 struct MeshBuffersSettings {
-    /// Metres that the eye moves from the origin until the origin follows, which changes all parts; 1 to 1e6. Rounding
-    /// is 2^-24 of a vertex's distance from the origin: 0.25 mm at 4 km.
+    /// Distance of the eye from the origin, metres, at which the origin moves to the eye, which changes all parts; 1 to
+    /// 1e6. Positions are rounded to 2^-24 of the distance from the origin: 0.25 mm at 4 km.
     double rebase_distance = 4096.0;
 };
 
-/// A frame's mesh by chunks, and what of it has changed since the frame before.
+/// A frame's mesh by chunks, and its changes since the previous frame.
 ///
-/// All parts have one origin, so that vertices which chunks share have the same bits in each: no hairline cracks, at
-/// most repeated vertices. The origin is where the eye was when it was set last, and moves with MeshBuffersSettings::
-/// rebase_distance.
+/// All parts have one origin, so that vertices shared between chunks have the same bits in each: vertices may be
+/// repeated, but there are no hairline cracks. The origin is the eye's position when it was last set; see
+/// MeshBuffersSettings::rebase_distance.
 ///
 /// Threads:   one at a time
-/// Allocates: as much as the largest frame needs, twice; then little
+/// Allocates: twice what the largest frame needs; then little
 class MeshBuffers {
 public:
     /// Fails: invalid_argument for a setting out of range
@@ -73,16 +74,17 @@ public:
     MeshBuffers& operator=(MeshBuffers&&) noexcept;
     ~MeshBuffers();
 
-    /// Takes the mesh of a frame, which is not needed afterwards. An eye that is not finite does not move the origin.
+    /// Takes the mesh of a frame, which is not needed afterwards. A non-finite eye does not move the origin.
     ///
-    /// Cost: O(triangles), about 0.1 microseconds each, those of unchanged parts too
+    /// Cost: O(triangles), about 0.1 microseconds each, including those of unchanged parts
     void update(const TerrainMesh& mesh, const WorldPos& eye_world);
 
-    /// What positions are relative to, metres.
+    /// The origin of all positions, metres.
     const WorldPos& origin_world() const;
-    /// The parts of the frame: by level, then y, then x. Valid until the next update().
+    /// The parts of the frame, ordered by level, then y, then x. Valid until the next update().
     std::span<const MeshPart> parts() const;
-    /// Chunks that had a part in the frame before and have none now, in the same order. Valid until the next update().
+    /// Chunks that had a part in the previous frame and have none now, in the same order. Valid until the next
+    /// update().
     std::span<const ChunkKey> gone() const;
 
 private:

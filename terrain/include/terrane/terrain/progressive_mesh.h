@@ -12,44 +12,45 @@
 
 namespace terrane {
 
-/// Weights of attributes in the order of contractions of a ProgressiveMesh. A weight is the distance that a
-/// difference of 1 costs, as a share of the diagonal of the mesh's bounding box: larger ones keep an attribute at the
-/// expense of the shape. 0: not looked at. Range of each: 0 to 1e3.
+/// Weights of attributes in the cost of a contraction. A weight is the distance that a difference of 1 is worth,
+/// relative to the diagonal of the mesh's bounding box: larger weights preserve an attribute at the expense of the
+/// shape. 0: the attribute is ignored. Range of each: 0 to 1e3.
 struct ProgressiveSettings {
-    double normal_weight = 0.01;             ///< of a component of a normal
+    double normal_weight = 0.01;             ///< of a normal's component
     double texture_coordinate_weight = 0.1;  ///< of a texture coordinate
-    double colour_weight = 0.02;             ///< of a colour between 0 and 1
-    /// [positions] not 0: the vertex stays, and all others at its position. Empty: none.
+    double colour_weight = 0.02;             ///< of a colour component between 0 and 1
+    /// [positions] nonzero: the vertex is kept, as are all others at its position. Empty: none.
     std::vector<std::uint8_t> locked = {};
-    /// Recording ends at this number of triangles, which saves time where coarser levels are not needed.
+    /// Recording ends at this number of triangles; saves time if coarser levels are not needed.
     std::size_t least_triangle_count = 0;
 };
 
-/// A triangle mesh at every level of detail: a sequence of edge contractions that is played in both directions
-/// (Hoppe, Progressive Meshes, SIGGRAPH 1996). A contraction moves all vertices of one position onto those of a
-/// neighbouring one, so that every level is a list of triangles over the same vertices, with the attributes that they
-/// had in the input; see docs/simplify.md.
+/// A triangle mesh at every level of detail: a sequence of edge contractions that can be applied and undone (Hoppe,
+/// Progressive Meshes, SIGGRAPH 1996). A contraction moves all vertices at one position onto those at a neighbouring
+/// position, so that every level is a list of triangles over the same vertices, with their attributes from the input;
+/// see docs/simplify.md.
 ///
-/// Vertices with the same position are one place: where attributes jump between them is a seam. A place on a seam moves
-/// along the seam only, both sides together, so that no level has a gap. Places where seams meet or end go last, when
-/// nothing else is left; their triangles then have the nearest attributes at the place that they move to.
+/// Vertices with the same position form one place; edges where their attributes jump form seams. A place on a seam
+/// moves along the seam only, both sides together, so that no level has a gap. Places where seams meet or end are
+/// contracted last, when nothing else is left; their triangles then get the nearest attributes at the target place.
 ///
-/// A connected component of at most 16 triangles may become an open sheet, of the triangles that face one way, and
-/// then vanish, where that costs least: so that any count is reached. One triangle stays.
+/// A connected component of at most 16 triangles may become an open sheet, of its triangles that face one way, and then
+/// vanish, if that costs least; so any triangle count can be reached. One triangle is kept.
 ///
-/// Vertices and triangles are in streaming order: those of a level are the first vertex_count() vertices and
-/// the first triangle_count() triangles of the finest one, the latter with other indices.
+/// Vertices and triangles are in streaming order: a level uses the first vertex_count() vertices and the first
+/// triangle_count() triangles of the finest level, with its own vertex indices.
 ///
-/// Move-only. Reading one level from several threads at once is allowed; changing the level is for one thread.
+/// Move-only. Several threads may read one level at once; changing the level is for one thread.
 class ProgressiveMesh {
 public:
     using Triangle = TriangleMesh::Triangle;  ///< three indices of vertices()
 
-    /// Contracts a mesh as far as can be, and records it. Begins at the finest level. Triangles whose corners are not
-    /// at three different places are left out, and are no part of the surface that error_m() refers to.
+    /// Contracts a mesh as far as possible and records the contractions. The level is the finest. Triangles whose
+    /// corners are not at three different positions are dropped, and are not part of the surface that error_m() refers
+    /// to.
     ///
-    /// Fails:     invalid_argument where check() refuses the mesh, or a setting is out of its range
-    /// Allocates: about 300 bytes a triangle while it runs; about 85 and the attributes stay
+    /// Fails:     invalid_argument if check() refuses the mesh, or for a setting out of range
+    /// Allocates: about 300 bytes per triangle while it runs; about 85 and the attributes remain
     /// Cost:      O(n log n)
     /// Accuracy:  the same bits with every compiler: `GoldenProgressive.IsTheSameWithEveryCompilerAtEveryLevel`
     static Result<ProgressiveMesh> create(const TriangleMesh& mesh,
@@ -59,51 +60,50 @@ public:
     ProgressiveMesh& operator=(ProgressiveMesh&&) noexcept;
     ~ProgressiveMesh();
 
-    /// The same mesh with a level of its own, which begins at the level of this one. The record of contractions is
-    /// shared and does not change, so that each may be used on a thread of its own.
+    /// A mesh that shares the record of contractions and has its own level, initially that of this mesh. The record
+    /// does not change, so each mesh may be used on a different thread.
     ///
-    /// Allocates: 12 bytes a triangle of the finest level
-    /// Cost:      of a copy of these
+    /// Allocates: 12 bytes per triangle of the finest level
+    /// Cost:      of copying these bytes
     ProgressiveMesh share() const;
 
-    /// The vertices of all levels with their attributes, in streaming order; its triangles are those of the finest
-    /// level.
+    /// The vertices of all levels with their attributes, in streaming order, and the triangles of the finest level.
     const TriangleMesh& finest() const;
-    /// [vertices] which vertex of the input each is.
+    /// [vertices] input index of each vertex.
     std::span<const std::uint32_t> input_vertices() const;
-    /// [triangles of the finest level] which triangle of the input each is: for materials of triangles.
+    /// [triangles of the finest level] input index of each triangle, for materials of triangles.
     std::span<const std::uint32_t> input_triangles() const;
 
-    /// Changes the level to the finest one with no more triangles than this, or to the coarsest.
-    /// Cost: proportional to the contractions between the two levels, and O(log n). Allocates: nothing
+    /// Changes the level to the finest one with at most this number of triangles, or to the coarsest.
+    /// Cost: O(log n), plus the contractions between the two levels. Allocates: nothing
     void set_triangle_count(std::size_t count);
-    /// Changes the level to the coarsest one whose error_m() is no more than this; NaN or negative: to the finest.
+    /// Changes the level to the coarsest one with error_m() of at most this; NaN or negative: to the finest.
     /// Cost: as set_triangle_count()
     void set_error(double error_m);
 
-    /// The level's triangles, counter-clockwise from outside, metres of finest(). Valid until the level changes.
+    /// The level's triangles as indices of finest(), counter-clockwise from outside. Valid until the level changes.
     std::span<const Triangle> triangles() const;
-    /// How many vertices the level needs: the first ones.
+    /// Number of vertices that the level uses: the first ones.
     std::size_t vertex_count() const;
-    /// Bound of the two-sided Hausdorff distance of the level to the input, metres: no point of either surface is
-    /// farther than this from the other. Never less at a coarser level; 0 at the finest.
+    /// Bound of the two-sided Hausdorff distance between the level and the input, metres: no point of either surface is
+    /// farther than this from the other surface. Does not decrease towards coarser levels; 0 at the finest.
     /// `ProgressiveMesh.ErrorIsNotBelowTheMeasuredDistance` measures it.
     double error_m() const;
-    /// Triangles of the coarsest level: 0 only where the input has none.
+    /// Triangle count of the coarsest level: 0 only if the input has no triangles.
     std::size_t least_triangle_count() const;
 
     /// [contractions + 1] error_m() of all levels, from the finest to the coarsest.
     std::span<const double> step_errors_m() const;
-    /// [contractions + 1] triangles of the same levels; they decrease.
+    /// [contractions + 1] triangle counts of the same levels; decreasing.
     std::span<const std::uint32_t> step_triangle_counts() const;
 
-    /// Where the level's vertices are at a coarser level: vertex i of the level becomes the answer's vertex i. The
-    /// surface with every position and attribute at `(1 - t) * vertex + t * target` is the present level at t = 0 and
-    /// the coarser one at t = 1, and moves continuously between them: draw the present triangles (a geomorph). Where a
-    /// body becomes a sheet or vanishes between the two levels, its other triangles are there until t = 1.
+    /// Positions of the level's vertices at a coarser level: vertex i becomes the returned vertex i. The surface with
+    /// every position and attribute at `(1 - t) * vertex + t * target` is the current level at t = 0 and the coarser
+    /// one at t = 1, and moves continuously in between: draw the current triangles (a geomorph). If a component becomes
+    /// a sheet or vanishes between the two levels, its other triangles remain until t = 1.
     ///
-    /// @param coarser_count triangles, as set_triangle_count(); more than the level's: no vertex moves
-    /// Cost: O(vertex_count()) and the contractions between
+    /// @param coarser_count triangles, as for set_triangle_count(); if above the level's count, no vertex moves
+    /// Cost: O(vertex_count()), plus the contractions between the levels
     std::vector<std::uint32_t> geomorph_targets(std::size_t coarser_count) const;
 
 private:

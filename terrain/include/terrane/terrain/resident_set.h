@@ -11,27 +11,27 @@
 
 namespace terrane {
 
-/// Default of TriangulatorSettings::morph_ratio; also determines the step of fades. Measured over steep
-/// rasters at 10 m a frame: 0.59 px of movement at 1.15, 0.32 at 1.3, for 4 % more triangles.
+/// Default of TriangulatorSettings::morph_ratio; also determines the step of fades. Measured over steep rasters at 10 m
+/// a frame: vertices move by 0.59 px at a ratio of 1.15 and by 0.32 px at 1.3, for 4 % more triangles.
 inline constexpr double kDefaultMorphRatio = 1.3;
 
 /// A chunk of a ResidentSet: a pointer, valid while the set lives, that converts to a shared_ptr for longer use. Not
 /// copyable, because a copy would not keep the chunk alive.
 class ResidentChunk {
 public:
-    /// Of a shared_ptr that outlives it.
+    /// References a shared_ptr that must outlive it.
     explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner)
         : chunk_(owner.get()), owner_(&owner) {}
     ResidentChunk(ResidentChunk&&) = default;
     ResidentChunk& operator=(ResidentChunk&&) = default;
 
-    /// The chunk; there must be one.
+    /// The chunk. Requires one.
     const Chunk& operator*() const { return *chunk_; }
-    /// The chunk; there must be one.
+    /// The chunk. Requires one.
     const Chunk* operator->() const { return chunk_; }
     /// The chunk, or null.
     const Chunk* get() const { return chunk_; }
-    /// For longer use than the set's life.
+    /// Shared ownership, for use beyond the set's lifetime.
     operator const std::shared_ptr<const Chunk>&() const { return *owner_; }
 
 private:
@@ -64,8 +64,8 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// All chunks with fade 1. Where the lattice has a root window it lies around the lattice's origin. Requires every
-    /// chunk's parent among the chunks, and no chunk twice.
+    /// All chunks have fade 1. If the lattice has a root window, it is centred on the lattice's origin. Requires every
+    /// chunk's parent among the chunks, and no duplicates.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
@@ -74,11 +74,11 @@ public:
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::span<const float> fades,
                 std::uint64_t epoch);
 
-    /// Another set without its evicted and with newly arrived chunks: equal to the set constructed from all of
-    /// them. Cost: linear, some 10 ns a chunk; relatives and reference counts are updated only where something
+    /// A copy of another set without its evicted chunks and with newly arrived ones; equal to the set constructed from
+    /// all of them. Cost: linear, about 10 ns per chunk; links and reference counts are updated only where something
     /// changed.
     ///
-    /// @param evicted keys of chunks of `before`, none twice, in any order
+    /// @param evicted keys of chunks of `before`, no duplicates, in any order
     /// @param arrived in any order; may contain a key of `evicted`
     /// @param fades [chunks().size()] of the new set, in the order of chunks(), 0 to 1
     /// @param window window() of the new set
@@ -86,42 +86,42 @@ public:
                 std::vector<std::shared_ptr<const Chunk>> arrived, std::vector<float> fades,
                 std::uint64_t epoch, const Lattice& window);
 
-    /// Another set with other fades. Shares the chunks; costs one vector.
+    /// A copy of another set with other fades. Shares the chunks; costs one vector.
     ///
     /// @param fades [same.chunks().size()] in the order of same.chunks(), 0 to 1
     ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch);
 
     /// The lattice of the source.
     const Lattice& lattice() const { return structure_->lattice; }
-    /// The lattice reduced to the root squares that are resident or requested: those of the root window, or all where
-    /// lattice() has none. Its own root_window is 0. Meshes cover these root squares; chunks outside of them are not
+    /// The lattice reduced to the root squares that are resident or requested: those of the root window, or all if
+    /// lattice() has no window. Its own root_window is 0. Meshes cover these root squares; chunks outside them are not
     /// resident.
     const Lattice& window() const { return structure_->window; }
-    /// The rectangle of the ground; what is drawn beyond it is no ground.
+    /// The rectangle where the world has ground; the surface beyond it is drawn, but is not ground.
     const WorldRect& extent() const { return structure_->extent; }
-    /// In Order.
+    /// All chunks, in Order.
     std::span<const ResidentChunk> chunks() const { return structure_->chunks; }
-    /// Of the chunk at an index of chunks().
+    /// Links of the chunk at an index of chunks().
     const Links& links(std::size_t index) const { return structure_->links[index]; }
-    /// Indices in chunks() of those that have a Chunk::solid, ascending.
+    /// Indices of the chunks with a Chunk::solid, ascending.
     std::span<const std::int32_t> solids() const { return structure_->solids; }
     /// Index of a chunk in chunks(), or kNone.
     std::int32_t find(const ChunkKey& key) const;
-    /// The chunk, or null. Faster than by its index.
+    /// The chunk, or null. Faster than find() followed by chunks().
     const Chunk* find_chunk(ChunkKey key) const;
-    /// Fade of a chunk, 0 to 1: the factor on the priorities of its vertices. 0 draws as if the chunk were absent, 1
-    /// without reduction. Ground does not fade.
+    /// Fade of a chunk, 0 to 1: a factor on the priorities of its vertices. 0 draws as if the chunk were absent, 1
+    /// without reduction. The contact surface is not affected by fades.
     float fade(std::size_t index) const { return fades_[index]; }
     /// [chunks().size()] fade() of each chunk.
     std::span<const float> fades() const { return fades_; }
-    /// Counts the changes of the pager's set, including fades: sets of one pager with equal epochs are equal.
+    /// Number of changes of the pager's set, including fades: two sets of one pager with equal epochs are equal.
     std::uint64_t epoch() const { return epoch_; }
-    /// Whether two sets share their chunks and so differ at most in fades. One comparison of pointers: false for
-    /// sets with equal chunks that were constructed separately.
+    /// Whether two sets share their chunks, so that at most their fades differ. Compares one pointer: false for sets
+    /// with equal chunks that were constructed separately.
     bool has_same_chunks(const ResidentSet& other) const { return structure_ == other.structure_; }
-    /// Whether all root squares of the window are resident: without them nothing is drawn.
+    /// Whether all root squares of the window are resident; otherwise nothing is drawn.
     bool has_roots() const { return structure_->has_roots; }
-    /// Whether volumes cut or add to the heightfield of any chunk: see Chunk::solid.
+    /// Whether volumes change the heightfield of any chunk: see Chunk::solid.
     bool has_solids() const { return !structure_->solids.empty(); }
 
 private:
@@ -131,17 +131,17 @@ private:
         Lattice lattice, window;
         WorldRect extent;
         std::vector<ResidentChunk> chunks;
-        std::vector<ChunkKey> keys;  // of the chunks: contiguous, for look-ups
+        std::vector<ChunkKey> keys;  // contiguous, for lookups
         std::vector<Links> links;
         std::vector<std::int32_t> solids;  // chunks with a solid surface, ascending
         bool has_roots = false;
-        // Open addressing with linear probing: indices by the hash of their keys. 2^(64 - table_shift) entries,
-        // at most half of them in use.
+        // Hash table with open addressing and linear probing: indices of chunks by the hash of their keys.
+        // 2^(64 - table_shift) entries, at most half of them used.
         std::vector<std::int32_t> table{kNone, kNone};
         int table_shift = 63;
-        // Ownership of the chunks: slots in blocks that sets share.
+        // Ownership of the chunks: slots in blocks that are shared between sets.
         std::vector<std::shared_ptr<const Owners>> owners;
-        std::vector<std::int32_t> slots;  // of the chunks
+        std::vector<std::int32_t> slots;  // [chunks] slot of each
         std::vector<std::int32_t> free_slots;
 
         std::size_t bucket_of(const ChunkKey& key) const;

@@ -14,55 +14,55 @@
 
 namespace terrane {
 
-/// What a triangle of a joined solid is part of.
+/// The part of a joined solid that a triangle belongs to.
 enum class SolidPart : std::uint8_t {
-    ground,    ///< the clipped part of a triangle of the heightfield
+    ground,    ///< part of a triangle of the heightfield, clipped
     cavity,    ///< below the heightfield: wall, floor or ceiling of a void
-    overhang,  ///< above it: the surface of added solid
+    overhang,  ///< above the heightfield: the surface of added solid
 };
 
-/// A coarser version of a chunk's triangles, for drawing: the same border, and a subset of the vertices.
+/// A coarser version of a chunk's triangles for drawing: the same border, over a subset of the vertices.
 struct SolidLevel {
     std::vector<std::array<std::uint32_t, 3>> triangles = {};  ///< indices of vertices
-    double error_m = 0.0;  ///< bound of the distance to the finest version, both ways, metres
+    double error_m = 0.0;  ///< bound of the two-sided distance to the finest version, metres
 };
 
-/// A part of a surface: its triangles are in the box.
+/// A bound for the part of a surface inside a box.
 struct SolidErrorBox {
     Aabb box_world;        ///< metres
-    double error_m = 0.0;  ///< bound of the distance to the true surface there, both ways, metres
+    double error_m = 0.0;  ///< bound of the two-sided distance to the true surface there, metres
 };
 
-/// Triangles that volumes make of a chunk, as plain arrays.
+/// Triangles of the solid surface over a chunk, as plain arrays.
 struct SolidTriangles {
     std::vector<Eigen::Vector3d> vertices_world = {};  ///< metres
     /// Indices of vertices, counter-clockwise seen from outside the solid.
     std::vector<std::array<std::uint32_t, 3>> triangles = {};
     std::vector<SolidPart> parts = {};  ///< [triangles]
-    /// Number of triangles that are a part of the heightfield: the first ones, of all levels too.
+    /// Number of triangles that are part of the heightfield; they come first, also in each level.
     std::size_t ground_count = 0;
-    /// Triangles of the chunk's heightfield that are not part of the surface: 2 * cell_index(), + 1 for the
-    /// northern triangle of the cell.
+    /// Triangles of the chunk's heightfield that are not part of the surface: 2 * cell_index(), + 1 for the northern
+    /// triangle of the cell.
     std::vector<std::uint16_t> replaced = {};
-    /// Triangles of the heightfield that are not replaced and have a corner in common with one that is, as indices of
-    /// vertices. Rays and heights test them with the others, so that nothing slips through between the two surfaces;
-    /// they are not drawn.
+    /// Triangles of the heightfield that are not replaced and share a corner with a replaced one, as indices of
+    /// vertices. Queries for rays and heights test them too, so that nothing passes between the two surfaces; they are
+    /// not drawn.
     std::vector<std::array<std::uint32_t, 3>> kept_neighbours = {};
-    double error_m = 0.0;  ///< bound of the distance to the true surface, both ways, metres
-    /// Tighter bounds, in boxes around all triangles; empty: there are none.
+    double error_m = 0.0;  ///< bound of the two-sided distance to the true surface, metres
+    /// Tighter bounds, in boxes that together contain all triangles; may be empty.
     std::vector<SolidErrorBox> error_boxes = {};
-    std::vector<std::uint32_t> error_box_of = {};  ///< [triangles], or empty as error_boxes is
-    /// Bound of the distance between this surface and the heightfield alone, both ways, metres.
+    std::vector<std::uint32_t> error_box_of = {};  ///< [triangles], or empty if error_boxes is
+    /// Bound of the two-sided distance between this surface and the heightfield alone, metres.
     double hidden_error_m = 0.0;
-    std::vector<SolidLevel> levels = {};  ///< coarser and coarser, with ascending errors
-    /// For the western, eastern, southern and northern side: triangles that close the surface along it, drawn where the
-    /// neighbour's solid surface is not. Together with this chunk's triangles and the neighbour's heightfield they are
-    /// watertight. Indices of vertices.
+    std::vector<SolidLevel> levels = {};  ///< from fine to coarse, with ascending errors
+    /// For the western, eastern, southern and northern side: triangles, as indices of vertices, that close the surface
+    /// along it if the neighbour's solid surface is not drawn. Together with this chunk's triangles and the neighbour's
+    /// heightfield they are watertight.
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps = {};
 };
 
-/// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not
-/// replaced, and triangles of its own. A chunk without one is the heightfield alone.
+/// The surface of the joined solid over one chunk that volumes touch: the triangles of the heightfield that are not
+/// replaced, and its own triangles. A chunk without one is the heightfield alone.
 ///
 /// Immutable. Threads: any number
 class SolidSurface {
@@ -77,7 +77,7 @@ public:
 
     /// The triangles and the error.
     const SolidTriangles& triangles() const { return triangles_; }
-    /// Box around the triangles; empty (low > high) where there is none.
+    /// Bounding box of the triangles; empty (low > high) if there are none.
     const Aabb& bounds() const { return bounds_; }
     /// Whether a triangle of the heightfield is not part of the surface.
     /// @param cell cell_index()
@@ -85,27 +85,28 @@ public:
         return replaced_[2 * cell + (is_north ? 1 : 0)];
     }
 
-    /// Where a ray meets a triangle.
+    /// Intersection of a ray with a triangle.
     struct Hit {
         double t = 0.0;              ///< parameter of the ray
-        std::uint32_t triangle = 0;  ///< index; those of kept_neighbours follow those of triangles
+        std::uint32_t triangle = 0;  ///< index; kept_neighbours are numbered after triangles
     };
-    /// The first triangle that a ray meets, from either side; of those at the same t the lowest index. A ray through an
-    /// edge or a vertex meets one of its triangles.
+    /// The first triangle that a ray hits, from either side; at equal t, the one with the lowest index. A ray through
+    /// an edge or a vertex hits one of the adjacent triangles.
     ///
     /// @param begin, end interval of t, closed
     /// Cost: O(log n + triangles near the ray)
     std::optional<Hit> ray(const Eigen::Vector3d& from_world, const Eigen::Vector3d& displacement,
                            double begin, double end) const;
-    /// The highest triangle over or under a point at most at a height; Hit::t is the height there, world z, metres.
+    /// The highest triangle on the vertical through a point, no higher than `at_most`; Hit::t is its height there,
+    /// world z, metres.
     std::optional<Hit> highest(double x, double y, double at_most) const;
 
-    /// Writes the indices of triangles whose boxes overlap or touch a box, and perhaps of some that miss it by less
-    /// than 2^-22 of the coordinates relative to bounds().low. Indices of kept_neighbours follow those of triangles.
-    /// The order depends on nothing else. Fewer than fit: there are no more.
+    /// Writes the indices of triangles whose boxes overlap or touch a box, and possibly of some that miss it by less
+    /// than 2^-22 of the coordinates relative to bounds().low. kept_neighbours are numbered after triangles. The order
+    /// depends only on the surface and the box. If fewer are returned than `out` can hold, there are no more.
     ///
     /// @param box_world  metres; a side may be infinite
-    /// @param cursor     0 at first, then as the last call left it
+    /// @param cursor     0 for the first call, then unchanged between calls
     /// @param out        caller's buffer
     /// Cost: O(log n + triangles near the box)
     std::size_t find_overlaps(const Aabb& box_world, std::uint32_t& cursor,
@@ -116,7 +117,7 @@ public:
         const auto& v = triangles_.vertices_world;
         return {v[c[0]], v[c[1]], v[c[2]]};
     }
-    /// Whether a triangle of find_overlaps() is a copy of one of the heightfield.
+    /// Whether a triangle from find_overlaps() is a copy of a triangle of the heightfield.
     bool is_kept_neighbour(std::uint32_t triangle) const {
         return triangle >= triangles_.triangles.size();
     }

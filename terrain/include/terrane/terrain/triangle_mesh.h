@@ -10,9 +10,9 @@
 
 namespace terrane {
 
-/// An indexed triangle mesh of an object, with attributes of its vertices.
+/// An indexed triangle mesh of an object, with vertex attributes.
 ///
-/// A vertex has one position and one value of each attribute: where an attribute jumps, as at a crease or at a seam of
+/// A vertex has one position and one value of each attribute. Where an attribute jumps, as at a crease or a seam of
 /// texture coordinates, several vertices have the same position.
 struct TriangleMesh {
     /// Three indices of vertices.
@@ -26,14 +26,14 @@ struct TriangleMesh {
     std::vector<Triangle> triangles;  ///< indices of positions; counter-clockwise from outside
 };
 
-/// Largest coordinate of a position, metres.
+/// Largest absolute coordinate of a position, metres.
 inline constexpr double kLargestMeshCoordinate = 1e6;
 
-/// Open surfaces, non-manifold edges, triangles without area or with a vertex twice, and unused vertices are allowed.
+/// Allows open surfaces, non-manifold edges, triangles without area or with a repeated vertex, and unused vertices.
 ///
 /// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
 ///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions, or
-///        an index beyond the positions
+///        an index out of range
 Result<void> check(const TriangleMesh& mesh);
 
 }  // namespace terrane

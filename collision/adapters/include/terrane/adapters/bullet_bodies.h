@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Keeps Bullet's bodies off absent ground: what a pager needs to know about them, and bodies that are held until their
-// ground is resident. One object for each world and BulletGround; see bullet_ground.h for units and frames.
+// Keeps Bullet's bodies from falling through absent ground: holds them until their ground is resident, and lists their
+// needs for the pager. One object per world and BulletGround; see bullet_ground.h for units and frames.
 //
 // Each frame:  pager.update(cameras, bodies.needs(world, ground), time);
 //              ground.set_ground(pager.ground());
 //              bodies.hold(world, ground, dt);
 //              world.stepSimulation(dt, 0);
 //
-// A body is held where its box, moved by its velocity and by gravity over dt, overlaps the guaranteed interval of
-// heights of absent ground. Held means: not integrated (DISABLE_SIMULATION); its velocity is kept and restored. The
-// callback on_held is called when this begins and when it ends. So nothing falls while the pager loads.
+// A body is held if its box, swept by velocity and gravity over dt, overlaps the guaranteed height interval of absent
+// ground. A held body is not integrated (DISABLE_SIMULATION); its velocity is saved, and restored on release. on_held
+// is called when a body becomes held and when it is released.
 //
 // Threads: one, and not during a step.
 
@@ -29,11 +29,11 @@ namespace terrane::adapters {
 /// Holds bodies over absent ground, and lists the needs of all bodies.
 class BulletBodies {
 public:
-    /// @param on_held called with a body and whether it is held from now on; what it throws is caught
+    /// @param on_held called when a body becomes held or is released; exceptions are caught
     explicit BulletBodies(std::function<void(btRigidBody&, bool is_held)> on_held = {})
         : on_held_(std::move(on_held)) {}
 
-    /// The needs of every body that moves, for Pager::update(); valid until the next call.
+    /// The needs of all dynamic bodies, for Pager::update(); valid until the next call.
     std::span<const BodyNeed> needs(btDynamicsWorld& world, const BulletGround& ground) {
         needs_.clear();
         for_each_moving(world, [&](btRigidBody& body) {
@@ -49,9 +49,9 @@ public:
         return needs_;
     }
 
-    /// Releases held bodies whose ground is resident, and holds those that may reach absent ground in a step.
+    /// Releases held bodies whose ground is resident, and holds bodies that may reach absent ground in the step.
     ///
-    /// @param dt seconds, the whole time of the stepSimulation() that follows
+    /// @param dt total time of the following stepSimulation(), seconds
     void hold(btDynamicsWorld& world, const BulletGround& ground, double dt) {
         if (ground.ground() == nullptr) return;
         for_each_moving(world, [&](btRigidBody& body) {
@@ -66,11 +66,11 @@ public:
         });
     }
 
-    /// Number of bodies that are held now.
+    /// Number of bodies currently held.
     std::size_t held_count() const { return held_.size(); }
-    /// Whether a body is held now.
+    /// Whether a body is currently held.
     bool is_held(const btRigidBody& body) const { return find(body) != nullptr; }
-    /// Removes a body from the list of held ones. Call it before the body is removed from the world.
+    /// Removes a body from the list of held bodies. Call before removing the body from the world.
     void forget(const btRigidBody& body) {
         std::erase_if(held_, [&](const Held& held) { return held.body == &body; });
     }
@@ -124,7 +124,7 @@ private:
         if (!on_held_) return;
         try {
             on_held_(body, is_held);
-        } catch (...) {  // a callback of the caller must not end the step
+        } catch (...) {  // an exception of the callback must not abort the step
         }
     }
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Contacts of Bullet's spheres, capsules and boxes (parts of compounds too) with a BulletGround, found by Terrane's
-// find_contacts() instead of Bullet's triangle by triangle:
-// - normals lie in the ground's normal cone: a body that slides over flat or concave edges meets no ghost contact,
-//   at borders of chunks neither;
-// - the ground is solid below the surface: a body that is under it has a contact that pushes it out, at any depth;
-// - a box keeps its whole size: Bullet's margin rounds no corner.
-// Other shapes (hulls, cylinders, cones, meshes) keep Bullet's own algorithm over the triangles, with its ghost
-// contacts. Casts and continuous collision keep it too.
+// Contacts of Bullet's spheres, capsules and boxes (also as parts of compounds) with a BulletGround, found by Terrane's
+// find_contacts() instead of Bullet's per-triangle algorithm:
+// - normals lie in the ground's normal cone: a body that slides over flat or concave edges has no ghost contacts, at
+//   chunk borders neither;
+// - the ground is solid below the surface: a body at any depth has a contact that pushes it out;
+// - a box keeps its full size: Bullet's margin does not round its corners. Other shapes (hulls, cylinders, cones,
+// meshes), casts and continuous collision use Bullet's own algorithm over the triangles, with its ghost contacts.
 //
-// Units, frame, absent ground, threads: see bullet_ground.h; for threads of btCollisionDispatcherMt as Bullet's own.
+// Units, frame, absent ground, threads: see bullet_ground.h. Usable with btCollisionDispatcherMt like Bullet's own
+// algorithms.
 
 #include <terrane/adapters/bullet_ground.h>
 #include <terrane/adapters/sphere_contacts.h>
@@ -26,7 +26,7 @@
 
 namespace terrane::adapters {
 
-/// The algorithm of one pair. Made by BulletContacts.
+/// The collision algorithm of one pair, created by BulletContacts.
 class BulletGroundAlgorithm final : public btCollisionAlgorithm {
 public:
     /// @param is_swapped the ground is body 0
@@ -73,17 +73,17 @@ public:
         for (std::size_t i = 0; i < answer.count; ++i)
             points[i] = world_from_ground * shape.to_shape(contacts[i].point_world);
         forget_others(convex, points.data(), answer.count);
-        for (std::size_t i = answer.count; i-- > 0;) {  // the deepest last: it stays among four
+        for (std::size_t i = answer.count; i-- > 0;) {  // deepest last: four points are kept
             const btVector3 normal =
                 world_from_ground.getBasis() * BulletGround::to_bullet(contacts[i].normal);
             const auto depth = static_cast<btScalar>(contacts[i].depth);
-            // of the manifold's bodies, whatever the order of the pair: the ground is its second
+            // relative to the manifold's bodies, not the pair's order: the ground is the second
             result->addContactPoint(normal, points[i] + normal * depth, -depth);
         }
         result->refreshContactPoints();
     }
 
-    /// 1: continuous collision is Bullet's own, by casts.
+    /// Returns 1: continuous collision is left to Bullet's casts.
     btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                    btManifoldResult*) override {
         return btScalar(1);
@@ -93,7 +93,7 @@ public:
         manifolds.push_back(manifold_);
     }
 
-    /// Whether shapes of a kind have this algorithm.
+    /// Whether this algorithm handles a shape type.
     static bool handles(int shape_type) {
         return shape_type == SPHERE_SHAPE_PROXYTYPE || shape_type == CAPSULE_SHAPE_PROXYTYPE ||
                shape_type == BOX_SHAPE_PROXYTYPE;
@@ -144,7 +144,7 @@ private:
         return find_contacts(shape_of(convex), pose, *ground.ground(), margin, contacts_out);
     }
 
-    // Removes the points of the manifold that no new contact is near: they were on other triangles.
+    // Removes the manifold's points without a new contact nearby: they were on other triangles.
     void forget_others(const btCollisionObjectWrapper& convex, const btVector3* points,
                        std::size_t count) {
         const btTransform& body = convex.getCollisionObject()->getWorldTransform();
@@ -162,11 +162,11 @@ private:
     bool is_swapped_ = false;
 };
 
-/// Gives a dispatcher Terrane's contacts for spheres, capsules and boxes against every BulletGround. It must outlive
-/// the dispatcher's use. Concave shapes of other classes keep Bullet's algorithm.
+/// Registers Terrane's contacts for spheres, capsules and boxes against every BulletGround with a dispatcher, and must
+/// outlive its use. Other concave shapes keep Bullet's algorithm.
 class BulletContacts {
 public:
-    /// Registers itself for the shapes that it answers; the dispatcher must not outlive it.
+    /// Registers itself for the supported shapes; the dispatcher must not outlive it.
     explicit BulletContacts(btCollisionDispatcher& dispatcher) {
         for (const int kind :
              {SPHERE_SHAPE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE}) {

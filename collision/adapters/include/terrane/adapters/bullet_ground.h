@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Terrane's ground as a shape of Bullet (2.8x and 3.x), float or double (BT_USE_DOUBLE_PRECISION). The project that
-// includes this links Bullet; Terrane does not.
+// Terrane's ground as a Bullet shape (2.8x and 3.x), float or double (BT_USE_DOUBLE_PRECISION). The including project
+// links Bullet; Terrane does not.
 //
 // Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
 // Frame:  shape = world - origin, axes as the world's. The origin is in doubles: keep it within a few kilometres of the
 //         bodies of a float Bullet (at 8 km a float resolves 0.5 mm). The collision object's transform is the identity.
 // Ground: a snapshot; set_ground() with the pager's newest set before each stepSimulation().
-// Absent: ground that is not resident has no triangles. Nothing falls through if bullet_bodies.h holds bodies over it;
-//         this shape counts each question that met absent ground, and calls on_absent.
-// Edges:  triangles alone give what Bullet gives for its own height field, ghost contacts at inner edges included.
-//         bullet_contacts.h replaces the contacts of spheres, capsules and boxes with Terrane's own, without them.
-// Volumes: the joined surface's triangles stand in the place of the heightfield's: see terrane/terrain/solid_surface.h.
+// Absent: ground that is not resident has no triangles. bullet_bodies.h holds bodies over it so that they do not fall
+//         through. This shape counts queries that reach absent ground, and calls on_absent.
+// Edges:  with triangles alone, Bullet produces ghost contacts at inner edges, as for its own height field.
+//         bullet_contacts.h replaces the contacts of spheres, capsules and boxes by Terrane's, which have none.
+// Volumes: triangles of the joined surface replace those of the heightfield: see terrane/terrain/solid_surface.h.
 //
-// Threads: set_ground() and set_origin() between steps; Bullet's questions from any number of threads.
+// Threads: set_ground() and set_origin() between steps; Bullet may query from any number of threads.
 
 #include <terrane/adapters/ground_triangles.h>
 
@@ -32,39 +32,39 @@ namespace terrane::adapters {
 /// Settings of a BulletGround.
 struct BulletGroundSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< origin of the shape's frame
-    /// A box of a question over more cells than this is refused and counted, at least 1.
+    /// Limit on cells under a query's box, at least 1; queries above it are refused and counted.
     std::int64_t most_cells = kMostVisitedCells;
-    /// Called where a question meets absent ground, with its box (of a ray, the box around it); may be called by any of
-    /// Bullet's threads. What it throws is caught and counted.
+    /// Called when a query reaches absent ground, with the query's box (for a ray, its bounding box), from any of
+    /// Bullet's threads. Exceptions are caught and counted.
     std::function<void(const Aabb& box_world)> on_absent = {};
 };
 
-/// What a BulletGround met since its creation.
+/// Event counts of a BulletGround since its creation.
 struct BulletGroundCounts {
-    std::uint64_t absent = 0;  ///< questions that met absent ground
+    std::uint64_t absent = 0;  ///< queries that reached absent ground
     std::uint64_t refused =
-        0;  ///< boxes that were not finite or over too many cells: answered with no triangles
+        0;  ///< boxes not finite or over too many cells: no triangles were returned
     std::uint64_t failed_callbacks = 0;  ///< calls of on_absent that threw
 };
 
-/// The contact surface for btRigidBody and btCollisionObject, static only. Local scaling is refused: it stays 1.
+/// The contact surface for static btRigidBody and btCollisionObject. Local scaling is ignored: it stays 1.
 class BulletGround final : public btConcaveShape {
 public:
-    /// Without a ground: see set_ground().
+    /// Creates a shape without a ground: see set_ground().
     explicit BulletGround(BulletGroundSettings settings = {}) : settings_(std::move(settings)) {
         m_shapeType = kShapeType;
     }
 
-    /// The ground that answers from now on. Without one there are no triangles.
+    /// Sets the current ground. Without one there are no triangles.
     void set_ground(Ground ground) { ground_ = std::move(ground); }
-    /// Null before the first set_ground().
+    /// The current ground; null before the first set_ground().
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
-    /// Moves the origin of the frame; the caller moves the bodies by the opposite, and updates the broadphase
+    /// Moves the origin of the frame. The caller shifts the bodies by the opposite and updates the broadphase
     /// (btCollisionWorld::updateSingleAabb).
     void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
     /// Origin of the frame, world.
     const WorldPos& origin_world() const { return settings_.origin_world; }
-    /// What was refused or absent since creation.
+    /// Event counts since creation.
     BulletGroundCounts counts() const { return {absent_, refused_, failed_callbacks_}; }
 
     /// Transforms a point from the shape's frame to the world.
@@ -75,18 +75,19 @@ public:
     btVector3 to_shape(const WorldPos& p_world) const {
         return to_bullet(p_world - settings_.origin_world);
     }
-    /// A vector of Bullet's precision.
+    /// Converts a vector to Bullet's precision.
     static btVector3 to_bullet(const Eigen::Vector3d& v) {
         return btVector3(static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
                          static_cast<btScalar>(v.z()));
     }
 
-    /// The triangles that may touch a box. partId and triangleIndex of the callback: of the heightfield, the column of
-    /// the cell and twice its row, + 1 for the northern triangle, both from the lattice's point (0, 0), low 31 bits; of
-    /// volumes, -1 and the triangle's index in its SolidSurface.
+    /// Passes the triangles that may touch a box to the callback. partId and triangleIndex: for the heightfield, the
+    /// cell's column, and twice its row + 1 for the northern triangle, counted from lattice point (0, 0), low 31 bits;
+    /// for volumes, -1 and the triangle's index in its SolidSurface.
     ///
-    /// Rays of btCollisionWorld::rayTest() are recognised where RTTI is on, and follow the surface instead: their cost
-    /// does not grow with the area of the box around them. A ray that meets absent ground before any hit has none.
+    /// If RTTI is enabled, rays of btCollisionWorld::rayTest() are recognised and traced along the surface, so that
+    /// their cost does not grow with the area of their bounding box. A ray that reaches absent ground before any hit
+    /// has no hit.
     void processAllTriangles(btTriangleCallback* callback, const btVector3& aabb_min,
                              const btVector3& aabb_max) const override {
         if (!ground_) return;
@@ -99,7 +100,7 @@ public:
         process_box(*callback, {to_world(aabb_min), to_world(aabb_max)}, true);
     }
 
-    /// The extent, and heights of +-kMostHeight.
+    /// The box of the extent and heights of +-kMostHeight.
     void getAabb(const btTransform& t, btVector3& aabb_min, btVector3& aabb_max) const override {
         const WorldRect extent = ground_ ? ground_->extent() : WorldRect{};
         const double z = settings_.origin_world.z();
@@ -117,8 +118,7 @@ public:
     }
     /// 0: the ground is static.
     void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
-    /// A type of concave shapes that no class of Bullet has. Bullet 3 takes CUSTOM_CONCAVE_SHAPE_TYPE for its own
-    /// btSdfCollisionShape.
+    /// A concave shape type that no Bullet class uses. Bullet 3 uses CUSTOM_CONCAVE_SHAPE_TYPE for btSdfCollisionShape.
     static constexpr int kShapeType = FAST_CONCAVE_MESH_PROXYTYPE;
     /// Identifies this class without RTTI: the address is unique.
     const char* getName() const override { return kName; }
@@ -127,7 +127,7 @@ public:
         return shape.getShapeType() == kShapeType && shape.getName() == kName;
     }
 
-    /// Counts a question that met absent ground, and calls on_absent.
+    /// Counts a query that reached absent ground, and calls on_absent.
     void report_absent(const Aabb& box_world) const {
         ++absent_;
         if (!settings_.on_absent) return;
@@ -137,7 +137,7 @@ public:
             ++failed_callbacks_;
         }
     }
-    /// Counts a question that was refused.
+    /// Counts a refused query.
     void report_refused() const { ++refused_; }
 
 private:
@@ -161,7 +161,7 @@ private:
         if (report.meets_absent) report_absent(box_world);
     }
 
-    // Gives the triangles around each hit, the nearest first, until the callback takes one: it may refuse back faces.
+    // Passes the triangles around each hit, nearest first, until the callback accepts one: it may reject back faces.
     void process_ray(btTriangleRaycastCallback& ray) const {
         const WorldPos from = to_world(ray.m_from), to = to_world(ray.m_to);
         if (!from.allFinite() || !to.allFinite()) {

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Project Chrono's terrain interface, chrono::vehicle::ChTerrain: height, normal and friction below a point, which its
-// wheels and tyres ask for. Needs Chrono only where ChronoTerrain is instantiated:
+// Project Chrono's terrain interface, chrono::vehicle::ChTerrain: height, normal and friction below a point, as queried
+// by its wheels and tyres. Only instantiating ChronoTerrain needs Chrono:
 //
 //     using Terrain = terrane::adapters::ChronoTerrain<chrono::vehicle::ChTerrain, chrono::ChVector3d>;
 //
-// (Chrono before 9.0 has chrono::ChVector<> in the place of ChVector3d.)
+// (Chrono before 9.0 has chrono::ChVector<> instead of ChVector3d.)
 //
-// Units: metres. Frame: Chrono's, of any rotation and origin; by default it is the world (x east, y north, z up), which
-// is Chrono's ISO frame. Heights are along the world's vertical from the origin of Chrono's frame, which is what
-// ChWorldFrame::Height() measures.
+// Units: metres. Frame: Chrono's, with any rotation and origin; by default the world (x east, y north, z up), which is
+// Chrono's ISO frame. Heights are measured along the world's vertical from the origin of Chrono's frame, as by
+// ChWorldFrame::Height().
 //
-// Absent ground: the interface has no status. The height is then ChronoTerrainSettings::absent_height, -infinity unless
-// set: no tyre touches it. The normal is the vertical, and the answer is counted by its status in TyreGround::counts().
-// A simulator that must not run on looks at counts().failed() after each step, or at TyreGround::find() before it.
+// Absent ground: the interface has no status. The height is ChronoTerrainSettings::absent_height, by default -infinity,
+// so that no tyre touches it; the normal is the vertical, and TyreGround::counts() counts the answer by status. A
+// simulator that must stop on absent ground checks counts().failed() after each step, or TyreGround::find() before it.
 //
-// Threads: queries in any number; set_ground() while no query runs, once for each step.
+// Threads: any number of queries; set_ground() while no query runs, once per step.
 // Source: the reference of ChTerrain, api.projectchrono.org, versions 6 to 9.
 
 #include <terrane/adapters/surface_point.h>
@@ -31,22 +31,22 @@ struct ChronoTerrainSettings {
     Pose world_from_sim = {};  ///< Chrono's axes and origin in the world
     /// See surface_below(): infinite for the highest surface; finite for tunnels and bridges.
     double search_above = std::numeric_limits<double>::infinity();
-    /// The height where there is no ground, metres; any number, NaN included.
+    /// Height for absent ground, metres; any number, including NaN.
     double absent_height = -std::numeric_limits<double>::infinity();
-    float friction = 0.8f;  ///< where the ground has no surface map, and where there is no ground
+    float friction = 0.8f;  ///< for ground without a surface map, and absent ground
 };
 
-/// What ChTerrain answers, without Chrono.
+/// Computes the answers of ChTerrain without Chrono.
 class TyreGround {
 public:
     /// The ground at one place, in Chrono's frame.
     struct Answer {
-        GroundStatus status = GroundStatus::invalid;  ///< whether there is ground
-        double height = 0.0;  ///< along the vertical, or the settings' absent_height
+        GroundStatus status = GroundStatus::invalid;  ///< ok if there is ground
+        double height = 0.0;  ///< along the vertical; absent_height without ground
         Eigen::Vector3d point_sim =
-            Eigen::Vector3d::Zero();  ///< on the surface; where there is none, the question
+            Eigen::Vector3d::Zero();  ///< on the surface; without ground, the query point
         Eigen::Vector3d normal_sim =
-            Eigen::Vector3d::Zero();  ///< unit; where there is no ground, the vertical
+            Eigen::Vector3d::Zero();  ///< unit; without ground, the vertical
         float friction = 0.0f;        ///< Coulomb
     };
 
@@ -66,12 +66,12 @@ public:
         return TyreGround(settings);
     }
 
-    /// The ground of the steps that follow. Without one every answer is `not_resident`.
+    /// Sets the ground of the following steps. Without one every answer is `not_resident`.
     void set_ground(const Ground& ground) { ground_ = ground; }
     /// The ground of the last set_ground(), or null.
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
 
-    /// The ground below a point, in Chrono's frame. Counts nothing.
+    /// The ground below a point in Chrono's frame, without counting.
     Answer find(const Eigen::Vector3d& p_sim) const {
         const Pose& frame = settings_.world_from_sim;
         const Eigen::Vector3d up_sim = frame.rotation.row(2).transpose();
@@ -96,14 +96,14 @@ public:
         return answer;
     }
 
-    /// find(), counted.
+    /// As find(), and counts the answer.
     Answer ask(const Eigen::Vector3d& p_sim) const {
         const Answer answer = find(p_sim);
         counts_.add(answer.status);
         return answer;
     }
 
-    /// The answers of ask() so far, by status.
+    /// Number of answers of ask() by status.
     const StatusCounter& counts() const { return counts_; }
 
 private:
@@ -114,19 +114,19 @@ private:
     mutable StatusCounter counts_;
 };
 
-/// A ChTerrain over a TyreGround. Functors that are registered with the base class are not asked.
+/// A ChTerrain over a TyreGround. Functors registered with the base class are ignored.
 ///
 /// @tparam Terrain chrono::vehicle::ChTerrain
-/// @tparam Vector  Chrono's vector of doubles, made of x, y, z and read by x(), y(), z()
+/// @tparam Vector  Chrono's vector of doubles, constructed from x, y, z and read by x(), y(), z()
 template <class Terrain, class Vector>
 class ChronoTerrain : public Terrain {
 public:
-    /// Answers with what tyre_ground says.
+    /// Takes the TyreGround that answers.
     explicit ChronoTerrain(TyreGround tyre_ground) : tyre_ground_(std::move(tyre_ground)) {}
 
-    /// Where the ground of each step is set, and answers are counted.
+    /// The TyreGround: set the ground of each step here, and read the counts.
     TyreGround& tyre_ground() { return tyre_ground_; }
-    /// The same for reading.
+    /// As above, read-only.
     const TyreGround& tyre_ground() const { return tyre_ground_; }
 
     // NOLINTBEGIN(readability-identifier-naming): Chrono's names

@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// A window of the ground around bodies as DART's HeightmapShape, moved with them. Needs no header of DART: the class is
-// a template of dart::dynamics::HeightmapShapef or HeightmapShaped (6.9 and later).
+// A window of the ground that follows bodies, as a DART HeightmapShape. Needs no DART header: the class is a template
+// over dart::dynamics::HeightmapShapef or HeightmapShaped (6.9 and later).
 //
 //     auto shape = std::make_shared<dart::dynamics::HeightmapShapef>();
 //     // on a body of a skeleton with setMobile(false): createShapeNodeWith<CollisionAspect, DynamicsAspect>(shape)
 //     const auto update = window.update(*shape, ground, boxes);                 // before world->step()
 //     if (update.has_changed) node->setRelativeTranslation(update.translation_sim);
 //
-// DART collides a HeightmapShape with its Bullet and its ODE detector only, and floats with Bullet, doubles with ODE.
+// DART supports a HeightmapShape only in its Bullet and ODE collision detectors: float with Bullet, double with ODE.
 //
 // Units: metres. Frame: the world's axes (z up), translated by DartWindowSettings::origin_world. DART's rows run south
-// from the north-western sample, columns east; the shape's origin is in the middle of the rectangle.
-// Heights: relative to the window's lowest ground, where the shape's frame is put; a float holds them to 2^-24 of the
-// window's range. The spacing is that of the ground's contact level.
+// from the north-western sample, columns east; the shape's origin is the centre of the rectangle.
+// Heights: relative to the window's lowest ground, at which the shape's frame is placed; float rounds them to 2^-24 of
+// the window's range. The spacing is that of the ground's contact level.
 // Surface: the engines split every cell along the same diagonal, Terrane along alternating diagonals. The surfaces
-// differ by at most half of a cell's twist (DartWindowUpdate::surface_error_m). The shape has no thickness: a body
-// that moves by more than its size in a step can pass through it.
+// differ by at most half of a cell's twist (DartWindowUpdate::surface_error_m). The shape has no thickness: a body that
+// moves by more than its size in a step can tunnel through it.
 //
-// Moving: the shape is given new heights and its frame a new place, both by whole cells, so the surface stays where it
-// is in the world. DART notices by the shape's version and makes the engine's shape anew in the next step; the
-// skeleton does not move, so nothing is dragged. That costs as much as the first time: let the window be twice as wide
-// as a body goes in a second, or more.
+// Moving: heights and frame of the shape shift together by whole cells, so the surface stays fixed in the world. DART
+// detects the new version of the shape and rebuilds the engine's shape in the next step; the skeleton does not move, so
+// nothing is dragged. A rebuild costs as much as the initial build: make the window at least twice as wide as a body
+// travels in a second.
 //
-// Absent ground: the shape cannot have holes. Samples of no ground are at the window's lowest height, and boxes over
-// them are counted in the update: a simulator does not step such a body, or takes it out. The same goes for boxes over
-// cells that volumes replace.
+// Absent ground: the shape cannot have holes. Samples without ground are at the window's lowest height, and the update
+// counts boxes over them: the simulator should not step such a body, or should remove it. The same applies to boxes
+// over cells replaced by volumes.
 //
 // Threads: only the thread that steps the world.
 // Source: the reference of DART 6, dart::dynamics::HeightmapShape.
@@ -43,27 +43,27 @@ struct DartWindowSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< of DART's frame, within 2^40 m
 };
 
-/// What became of an update.
+/// Status of an update.
 enum class DartWindowStatus {
-    ok,         ///< the shape is the ground of the window
-    no_bodies,  ///< there is no valid box: nothing was done
-    no_ground,  ///< no cell of the window is resident ground: the shape is flat, at world z = 0
+    ok,         ///< the shape matches the window
+    no_bodies,  ///< no valid box; nothing was done
+    no_ground,  ///< no resident ground in the window; the shape is flat at world z = 0
 };
 
-/// What an update did, and what the bodies stand on.
+/// Report of an update, and of the support below bodies.
 struct DartWindowUpdate {
     DartWindowStatus status = DartWindowStatus::ok;  ///< whether the shape is up to date
-    bool has_changed = false;  ///< the shape has new heights, and belongs at translation_sim
+    bool has_changed = false;  ///< the shape has new heights: move it to translation_sim
     Eigen::Vector3d translation_sim = Eigen::Vector3d::Zero();  ///< of the shape's frame
     bool covers_boxes = false;                                  ///< all boxes lie in the window
     int unsupported_boxes = 0;                                  ///< see BoxSupport
     int boxes_over_volumes = 0;                                 ///< see BoxSupport
-    std::int64_t absent_cells = 0;  ///< of the window, not resident or outside
-    /// Bound of the vertical distance between the shape's surface, however its cells are cut, and the contact surface.
+    std::int64_t absent_cells = 0;                              ///< cells not resident or outside
+    /// Bound of the vertical distance between the shape's surface and the contact surface, for either cell diagonal.
     double surface_error_m = 0.0;
 };
 
-/// Keeps a HeightmapShape on the ground around bodies.
+/// Keeps the heights of a HeightmapShape up to date around bodies.
 ///
 /// @tparam Shape dart::dynamics::HeightmapShape<S>
 template <class Shape>
@@ -77,10 +77,10 @@ public:
         return DartWindow(std::move(*field));
     }
 
-    /// Moves the window to the boxes of the bodies, DART's frame, and gives the shape new heights where they changed.
-    /// Boxes that are not finite are ignored and count as unsupported.
+    /// Moves the window to the boxes of bodies, DART's frame, and updates the shape's heights if they changed. Boxes
+    /// that are not finite are ignored and count as unsupported.
     ///
-    /// Cost: O(boxes + cells that changed); after a change O(cells), and DART's for a new shape
+    /// Cost: O(boxes + changed cells); after a change O(cells), and DART's for a new shape
     DartWindowUpdate update(Shape& shape, const Ground& ground, std::span<const Aabb> boxes_sim) {
         DartWindowUpdate result;
         result.has_changed = field_.update(ground, boxes_sim);
@@ -101,7 +101,7 @@ public:
         return result;
     }
 
-    /// The samples that the shape holds, and what its cells are.
+    /// The samples in the shape and the flags of its cells.
     const GroundWindow& window() const { return field_.window(); }
 
 private:

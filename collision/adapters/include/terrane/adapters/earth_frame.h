@@ -1,24 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The earth-centred, earth-fixed frame (ECEF) and Terrane's world: x from the earth's centre through latitude 0,
-// longitude 0; z through the north pole; metres. The earth is an ellipsoid of revolution, by default that of WGS84;
-// with equal semi-axes a sphere.
+// Transforms between the earth-centred, earth-fixed frame (ECEF) and Terrane's world. ECEF: x from the earth's centre
+// through latitude 0, longitude 0; z through the north pole; metres. The earth is an ellipsoid of revolution, WGS84 by
+// default; a sphere if the semi-axes are equal.
 //
-// Two mappings between the ellipsoid and the planar world:
-//   tangent_plane  the world is east, north, up at the origin, Cartesian. Lengths and angles are true; ground that
-//                  follows the earth must be modelled with its curvature (785 m below the plane at 100 km).
-//   plate_carree   x and y are longitude and latitude times a constant, z the height above the ellipsoid: what Terrane
-//                  makes of a raster in degrees. Ground is as high as the raster says everywhere; lengths east are true
-//                  at the origin's latitude only. Slopes are converted with the true lengths.
+// Two mappings between the ellipsoid and the planar world: tangent_plane the world is east, north, up at the origin,
+//   Cartesian. Lengths and angles are true; ground that follows the earth must be modelled with its curvature (785 m
+//   below the plane at 100 km). plate_carree x and y are longitude and latitude times a constant, z the height above
+//   the ellipsoid: Terrane's mapping of a raster in degrees. Heights are those of the raster everywhere; eastward
+//   lengths are true only at the origin's latitude. Slopes are converted with the true lengths.
 //
-// With the library's sines and cosines: answers are not promised bit for bit between machines.
+// Uses the C library's sine and cosine, so answers may differ in the last bits between machines.
 //
 // Sources: B. R. Bowring. Transformation from spatial to geographical coordinates. Survey Review 23(181), 1976.
 //          NGA.STND.0036, World Geodetic System 1984, 2014: the ellipsoid. J. P. Snyder. Map Projections: A Working
 //          Manual. USGS Professional Paper 1395, 1987, chapter 12: equidistant cylindrical.
-// Deviations: Bowring's formula is iterated, from a first value that knows the height, so that it holds from 200 km
-//             below the surface to any height.
+// Deviations: Bowring's formula is iterated from a first value that accounts for the height, so that it is valid from
+//             200 km below the surface to any height.
 
 #include <terrane/base/math.h>
 #include <terrane/base/result.h>
@@ -32,13 +31,13 @@
 
 namespace terrane::adapters {
 
-/// How a flat world lies on the earth.
+/// Mapping between the flat world and the earth.
 enum class EarthMapping {
     tangent_plane,  ///< Cartesian: east, north, up at the origin
     plate_carree,  ///< x and y proportional to longitude and latitude, z the height above the ellipsoid
 };
 
-/// A place by its angles. Angles in radians, metres.
+/// A place in geodetic coordinates.
 struct Geodetic {
     double latitude = 0.0;   ///< geodetic, -pi/2 to pi/2
     double longitude = 0.0;  ///< -pi to pi
@@ -49,14 +48,14 @@ struct Geodetic {
 struct EarthFrameSettings {
     double latitude = 0.0;                  ///< geodetic, of the world's (0, 0), radians
     double longitude = 0.0;                 ///< of the world's (0, 0), radians
-    double height = 0.0;                    ///< of world z = 0 above the ellipsoid, there
+    double height = 0.0;                    ///< of world z = 0 above the ellipsoid, metres
     double semi_major = 6378137.0;          ///< of the ellipsoid; WGS84
     double semi_minor = 6356752.314245179;  ///< equal to semi_major for a sphere
-    EarthMapping mapping = EarthMapping::tangent_plane;  ///< what x and y are
-    /// plate_carree: metres of x for a radian of longitude; 0: the true length at the origin. Of a raster in degrees:
-    /// 180 / pi times the metres_per_unit_x that `terrane info` prints.
+    EarthMapping mapping = EarthMapping::tangent_plane;  ///< meaning of x and y
+    /// plate_carree: metres of x per radian of longitude; 0: the true length at the origin. For a raster in degrees:
+    /// 180 / pi times the metres_per_unit_x printed by `terrane info`.
     double metres_per_radian_east = 0.0;
-    double metres_per_radian_north = 0.0;  ///< the same for y and latitude
+    double metres_per_radian_north = 0.0;  ///< as above, for y and latitude
 };
 
 /// Transforms between ECEF and a world. Immutable. Threads: any number. Allocates: nothing.
@@ -94,7 +93,7 @@ public:
         return EarthFrame(settings);
     }
 
-    /// What it was made of.
+    /// Settings passed to create().
     const EarthFrameSettings& settings() const { return settings_; }
 
     /// ECEF of a geodetic place.
@@ -105,8 +104,8 @@ public:
                 (across * (1.0 - e2_) + place.height) * std::sin(place.latitude)};
     }
 
-    /// Geodetic place of ECEF. Absent where it is not finite, or more than 200 km below the surface of the sphere of
-    /// the semi-minor axis. Longitude 0 on the earth's axis.
+    /// Geodetic place of an ECEF position. Nothing if it is not finite, or nearer to the earth's centre than the
+    /// semi-minor axis less 200 km. Longitude is 0 on the earth's axis.
     ///
     /// Accuracy: 3e-15 of the distance from the earth's centre, 2e-8 m at the surface (EarthFrame tests)
     std::optional<Geodetic> geodetic_from_earth(const Eigen::Vector3d& p_earth) const {
@@ -131,8 +130,8 @@ public:
         return Geodetic{latitude, std::atan2(p_earth.y(), p_earth.x()), height};
     }
 
-    /// World position of ECEF. Absent where geodetic_from_earth() is; with tangent_plane also where the vertical is
-    /// more than 45 degrees from the origin's, because the world's z says little about heights there.
+    /// World position of an ECEF position. Nothing if geodetic_from_earth() returns nothing; with tangent_plane also if
+    /// the vertical is more than 45 degrees from the origin's, because world z is no longer a measure of height there.
     std::optional<WorldPos> world_from_earth(const Eigen::Vector3d& p_earth) const {
         const std::optional<Geodetic> place = geodetic_from_earth(p_earth);
         if (!place) return std::nullopt;
@@ -148,8 +147,7 @@ public:
                         place->height - settings_.height);
     }
 
-    /// ECEF of a world position. With plate_carree x beyond half a turn goes round again; a y beyond a pole is taken
-    /// for the pole.
+    /// ECEF of a world position. With plate_carree, x wraps around the earth and y is clamped to the poles.
     Eigen::Vector3d earth_from_world(const WorldPos& p_world) const {
         if (settings_.mapping == EarthMapping::tangent_plane) {
             return origin_earth_ + axes_ * p_world;
@@ -157,8 +155,8 @@ public:
         return earth_from_geodetic(geodetic_from_flat(p_world));
     }
 
-    /// The direction in ECEF of a surface normal of the world at a place of it: unit. With plate_carree slopes are
-    /// converted with the true lengths of a radian there.
+    /// Transforms a surface normal at a world position to ECEF, unit. With plate_carree, slopes are converted with the
+    /// true lengths of a radian at the position.
     Eigen::Vector3d normal_earth_from_world(const WorldPos& p_world,
                                             const Eigen::Vector3d& normal_world) const {
         if (settings_.mapping == EarthMapping::tangent_plane) return axes_ * normal_world;
@@ -168,14 +166,14 @@ public:
         const double along = across * (1.0 - e2_) / (1.0 - e2_ * s * s);
         const double true_east = (across + place.height) * std::cos(place.latitude);
         const double true_north = along + place.height;
-        // a normal goes by the inverse transpose of the scales; all multiplied by true_east, which is 0 at a pole
+        // normals transform by the inverse transpose of the scales; multiplied by true_east, which is 0 at a pole
         const Eigen::Vector3d local(normal_world.x() * metres_east_,
                                     normal_world.y() * metres_north_ * (true_east / true_north),
                                     normal_world.z() * true_east);
         return (axes_at(place.latitude, place.longitude) * local).stableNormalized();
     }
 
-    /// The vertical in ECEF at a world position: the normal of the ellipsoid, or that of the tangent plane.
+    /// The vertical at a world position in ECEF: the normal of the ellipsoid or of the tangent plane.
     Eigen::Vector3d up_earth(const WorldPos& p_world) const {
         if (settings_.mapping == EarthMapping::tangent_plane) return axes_.col(2);
         const Geodetic place = geodetic_from_flat(p_world);
@@ -224,7 +222,7 @@ private:
 
     EarthFrameSettings settings_;
     double e2_ = 0.0;                                // first eccentricity squared
-    double metres_east_ = 0.0, metres_north_ = 0.0;  // a radian of longitude, latitude
+    double metres_east_ = 0.0, metres_north_ = 0.0;  // per radian of longitude, latitude
     Eigen::Matrix3d axes_;
     Eigen::Vector3d origin_earth_;
 };

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// An elevation map in the layout of ROS's grid_map: a rectangle of float cells that moves with a robot by whole cells,
-// stored as a circular buffer. Needs no ROS. Of a grid_map::GridMap with the same length, resolution, position and
-// start index, layer() is the data of get("elevation"):
+// An elevation map in the layout of ROS's grid_map: a rectangle of float cells in a circular buffer that follows a
+// robot by whole cells. Does not need ROS. layer() has the data of get("elevation") of a grid_map::GridMap with the
+// same length, resolution, position and start index:
 //
 //     Eigen::Map<const Eigen::MatrixXf>(map.layer().data(), map.rows(), map.columns())
 //
 // In grid_map_msgs/GridMap start_row() is outer_start_index and start_column() is inner_start_index.
 //
 // Units: metres. Frame: the map's, x east, y north, z up, translated by ElevationMapSettings::origin_world.
-// Layout: column-major. Rows run against x and columns against y: unwrapped cell (0, 0) is the one with the largest x
-// and y. The buffer's cell is the unwrapped one plus the start index, modulo the size. A cell's value is the height of
-// the contact surface at the cell's centre, the highest one where volumes fold it.
+// Layout: column-major. Row and column indices increase towards -x and -y: unwrapped cell (0, 0) has the largest x and
+// y. Buffer index = unwrapped index plus start index, modulo the size. A cell holds the height of the contact surface
+// at its centre, the highest one if volumes make several.
 //
-// Absent ground: NaN, as grid_map has it, and the reason in statuses(). Nothing is filled in.
+// Absent ground: NaN, as in grid_map, with the reason in statuses(). Nothing is filled in.
 //
 // Threads: one; any number of readers between updates.
 // Source: P. Fankhauser and M. Hutter. A Universal Grid Map Library. In: Robot Operating System (ROS), Springer, 2016;
@@ -30,27 +30,27 @@
 
 namespace terrane::adapters {
 
-/// Most cells of an ElevationMap: 5 bytes each.
+/// Maximum number of cells of an ElevationMap, of 5 bytes each.
 inline constexpr std::int64_t kMostElevationCells = std::int64_t{1} << 26;
 
 /// Settings of an ElevationMap.
 struct ElevationMapSettings {
-    double length_x = 10.0;   ///< sides, metres: rounded to whole cells, at least one
+    double length_x = 10.0;   ///< side, metres, rounded to whole cells, at least one
     double length_y = 10.0;   ///< as length_x
     double resolution = 0.1;  ///< side of a cell, metres, 1e-6 to 1e6
     WorldPos origin_world = WorldPos::Zero();  ///< of the map's frame, within 2^40 m
 };
 
-/// What an update of a map did.
+/// Report of an update.
 struct ElevationMapUpdate {
     std::int64_t moved_x = 0;       ///< cells, positive eastward
     std::int64_t moved_y = 0;       ///< cells, positive northward
     std::int64_t read_cells = 0;    ///< cells whose height was read
-    std::int64_t absent_cells = 0;  ///< of all cells of the map, those without a height
-    bool is_refused = false;        ///< the position was not finite or too far: nothing was done
+    std::int64_t absent_cells = 0;  ///< cells of the map without a height
+    bool is_refused = false;        ///< the position was not finite or too far; nothing changed
 };
 
-/// Heights around a moving place as a circular buffer of cells.
+/// Heights around a moving place in a circular buffer of cells.
 class ElevationMap {
 public:
     /// Fails: invalid_argument, naming the field and its value, and for more than kMostElevationCells cells
@@ -86,14 +86,14 @@ public:
         return map;
     }
 
-    /// Moves the map's centre to the place, rounded to whole cells from where it is, and reads the cells that entered
-    /// and those whose ground may have changed since the last update(): whole columns of the buffer over other chunks
-    /// than then, or over absent ones. A place that is not finite or beyond 2^40 m changes nothing.
+    /// Moves the map's centre to a place, by a whole number of cells, and reads the cells that entered and those whose
+    /// ground may have changed since the last update(): buffer columns over chunks that were exchanged or are absent. A
+    /// place that is not finite or beyond 2^40 m changes nothing.
     ///
     /// @param x, y metres, map frame
     ///
     /// Allocates: nothing
-    /// Cost:      O(cells read), and a check of the chunks below each column
+    /// Cost:      O(cells read), plus a check of the chunks below each column
     ElevationMapUpdate update(const Ground& ground, double x, double y) {
         ElevationMapUpdate update;
         if (!(std::abs(x) <= 0x1p40 && std::abs(y) <= 0x1p40)) {
@@ -121,25 +121,25 @@ public:
         return update;
     }
 
-    /// Cells along x and y: rows and columns of the layer.
+    /// Rows of the layer: cells along x.
     std::int64_t rows() const { return rows_; }
-    std::int64_t columns() const { return columns_; }  ///< along y
+    std::int64_t columns() const { return columns_; }  ///< cells along y
     /// Buffer row and column of unwrapped cell (0, 0), the north-eastern one.
     std::int64_t start_row() const { return start_row_; }
     std::int64_t start_column() const { return start_column_; }  ///< see start_row()
     /// Side of a cell.
     double resolution() const { return settings_.resolution; }
-    /// The map's centre, map frame: a whole number of cells from the frame's origin, whatever the moves.
+    /// x of the map's centre, map frame: always a whole number of cells from the frame's origin.
     double position_x() const { return static_cast<double>(cell_x_) * settings_.resolution; }
     /// As position_x(), along y.
     double position_y() const { return static_cast<double>(cell_y_) * settings_.resolution; }
 
     /// [rows() * columns()] heights, column-major, map frame; NaN where there is no ground.
     std::span<const float> layer() const { return layer_; }
-    /// [rows() * columns()] of each cell: why it is NaN. Before the first update() `not_resident`.
+    /// [rows() * columns()] status of each cell, the reason for NaN. `not_resident` before the first update().
     std::span<const GroundStatus> statuses() const { return statuses_; }
 
-    /// Centre of an unwrapped cell, map frame.
+    /// x of an unwrapped cell's centre, map frame.
     double cell_x(std::int64_t row) const { return position_x() + offset(row, rows_); }
     /// As cell_x(), along y.
     double cell_y(std::int64_t column) const { return position_y() + offset(column, columns_); }
@@ -148,7 +148,7 @@ public:
         return static_cast<std::size_t>(wrap(column + start_column_, columns_) * rows_ +
                                         wrap(row + start_row_, rows_));
     }
-    /// Index in layer() of the cell that contains a place, map frame; absent outside the map.
+    /// Index in layer() of the cell that contains a place, map frame; nothing outside the map.
     std::optional<std::size_t> find(double x, double y) const {
         const double row = 0.5 * static_cast<double>(rows_) - (x - position_x()) / resolution();
         const double column =
@@ -168,16 +168,16 @@ private:
               std::max<std::int64_t>(1, std::llround(settings.length_y / settings.resolution))) {}
 
     static std::int64_t wrap(std::int64_t i, std::int64_t size) { return (i % size + size) % size; }
-    // Rounded half away from zero, as grid_map rounds.
+    // Rounds half away from zero, as grid_map does.
     std::int64_t whole_cells(double distance) const {
         return std::llround(distance / settings_.resolution);
     }
-    // Distance of an unwrapped cell's centre from the map's; indices run against the axis.
+    // Offset of an unwrapped cell's centre from the map's centre; indices run against the axis.
     double offset(std::int64_t i, std::int64_t size) const {
         return (0.5 * static_cast<double>(size) - 0.5 - static_cast<double>(i)) *
                settings_.resolution;
     }
-    // Whether a move uncovered an unwrapped row or column: those of small index after a move along the axis.
+    // Whether a move uncovered an unwrapped row or column: low indices after a move along the axis.
     static bool is_new(std::int64_t i, std::int64_t moved, std::int64_t size) {
         return moved > 0 ? i < moved : i >= size + moved;
     }

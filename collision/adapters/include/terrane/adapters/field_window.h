@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the adapters of engines with a height field of their own share: the heights of a GroundWindow as one rectangle,
-// the ground in it, and what boxes stand on. See mujoco_window.h and dart_window.h.
+// Shared by the adapters of engines with their own height field: the heights of a GroundWindow as one rectangle, its
+// ground flags, and the support below boxes. See mujoco_window.h and dart_window.h.
 //
 // Units: metres. Frames: the simulator's has the world's axes and an origin of its own. Layout: row by row from the
 // south-west. Threads: one.
@@ -18,9 +18,9 @@
 
 namespace terrane::adapters {
 
-/// What boxes stand on.
+/// Number of boxes without support, and over volumes.
 struct BoxSupport {
-    int unsupported = 0;  ///< over a cell that is absent, outside, or not in the window; not finite
+    int unsupported = 0;   ///< not finite, or over a cell absent, outside or not in the window
     int over_volumes = 0;  ///< over a cell that volumes replace
 };
 
@@ -28,7 +28,7 @@ struct BoxSupport {
 class FieldWindow {
 public:
     /// @param columns, rows cells
-    /// @param margin        as of GroundWindowSettings
+    /// @param margin        as in GroundWindowSettings
     /// @param origin_world  of the simulator's frame, within 2^40 m
     ///
     /// Fails: invalid_argument, naming the field and its value; out_of_memory
@@ -40,7 +40,7 @@ public:
             return fail(ErrorCode::invalid_argument,
                         "origin_world must be finite and within 2^40 m");
         }
-        const auto clamped = [](std::int64_t cells) {  // out of range stays out of range
+        const auto clamped = [](std::int64_t cells) {  // out of range remains out of range
             return static_cast<std::int32_t>(std::clamp<std::int64_t>(cells, 0, 1 << 30));
         };
         GroundWindowSettings settings;
@@ -54,9 +54,10 @@ public:
         return FieldWindow(std::move(*window), origin_world);
     }
 
-    /// Moves the window to the boxes, simulator's frame, and reads what changed. Boxes that are not finite are ignored.
+    /// Moves the window to the boxes, simulator's frame, and reads changed samples. Boxes that are not finite are
+    /// ignored.
     ///
-    /// Returns: whether heights() are others than before; false, too, before the first valid box
+    /// Returns: whether heights() changed; false before the first valid box
     bool update(const Ground& ground, std::span<const Aabb> boxes_sim) {
         boxes_world_.clear();
         for (const Aabb& box : boxes_sim) {
@@ -78,23 +79,23 @@ public:
     bool covers_boxes() const { return covers_boxes_; }
     /// Whether any cell is resident ground.
     bool has_ground() const { return has_ground_; }
-    /// Cells that are not resident ground.
+    /// Number of cells that are not resident ground.
     std::int64_t absent_cells() const { return absent_cells_; }
-    /// Lowest and highest sample of ground, world z; 0 without ground.
+    /// Lowest sample of ground, world z; 0 without ground.
     double low() const { return low_; }
-    double high() const { return high_; }  ///< see low()
+    double high() const { return high_; }  ///< highest sample; see low()
     /// [(columns + 1) * (rows + 1)] world z; undefined where is_ground() is 0.
     std::span<const double> heights() const { return heights_; }
-    /// [(columns + 1) * (rows + 1)] 1 where a cell of resident ground touches the sample.
+    /// [(columns + 1) * (rows + 1)] 1 if a cell of resident ground touches the sample.
     std::span<const std::uint8_t> is_ground() const { return is_ground_; }
-    /// Largest vertical distance of the contact surface from one that cuts every cell from south-west to north-east;
-    /// from one that cuts them in any way.
+    /// Largest vertical distance between the contact surface and a surface that splits every cell along the south-west
+    /// to north-east diagonal.
     double twist_to_north_east() const { return twist_to_north_east_; }
-    double twist() const { return twist_; }  ///< see twist_to_north_east()
-    /// The samples and cells as they are held.
+    double twist() const { return twist_; }  ///< as above, for either diagonal
+    /// The underlying window of samples and cells.
     const GroundWindow& window() const { return window_; }
 
-    /// The middle of the window, simulator's frame, at a world z.
+    /// The centre of the window at a world z, simulator's frame.
     Eigen::Vector3d middle_sim(const Ground& ground, double z_world) const {
         const CellRange& cells = window_.cells();
         const WorldPos p_world(
@@ -103,7 +104,7 @@ public:
         return p_world - origin_world_;
     }
 
-    /// What the boxes of the last update() stand on.
+    /// Support below the boxes of the last update().
     BoxSupport support(const Ground& ground) const {
         BoxSupport result;
         for (const Aabb& box : boxes_world_) {

@@ -13,38 +13,38 @@
 
 namespace terrane::adapters {
 
-/// Where a triangle comes from.
+/// Origin of a triangle.
 enum class TrianglePart {
     south,  ///< the southern triangle of a cell of the heightfield
-    north,  ///< the northern one
-    solid,  ///< a triangle of the joined solid that volumes make: SolidSurface
+    north,  ///< the northern triangle of a cell
+    solid,  ///< a triangle of the joined solid: SolidSurface
 };
 
 /// A triangle of the contact surface.
 struct GroundTriangle {
-    /// Metres relative to the origin that was asked for; counter-clockwise seen from outside the solid.
+    /// Metres relative to origin_world of the visit; counter-clockwise seen from outside the solid.
     std::array<Eigen::Vector3d, 3> corners{};
-    TrianglePart part = TrianglePart::south;  ///< which triangle of the cell, or of a solid
-    /// Cell of the contact level; of a solid triangle, the first cell of its chunk.
+    TrianglePart part = TrianglePart::south;  ///< triangle of the cell, or of a solid
+    /// Cell of the contact level; for a solid triangle, the first cell of its chunk.
     std::int64_t column = 0, row = 0;
-    std::uint32_t solid_index = 0;  ///< of a solid triangle, in its SolidSurface
+    std::uint32_t solid_index = 0;  ///< index of a solid triangle in its SolidSurface
 };
 
-/// What a visit of triangles met.
+/// Report of visit_triangles().
 struct TriangleReport {
-    /// The box is not finite, upside down or over too many cells: nothing was visited.
+    /// The box is not finite, inverted or over too many cells; nothing was visited.
     bool is_refused = false;
-    /// Absent ground may reach into the box: GroundStatus::not_resident.
+    /// Absent ground (GroundStatus::not_resident) may reach into the box.
     bool meets_absent = false;
     std::size_t triangles = 0;  ///< visited
 };
 
-/// Default of most_cells below.
+/// Default of most_cells in visit_triangles().
 inline constexpr std::int64_t kMostVisitedCells = std::int64_t{1} << 22;
 
 namespace internal {
 
-// Cells under a box, clipped to the extent; empty (west > east) where there is none.
+// Cells under a box, clipped to the extent; empty (west > east) if there are none.
 inline CellRange cells_under(const Ground& ground, const Aabb& box_world) {
     const WorldRect& e = ground.extent();
     if (box_world.low.x() > e.east || box_world.high.x() < e.west || box_world.low.y() > e.north ||
@@ -115,7 +115,7 @@ std::size_t visit_square(GroundReader& reader, const CellRange& cells, const Aab
     return count;
 }
 
-// Visits the triangles that volumes make of one chunk.
+// Visits the triangles of the joined solid in one chunk.
 template <class Visit>
 std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t row,
                         const Aabb& box_world, const Eigen::Vector3d& origin_world, Visit& visit) {
@@ -144,14 +144,14 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 
 }  // namespace internal
 
-/// Visits the triangles of the contact surface that may touch a box: those of cells whose heights overlap it, without
-/// the triangles whose plane lies below the whole box. Where volumes replace triangles, the triangles of the joined
-/// solid stand in their place. Absent ground is not visited and reported where it may reach into the box.
+/// Visits the triangles of the contact surface that may touch a box: those of cells whose heights overlap it, except
+/// triangles whose plane lies below the whole box. Triangles of the joined solid take the place of those that volumes
+/// replace. Absent ground is not visited, but reported if it may reach into the box.
 ///
 /// @param box_world    metres
 /// @param origin_world subtracted from every corner in double
-/// @param most_cells   a box over more cells of the extent is refused
-/// @param visit        called as visit(const GroundTriangle&), in an order that depends on the ground and box only
+/// @param most_cells   limit on cells of the extent under the box; above it the visit is refused
+/// @param visit        called as visit(const GroundTriangle&), in an order that depends only on the ground and box
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
@@ -209,9 +209,9 @@ TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
     return report;
 }
 
-/// Whether absent ground may reach into a box that moves: whether the heights that the ground there is guaranteed to
-/// have, by coarser chunks, reach up to it. True also where it is too large to be looked at (over more than 65,536
-/// chunks), false for a box that is not finite.
+/// Whether absent ground may reach into a moving box: whether the height bound that coarser chunks guarantee for it
+/// reaches up to the swept box. Also true for a box over more than 65,536 chunks, which is not examined; false for a
+/// box that is not finite.
 ///
 /// Threads: any number at once
 /// Cost:    O(chunks under the box)

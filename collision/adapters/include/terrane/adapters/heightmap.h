@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// A square of terrain as the heightmap that Gazebo, and other simulators that read SDF, load: 2^n + 1 samples along
-// each side, as an image of 16 bits and an SDF model that places it. `terrane heightmap` writes both as files.
+// Exports a square of terrain as a heightmap for Gazebo and other simulators that read SDF: a 16-bit image with 2^n + 1
+// samples along each side, and an SDF model that places it. `terrane heightmap` writes both as files.
 //
 // Units: metres. Frame: the world's axes (x east, y north, z up); sdf_model() subtracts an origin.
 // Layout: row by row from the north-west, as images are; samples lie on points of the source's lattice, and the square
 // spans (side - 1) * spacing from the first to the last.
-// Heights: those of HeightSource::sample(). Of an image, 0 is the lowest height and 65535 the highest, so that Gazebo's
-// scale (size z over the brightest pixel) is exact; the rounding is quantisation_error(). Flat ground is all 0.
-// Simulators cut the cells by rules of their own, so between samples their surface differs from the contact surface by
-// up to half of a cell's twist. Volumes are not in it: it is the heightfield.
+// Heights: those of HeightSource::sample(). In the image, 0 is the lowest height and 65535 the highest, so that
+// Gazebo's scale (size z over the brightest pixel) is exact; quantisation_error() bounds the rounding. Flat ground is
+// all 0. Simulators choose cell diagonals by their own rules, so between samples their surface differs from the contact
+// surface by up to half of a cell's twist. Volumes are not included: only the heightfield is exported.
 //
-// Absent ground: a heightmap has no holes. A square with points beyond the extent or over nodata is refused with their
-// number, unless HeightmapSettings::absent_height says what stands there.
+// Absent ground: a heightmap has no holes. A square with points beyond the extent or over nodata is rejected with an
+// error that gives their number, unless HeightmapSettings::absent_height is set to replace them.
 //
 // Threads: any number. Source: the SDF specification (sdformat.org), element heightmap.
 
@@ -38,12 +38,11 @@ inline constexpr int kMostHeightmapSide = 8193;
 
 /// Settings of make_heightmap().
 struct HeightmapSettings {
-    double centre_x = 0.0;  ///< world, moved to the nearest point of the level's lattice
+    double centre_x = 0.0;  ///< world, rounded to the nearest lattice point of the level
     double centre_y = 0.0;  ///< as centre_x
     int side = 513;         ///< samples along a side, 2^n + 1, 3 to kMostHeightmapSide
-    int level = 0;          ///< of the lattice: the spacing of the samples
-    std::optional<double> absent_height =
-        {};  ///< world z where there is no ground; absent: refused
+    int level = 0;          ///< lattice level, which sets the sample spacing
+    std::optional<double> absent_height = {};  ///< world z for samples without ground; none: fail
 };
 
 /// A square of heights.
@@ -54,14 +53,14 @@ struct Heightmap {
     double north = 0.0;                ///< world y of the first row
     std::vector<double> heights = {};  ///< [side * side] world z, row by row from the north-west
     double low = 0.0, high = 0.0;      ///< lowest and highest of them
-    std::int64_t absent_count = 0;     ///< samples that absent_height stands in for
+    std::int64_t absent_count = 0;     ///< samples replaced by absent_height
 
     double width() const { return spacing * (side - 1); }  ///< from the first to the last sample
 };
 
 namespace internal {
 
-// Whether lattice points of a strip of rows are ground: within the extent, and a corner of a cell that is.
+// Flags the lattice points of a strip of rows that are ground: within the extent, and a corner of a ground cell.
 inline Result<std::vector<std::uint8_t>> find_ground(const HeightSource& source,
                                                      const SampleGrid& strip) {
     SampleGrid wider = strip;
@@ -94,11 +93,11 @@ inline Result<std::vector<std::uint8_t>> find_ground(const HeightSource& source,
 
 }  // namespace internal
 
-/// Reads a square of a source.
+/// Reads a square of heights from a source.
 ///
-/// Fails: invalid_argument, naming the field and its value, or the number of samples that are no ground; io and
-///        bad_data of the source
-/// Cost:  O(side^2): that of the source's samples, and 8 bytes for each
+/// Fails: invalid_argument, naming the field and its value, or the number of samples without ground; io and bad_data of
+///        the source
+/// Cost:  O(side^2) samples of the source, and 8 bytes for each
 inline Result<Heightmap> make_heightmap(const HeightSource& source,
                                         const HeightmapSettings& settings) {
     const Lattice& lattice = source.lattice();
@@ -135,7 +134,7 @@ inline Result<Heightmap> make_heightmap(const HeightSource& source,
     map.west = lattice.x(corner.x);
     map.north = lattice.y(corner.y + (side - 1) * step);
     map.heights.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
-    constexpr int kStripRows = 64;  // bounds what a source needs for one call
+    constexpr int kStripRows = 64;  // bounds the memory of a source in one call
     std::vector<double> heights;
     for (int row = 0; row < side; row += kStripRows) {
         const SampleGrid strip{
@@ -171,12 +170,12 @@ inline Result<Heightmap> make_heightmap(const HeightSource& source,
     return map;
 }
 
-/// Bound of the rounding of quantise(), metres: half a step of 16 bits.
+/// Bound of the rounding error of quantise(), metres: half a 16-bit step.
 inline double quantisation_error(const Heightmap& map) {
     return (map.high - map.low) * (0.5 / 65535.0) * (1.0 + 1e-9);
 }
 
-/// [side * side] the heights as pixels of 16 bits: height = low + pixel / 65535 * (high - low).
+/// [side * side] heights as 16-bit pixels: height = low + pixel / 65535 * (high - low).
 inline std::vector<std::uint16_t> quantise(const Heightmap& map) {
     std::vector<std::uint16_t> pixels(map.heights.size());
     const double range = map.high - map.low;
@@ -188,10 +187,10 @@ inline std::vector<std::uint16_t> quantise(const Heightmap& map) {
     return pixels;
 }
 
-/// An SDF document with a static model of a heightmap's image, for collision and for sight.
+/// An SDF document with a static model of the heightmap image, for collision and visuals.
 ///
-/// @param uri          of the image, as the simulator finds it
-/// @param origin_world of the simulator's frame
+/// @param uri          of the image, as resolved by the simulator
+/// @param origin_world origin of the simulator's frame
 inline std::string sdf_model(const Heightmap& map, std::string_view name, std::string_view uri,
                              const WorldPos& origin_world = WorldPos::Zero()) {
     const auto escape = [](std::string_view text) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// JSBSim's ground interface, FGGroundCallback: the height of a place above ground, the point of the ground below it,
-// its normal, velocity and angular velocity. Needs JSBSim only where JsbsimGround is instantiated:
+// JSBSim's ground interface, FGGroundCallback: height above ground, and the ground point below a place with its normal,
+// velocity and angular velocity. Only instantiating JsbsimGround needs JSBSim:
 //
 //     using Callback = terrane::adapters::JsbsimGround<JSBSim::FGGroundCallback, JSBSim::FGLocation,
 //                                                      JSBSim::FGColumnVector3>;
@@ -11,16 +11,16 @@
 // Units: feet (0.3048 m) and feet a second in JSBSim's arguments, metres in Terrane. Frame: ECEF, see earth_frame.h;
 // "below" is along the vertical of the EarthFrame. Set JSBSim's planet to the same ellipsoid.
 //
-// Heights are signed: negative below the ground, so that a wheel that has sunk in is pushed out.
+// Heights are signed: negative below the ground, so that a penetrating wheel is pushed out.
 //
-// Absent ground: the interface has no status. The height above ground is then +infinity (no wheel touches), unless
-// JsbsimGroundSettings::absent_height is finite: then the ground is at that world z there. The contact is the location
-// itself where there is none. Each answer is counted by its status; see AircraftGround::counts().
+// Absent ground: the interface has no status. The height above ground is +infinity (no wheel touches) and the contact
+// is the location itself, unless JsbsimGroundSettings::absent_height is finite: then the ground lies at that world z.
+// Answers are counted by status; see AircraftGround::counts().
 //
-// The ground is at rest in ECEF, which turns with the earth: both velocities are 0.
+// The ground is at rest in ECEF, which rotates with the earth: both velocities are 0.
 //
-// Threads: queries in any number; set_ground() while no query runs, once for each step. Answers are not promised bit
-// for bit between machines: see earth_frame.h.
+// Threads: any number of queries; set_ground() while no query runs, once per step. Answers may differ in the last bits
+// between machines: see earth_frame.h.
 // Source: the documented interface of FGGroundCallback, JSBSim 1.1 and 1.2.
 
 #include <terrane/adapters/earth_frame.h>
@@ -36,20 +36,20 @@ inline constexpr double kMetresPerFoot = 0.3048;
 
 /// Settings of an AircraftGround.
 struct JsbsimGroundSettings {
-    EarthFrameSettings earth = {};  ///< where the world lies
+    EarthFrameSettings earth = {};  ///< placement of the world on the earth
     /// See surface_below(): infinite for the highest surface; finite under bridges and in hangars.
     double search_above = std::numeric_limits<double>::infinity();
-    /// World z of the ground where there is none, metres; -infinity: infinitely far below.
+    /// World z assumed for absent ground, metres; -infinity: infinitely far below.
     double absent_height = -std::numeric_limits<double>::infinity();
 };
 
-/// What FGGroundCallback answers, without JSBSim, in metres.
+/// Computes the answers of FGGroundCallback without JSBSim, in metres.
 class AircraftGround {
 public:
     /// The ground below a place. ECEF.
     struct Answer {
-        GroundStatus status = GroundStatus::invalid;  ///< whether there is ground
-        /// Of the place above the ground, along the vertical, signed; +infinity where there is none.
+        GroundStatus status = GroundStatus::invalid;  ///< ok if there is ground
+        /// Signed height of the place above the ground along the vertical; +infinity without ground.
         double height_above_ground = std::numeric_limits<double>::infinity();
         Eigen::Vector3d contact_earth = Eigen::Vector3d::Zero();  ///< on the ground below the place
         Eigen::Vector3d normal_earth = Eigen::Vector3d::UnitZ();  ///< unit
@@ -70,13 +70,13 @@ public:
         return AircraftGround(settings, *frame);
     }
 
-    /// The ground of the steps that follow. Without one every answer is `not_resident`.
+    /// Sets the ground of the following steps. Without one every answer is `not_resident`.
     void set_ground(const Ground& ground) { ground_ = ground; }
-    /// Where the world lies on the earth: for the needs of a pager, which are in the world's frame.
+    /// Placement of the world on the earth, to convert the needs of a pager to the world's frame.
     const EarthFrame& earth() const { return earth_; }
 
-    /// The ground below a place in ECEF. Counts nothing. `invalid` where the place is not finite, in the earth's core,
-    /// or too far round the earth for a tangent plane.
+    /// The ground below a place in ECEF, without counting. `invalid` if the place is not finite, in the earth's core,
+    /// or too far around the earth for a tangent plane.
     Answer find(const Eigen::Vector3d& p_earth) const {
         Answer answer;
         answer.contact_earth = p_earth;
@@ -103,14 +103,14 @@ public:
         return answer;
     }
 
-    /// find(), counted.
+    /// As find(), and counts the answer.
     Answer ask(const Eigen::Vector3d& p_earth) const {
         const Answer answer = find(p_earth);
         counts_.add(answer.status);
         return answer;
     }
 
-    /// The answers of ask() so far, by status.
+    /// Number of answers of ask() by status.
     const StatusCounter& counts() const { return counts_; }
 
 private:
@@ -131,18 +131,18 @@ private:
 template <class Callback, class Location, class Vector>
 class JsbsimGround : public Callback {
 public:
-    /// Answers with what aircraft_ground says.
+    /// Takes the AircraftGround that answers.
     explicit JsbsimGround(AircraftGround aircraft_ground)
         : aircraft_ground_(std::move(aircraft_ground)) {}
 
-    /// Where the ground of each step is set, and answers are counted.
+    /// The AircraftGround: set the ground of each step here, and read the counts.
     AircraftGround& aircraft_ground() { return aircraft_ground_; }
-    /// The same for reading.
+    /// As above, read-only.
     const AircraftGround& aircraft_ground() const { return aircraft_ground_; }
 
     // NOLINTBEGIN(readability-identifier-naming): JSBSim's names
     using Callback::GetAGLevel;
-    /// Height above ground, feet. The time is of no consequence: the ground is at rest.
+    /// Height above ground, feet. The time is ignored: the ground is at rest.
     double GetAGLevel(double, const Location& location, Location& contact, Vector& normal,
                       Vector& velocity, Vector& angular_velocity) const override {
         const AircraftGround::Answer answer = aircraft_ground_.ask(

@@ -1,35 +1,35 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// A window of the ground around MuJoCo's bodies, as the data of one height field (hfield) that moves with them. Needs
-// no header of MuJoCo: the class is a template of mjModel and mjData, of any version with these members (2.1 to 3.x).
+// A window of the ground that follows MuJoCo's bodies, as the data of one height field (hfield). Needs no MuJoCo
+// header: the class is a template over mjModel and mjData, for any version with the members used (2.1 to 3.x).
 //
-// Model: one hfield geom, alone on a mocap body without a pose of its own; hfield_xml() writes both:
+// Model: one hfield geom with identity pose, alone on a mocap body; hfield_xml() writes both:
 //
 //     <asset> <hfield name="ground" nrow="65" ncol="65" size="32 32 100 5"/> </asset>
 //     <worldbody> <body name="ground" mocap="true"> <geom type="hfield" hfield="ground"/> </body> ...
 //
 // Units: metres. Frame: the world's axes (z up), translated by MujocoWindowSettings::origin_world. Rows run north and
-// columns east from the south-western sample, as in Terrane; the spacing 2 size[0] / (ncol - 1) is that of the ground's
-// contact level.
-// Heights: MuJoCo's are hfield_data, in [0, 1], times size[2], above the geom. The window's lowest ground is 0, and the
-// mocap body is at its height; float rounds them by size[2] 2^-25. A window with more than size[2] between its
-// lowest and its highest ground is refused. size[3] is the thickness of the solid below the geom: MuJoCo pushes out
-// what is inside a prism and nothing below it, so take more than the fastest body moves in a step, plus its size.
-// Surface: MuJoCo cuts every cell from its south-western to its north-eastern corner, Terrane every other one; over
-// the others the surfaces differ by up to half of the cell's twist, MujocoWindowUpdate::surface_error_m.
+// columns east from the south-western sample, as in Terrane; the spacing 2 size[0] / (ncol - 1) must be that of the
+// ground's contact level.
+// Heights: in MuJoCo, hfield_data in [0, 1] times size[2], above the geom. 0 is the window's lowest ground, at which
+// the mocap body is placed; float rounds heights by size[2] 2^-25. A window whose heights span more than size[2] is
+// rejected. size[3] is the thickness of the solid below the geom. MuJoCo pushes out bodies inside a prism but not below
+// it, so choose more than the fastest body's motion per step plus its size.
+// Surface: MuJoCo splits every cell along the south-west to north-east diagonal, Terrane every other cell; over the
+// remaining cells the surfaces differ by up to half of the cell's twist, MujocoWindowUpdate::surface_error_m.
 //
-// Moving: the body is moved by whole cells and the data with it, so the surface stays where it is in the world. MuJoCo
-// finds contacts anew in each step and gives a mocap body no velocity: a move neither drags nor pushes. It never
-// touches sizes, so bounding spheres, boxes and trees that MuJoCo made when it compiled the model stay right.
+// Moving: body and data move together by whole cells, so the surface stays fixed in the world. MuJoCo finds contacts
+// anew in each step and gives a mocap body no velocity: a move neither drags nor pushes. Sizes never change, so
+// bounding spheres, boxes and trees of the compiled model stay valid.
 //
-// When: before mj_step(), with what the step before left in mjData. Inside mjcb_control an update comes after the
-// collision of that step, and with the RK4 integrator four times in a step: call it outside. After an update with
-// has_changed, mjr_uploadHField(model, context, window.hfield_id()) where the hfield is drawn.
+// When: before mj_step(), with mjData as the previous step left it. Do not call it in mjcb_control: that runs after the
+// collision detection of the step, and four times per step with the RK4 integrator. If an update sets has_changed and
+// the hfield is drawn, call mjr_uploadHField(model, context, window.hfield_id()).
 //
-// Absent ground: the hfield cannot have holes. Samples of no ground are at the bottom (0), and boxes over them are
-// counted in the update: a simulator does not step such a body, or takes it out. The same goes for boxes over cells
-// that volumes replace, whose mouths are closed by the heightfield here.
+// Absent ground: the hfield cannot have holes. Samples without ground are at the bottom (0), and the update counts
+// boxes over them: the simulator should not step such a body, or should remove it. The same applies to boxes over cells
+// replaced by volumes: here the heightfield closes their mouths.
 //
 // Threads: only the thread that calls mj_step().
 // Source: the documentation of MuJoCo: XML reference of asset/hfield, "Mocap bodies", and mjmodel.h.
@@ -52,29 +52,29 @@ struct MujocoWindowSettings {
     std::int32_t margin = 8;
 };
 
-/// What became of an update.
+/// Status of an update.
 enum class MujocoWindowStatus {
-    ok,             ///< the hfield is the ground of the window
-    no_bodies,      ///< there is no valid box: nothing was done
-    wrong_spacing,  ///< the hfield's spacing is not that of the ground: nothing was done
-    no_ground,      ///< no cell of the window is resident ground: the whole hfield is at its bottom
-    too_high,       ///< the window's heights differ by more than size[2]: nothing was done
+    ok,             ///< the hfield matches the window
+    no_bodies,      ///< no valid box; nothing was done
+    wrong_spacing,  ///< the hfield's spacing differs from the ground's; nothing was done
+    no_ground,      ///< no resident ground in the window; the hfield is flat at its bottom
+    too_high,       ///< the window's heights span more than size[2]; nothing was done
 };
 
-/// What an update did, and what the bodies stand on.
+/// Report of an update, and of the support below bodies.
 struct MujocoWindowUpdate {
     MujocoWindowStatus status = MujocoWindowStatus::ok;  ///< whether the hfield is up to date
-    bool has_changed = false;    ///< hfield_data was written: upload it where it is drawn
+    bool has_changed = false;    ///< hfield_data was written: upload it if drawn
     bool covers_boxes = false;   ///< all boxes lie in the window
     int unsupported_boxes = 0;   ///< boxes over a cell that is absent, outside or not in the window
     int boxes_over_volumes = 0;  ///< boxes over a cell that volumes replace
-    std::int64_t absent_cells = 0;  ///< of the window, not resident or outside
-    double height_range = 0.0;      ///< highest minus lowest ground of the window
-    /// Bound of the vertical distance between MuJoCo's surface and the contact surface over the window's ground.
+    std::int64_t absent_cells = 0;  ///< cells not resident or outside
+    double height_range = 0.0;      ///< highest minus lowest ground in the window
+    /// Bound of the vertical distance between MuJoCo's surface and the contact surface over the window.
     double surface_error_m = 0.0;
 };
 
-/// The two elements of a model that a MujocoWindow needs, without the elements around them.
+/// The two model elements that a MujocoWindow needs, without their enclosing elements.
 struct MujocoHfieldXml {
     std::string asset;  ///< for the element `asset`
     std::string body;   ///< for the element `worldbody`
@@ -82,7 +82,7 @@ struct MujocoHfieldXml {
 
 /// @param cells     of the window along each side
 /// @param spacing   of the ground's contact level, metres
-/// @param range     the most that heights of a window differ, metres: size[2]
+/// @param range     largest height range of a window, metres: size[2]
 /// @param thickness of the solid, metres: size[3]
 inline MujocoHfieldXml hfield_xml(const std::string& name, std::int32_t cells, double spacing,
                                   double range, double thickness) {
@@ -111,8 +111,8 @@ class MujocoWindow {
 public:
     /// @param geom_id of the hfield geom, from mj_name2id()
     ///
-    /// Fails: invalid_argument for an id that is no hfield geom, a geom that is not alone on a mocap body, a field of
-    ///        fewer than 2 x 2 samples, settings out of range; out_of_memory
+    /// Fails: invalid_argument for an id that is not an hfield geom, a geom that is not alone on a mocap body, a field
+    ///        of fewer than 2 x 2 samples, or settings out of range; out_of_memory
     static Result<MujocoWindow> create(const Model& model, int geom_id,
                                        const MujocoWindowSettings& settings) {
         if (geom_id < 0 || geom_id >= model.ngeom || model.geom_type[geom_id] != kHfieldGeom) {
@@ -141,8 +141,8 @@ public:
         return MujocoWindow(std::move(*field), hfield, mocap);
     }
 
-    /// The boxes around all bodies that can move, from the bounding spheres of their geoms at mjData's present
-    /// positions (those of the last mj_forward() or mj_step()).
+    /// Finds a box per geom of all movable bodies, from bounding spheres at the positions in mjData (those of the last
+    /// mj_forward() or mj_step()).
     static void find_body_boxes(const Model& model, const Data& data,
                                 std::vector<Aabb>& boxes_out) {
         boxes_out.clear();
@@ -156,16 +156,16 @@ public:
         }
     }
 
-    /// Moves the window to all bodies that can move, and writes what changed.
+    /// Moves the window to all movable bodies and writes what changed.
     ///
-    /// Allocates: where the number of geoms grows
+    /// Allocates: when the number of geoms grows
     /// Cost:      O(geoms + cells that changed); after a move O(cells)
     MujocoWindowUpdate update(const Model& model, Data& data, const Ground& ground) {
         find_body_boxes(model, data, boxes_);
         return update(model, data, ground, boxes_);
     }
 
-    /// The same for given boxes, MuJoCo's frame. Boxes that are not finite are ignored and count as unsupported.
+    /// As above, for given boxes in MuJoCo's frame. Boxes that are not finite are ignored and count as unsupported.
     MujocoWindowUpdate update(const Model& model, Data& data, const Ground& ground,
                               std::span<const Aabb> boxes_sim) {
         MujocoWindowUpdate result;
@@ -204,9 +204,9 @@ public:
         return result;
     }
 
-    /// For mjr_uploadHField().
+    /// Id of the hfield, for mjr_uploadHField().
     int hfield_id() const { return hfield_; }
-    /// The samples that the hfield holds, and what its cells are.
+    /// The samples in the hfield and the flags of its cells.
     const GroundWindow& window() const { return field_.window(); }
 
 private:
@@ -236,7 +236,8 @@ private:
         is_placed_ = true;
     }
 
-    // The mocap body in the middle of what was written last; again in each update, because mj_resetData() moves it.
+    // Places the mocap body at the centre of the heights last written; in every update, because mj_resetData() moves
+    // it.
     void place(Data& data) const {
         if (!is_placed_) return;
         for (int i = 0; i < 3; ++i) data.mocap_pos[3 * mocap_ + i] = middle_sim_[i];
@@ -245,9 +246,9 @@ private:
 
     FieldWindow field_;
     int hfield_, mocap_;
-    bool is_written_ = false;  // hfield_data is that of the window
+    bool is_written_ = false;  // hfield_data matches the window
     bool is_placed_ = false;
-    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // of what was written, at its 0
+    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // of the heights written, at height 0
     std::vector<Aabb> boxes_;
 };
 

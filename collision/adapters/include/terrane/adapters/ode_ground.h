@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Terrane's ground as a geometry class of ODE (0.13 and later), single or double. The project that includes this links
+// Terrane's ground as a geometry class of ODE (0.13 and later), single or double precision. The including project links
 // ODE; Terrane does not.
 //
 // Units:    metres, seconds, kilograms, as Terrane; z is up (ODE's own height field is y up), so set gravity to
 //           (0, 0, -9.81).
-// Frame:    ODE = world - origin, axes as the world's. The geometry has no place of its own: dGeomSetPosition and
-//           dGeomSetRotation do not move it.
+// Frame:    ODE = world - origin, axes as the world's. The geometry has no pose: dGeomSetPosition and dGeomSetRotation
+//           do not move it.
 // Contacts: spheres, capsules and boxes by find_contacts(): the ground is solid below the surface, depths are the
 //           overlaps along the normals, normals lie in the ground's normal cone. Rays by Ground::ray(). Other classes
-//           (cylinders, convexes, meshes) have no contacts: they are counted as unsupported.
-// Volumes:  the joined surface, as find_contacts() and Ground::ray() answer it.
-// Absent:   a body that may reach absent ground in the next step is held: disabled, its velocity kept, until
-//           update() finds its ground resident. So nothing falls while a pager loads; needs() says what it should load.
+//           (cylinders, convexes, meshes) get no contacts and are counted as unsupported.
+// Volumes:  contacts and rays see the joined surface, as in find_contacts() and Ground::ray().
+// Absent:   a body that may reach absent ground in the next step is held (disabled, with its velocity kept) until
+//           update() finds its ground resident, so that nothing falls while a pager loads. needs() lists what to load.
 //
 // Each frame:  pager.update(cameras, ground.needs(), time);
 //              ground.update(pager.ground(), dt);
 //              dSpaceCollide2(ground.geom(), dGeomID(space), data, &near);   // or dSpaceCollide, with it in the space
 //              dWorldQuickStep(world, dt);
 //
-// Threads:  one for each ground, as ODE's spaces.
+// Threads:  one per ground, as for ODE's spaces.
 
 #include <terrane/adapters/sphere_contacts.h>
 #include <terrane/collision/ground_queries.h>
@@ -39,22 +39,23 @@ namespace terrane::adapters {
 /// Settings of an OdeGround.
 struct OdeGroundSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< origin of ODE's frame
-    /// Called with a body and whether it is held from now on; what it throws is caught and counted.
+    /// Called when a body becomes held or is released; exceptions are caught and counted.
     std::function<void(dBodyID, bool is_held)> on_held = {};
 };
 
-/// What an OdeGround met since its creation.
+/// Event counts of an OdeGround since its creation.
 struct OdeGroundCounts {
-    std::uint64_t refused = 0;  ///< geometries whose place or size was out of range: no contacts
+    std::uint64_t refused = 0;      ///< geometries with pose or size out of range: no contacts
     std::uint64_t unsupported = 0;  ///< collisions with geometries of other classes: no contacts
-    std::uint64_t absent_rays = 0;  ///< rays that met absent ground before any hit: no hit
+    std::uint64_t absent_rays = 0;  ///< rays that reached absent ground before any hit: no hit
     std::uint64_t failed_callbacks = 0;  ///< calls of on_held that threw
 };
 
-/// A geometry of the contact surface. Neither copied nor moved: ODE holds its address.
+/// An ODE geometry of the contact surface. Neither copyable nor movable: ODE holds its address.
 class OdeGround {
 public:
-    /// Makes ODE's class of grounds. Once after each dInitODE2(); ODE has room for 4 such classes.
+    /// Registers the geometry class with ODE and returns its number. Call once after each dInitODE2(); ODE supports 4
+    /// user classes.
     static int make_class() {
         dGeomClass kind{};
         kind.bytes = sizeof(OdeGround*);
@@ -63,25 +64,25 @@ public:
         return dCreateGeomClass(&kind);
     }
 
-    /// @param class_number of make_class()
+    /// @param class_number from make_class()
     explicit OdeGround(int class_number, OdeGroundSettings settings = {})
         : settings_(std::move(settings)), geom_(dCreateGeom(class_number)) {
         *static_cast<OdeGround**>(dGeomGetClassData(geom_)) = this;
     }
     OdeGround(const OdeGround&) = delete;
     OdeGround& operator=(const OdeGround&) = delete;
-    /// Before dCloseODE(). Held bodies stay disabled.
+    /// Destroys the geometry; call before dCloseODE(). Held bodies stay disabled.
     ~OdeGround() { dGeomDestroy(geom_); }
 
-    /// For dCollide(), dSpaceAdd(), dSpaceCollide2().
+    /// The geometry, for dCollide(), dSpaceAdd(), dSpaceCollide2().
     dGeomID geom() const { return geom_; }
-    /// The ground that answers from now on, and the length of the next step, seconds. Releases bodies whose ground is
-    /// resident, and clears needs().
+    /// Sets the current ground and the length of the next step, seconds. Releases bodies whose ground is resident, and
+    /// clears needs().
     void update(Ground ground, double dt) {
         ground_ = std::move(ground);
         dt_ = dt;
         needs_.clear();
-        // the box in a space is of the extent
+        // makes the space recompute the AABB from the extent
         dGeomSetPosition(geom_, 0, 0, 0);
         for (std::size_t i = held_.size(); i-- > 0;) {
             const Held held = held_[i];
@@ -92,23 +93,22 @@ public:
             tell(held.body, false);
         }
     }
-    /// Null before the first update().
+    /// The current ground; null before the first update().
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
-    /// What was refused, absent or unsupported since creation.
+    /// Event counts since creation.
     OdeGroundCounts counts() const { return counts_; }
-    /// The needs of the bodies that were collided with since the last update(), for Pager::update(); held ones
-    /// included.
+    /// Needs of the bodies tested for collision since the last update(), for Pager::update(); held bodies included.
     std::span<const BodyNeed> needs() const { return needs_; }
-    /// Number of bodies that are held now.
+    /// Number of bodies currently held.
     std::size_t held_count() const { return held_.size(); }
-    /// Whether a body is held now.
+    /// Whether a body is currently held.
     bool is_held(dBodyID body) const { return find(body) != held_.size(); }
-    /// Removes a body from the list of held ones. Call it before the body is destroyed.
+    /// Removes a body from the list of held bodies. Call before destroying the body.
     void forget(dBodyID body) {
         std::erase_if(held_, [&](const Held& held) { return held.body == body; });
     }
 
-    /// A position in ODE's frame as one in the world.
+    /// Transforms a position from ODE's frame to the world.
     WorldPos to_world(const dReal* p) const {
         return settings_.origin_world + Eigen::Vector3d(p[0], p[1], p[2]);
     }
@@ -136,7 +136,7 @@ private:
         box[5] = static_cast<dReal>(kMostHeight);
     }
 
-    // ODE gives the ground first, whatever the order of dCollide().
+    // ODE passes the ground first, whatever the order in dCollide().
     static int collide(dGeomID ground_geom, dGeomID other, int flags, dContactGeom* out, int skip) {
         OdeGround& ground = of(ground_geom);
         if (!ground.ground_) return 0;
@@ -183,7 +183,7 @@ private:
         if (hit.status == GroundStatus::invalid) ++counts_.refused;
         if (hit.status == GroundStatus::not_resident) ++counts_.absent_rays;
         if (hit.status != GroundStatus::ok) return 0;
-        const bool is_below = hit.normal.dot(along) > 0.0;  // ODE's normals look at the ray
+        const bool is_below = hit.normal.dot(along) > 0.0;  // ODE's normals face the ray
         write(*out, ray, hit.point_world, is_below ? Eigen::Vector3d(-hit.normal) : hit.normal,
               hit.fraction * length);
         return 1;
@@ -233,7 +233,7 @@ private:
         return pose;
     }
 
-    // Notes the need of a geometry's body, and holds it where it may reach absent ground.
+    // Records the need of a geometry's body, and holds the body if it may reach absent ground.
     bool holds(dGeomID geom) {
         const dBodyID body = dGeomGetBody(geom);
         if (body == nullptr || dBodyIsKinematic(body)) return false;
@@ -257,7 +257,7 @@ private:
             tell(body, true);
         }
         set_velocity(body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
-        dBodyDisable(body);  // again in each step: an awake neighbour enables it
+        dBodyDisable(body);  // in every step, because an awake neighbour re-enables it
         return true;
     }
     bool meets_absent(const Aabb& box, const Eigen::Vector3d& velocity, dBodyID body) const {
@@ -280,7 +280,7 @@ private:
         if (!settings_.on_held) return;
         try {
             settings_.on_held(body, is_held);
-        } catch (...) {  // ODE's stack is C
+        } catch (...) {  // must not unwind through ODE's C frames
             ++counts_.failed_callbacks;
         }
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Contacts of spheres that are near the surface, faster than find_contacts(): for engines with many of them.
+// Fast path of find_contacts() for spheres near the surface, for engines with many spheres.
 //
-// Source: C. Ericson. Real-Time Collision Detection. 2005. Section 5.1.5: closest point of a triangle. Deviates: edge
-// functions, and which of the triangles' closest points are contacts. These are the local minima of the distance from
-// the centre to the surface: a point on an edge or a vertex counts only if no triangle that contains it comes nearer,
-// and every normal is thereby in the ground's normal cone.
+// Source: C. Ericson. Real-Time Collision Detection. 2005. Section 5.1.5: closest point on a triangle. Deviations: edge
+// functions, and the selection of closest points as contacts. Contacts are the local minima of the distance from the
+// centre to the surface: a point on an edge or vertex counts only if no triangle that contains it comes nearer, so
+// every normal lies in the ground's normal cone.
 
 #include <terrane/adapters/ground_triangles.h>
 #include <terrane/collision/ground_queries.h>
@@ -17,12 +17,12 @@ namespace terrane::adapters {
 
 namespace internal {
 
-/// The closest point of a triangle; whether it lies inside, not on an edge.
+/// Closest point on a triangle.
 struct TrianglePoint {
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< closest
-    bool is_inside = false;                           ///< not on an edge
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< closest point
+    bool is_inside = false;                           ///< in the interior, not on an edge
 };
-/// Of the triangle a, b, c to p.
+/// Closest point on triangle a, b, c to p.
 inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a;
@@ -47,9 +47,10 @@ inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector
 
 }  // namespace internal
 
-/// The contacts of a sphere whose centre is above the surface: as find_contacts(), without feature and error_m, and
-/// with lift 0. Nothing where that has to answer instead: beside volumes, where ground is absent or ends, over more
-/// than 6 x 6 cells, under the surface, for several contacts, or for arguments that are not finite.
+/// Finds the contact of a sphere whose centre is above the surface, as find_contacts() does, but without feature and
+/// error_m, and with lift 0. Returns nothing if find_contacts() must be used instead: with volumes, over absent ground
+/// or the border of the ground, over more than 6 x 6 cells, under the surface, for several contacts, or for arguments
+/// that are not finite.
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
@@ -157,7 +158,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         bool is_contact = true;
         for (std::size_t k = 0; k < near_count && is_contact && !t.is_inside; ++k) {
             if (k == i || !contains(near[k], t.point)) continue;
-            // a nearer point of a triangle that shares this one; of equal ones, the first
+            // rejects the point if a triangle that contains it comes nearer; among equals keeps the first
             const double nearer = t.squared - near[k].squared;
             is_contact = nearer <= small * reach &&
                          !(nearer >= -small * reach && k < i && !near[k].is_inside &&

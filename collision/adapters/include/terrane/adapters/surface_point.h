@@ -16,19 +16,19 @@ namespace terrane::adapters {
 
 /// The contact surface on the vertical through a point.
 struct SurfacePoint {
-    GroundStatus status = GroundStatus::invalid;  ///< the rest is defined only where it is ok
+    GroundStatus status = GroundStatus::invalid;  ///< the other fields are defined only if ok
     WorldPos point_world = WorldPos::Zero();      ///< on the surface
-    Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();  ///< unit, out of the solid
+    Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();  ///< unit, pointing out of the solid
     double error_m = 0.0;  ///< the true surface is within this of the point's height
 };
 
-/// Finds the contact surface for interfaces that ask for the ground below a point.
+/// Finds the contact surface for interfaces that query the ground below a point.
 ///
-/// With an infinite `search_above`, and while no volume is resident, the answer is Ground::height(): the highest
-/// surface, whatever the point's z. Else it is the highest floor (a surface with normal z > 0) at or below the point's
-/// z plus `search_above`, so that a wheel in a tunnel gets the floor of the tunnel. Then `search_above` is more than
-/// the wheel penetrates and less than the clearance under a ceiling; a point deeper in the solid gets a lower floor,
-/// or `miss`.
+/// With an infinite `search_above`, or while no volume is resident, the answer is Ground::height(): the highest
+/// surface, whatever the point's z. Otherwise it is the highest floor (a surface with normal z > 0) at or below the
+/// point's z plus `search_above`, so that a wheel in a tunnel gets the tunnel's floor. Choose `search_above` above the
+/// wheel's penetration and below the clearance under a ceiling; a point deeper in the solid gets a lower floor, or
+/// `miss`.
 ///
 /// @param search_above metres, >= 0, or infinite
 ///
@@ -49,7 +49,7 @@ inline SurfacePoint surface_below(const Ground& ground, const WorldPos& p_world,
     if (!ground.has_solids() || std::isinf(search_above)) {
         return as_point(ground.height(p_world.x(), p_world.y()));
     }
-    constexpr int kMostCeilings = 256;  // more surfaces on one vertical than volumes make
+    constexpr int kMostCeilings = 256;  // more surfaces on one vertical than volumes produce
     double z = p_world.z() + search_above;
     for (int i = 0; i < kMostCeilings; ++i) {
         const HeightAnswer answer = ground.height_below(p_world.x(), p_world.y(), z);
@@ -59,8 +59,7 @@ inline SurfacePoint surface_below(const Ground& ground, const WorldPos& p_world,
     return {.status = GroundStatus::miss};
 }
 
-/// Counts answers by their status: interfaces that answer with a number alone have no other place to tell of absent
-/// ground. Threads: any number.
+/// Counts answers by status, to report absent ground from interfaces that return only a number. Threads: any number.
 class StatusCounter {
 public:
     StatusCounter() = default;
@@ -75,11 +74,11 @@ public:
     void add(GroundStatus status) {
         counts_[static_cast<std::size_t>(status)].fetch_add(1, std::memory_order_relaxed);
     }
-    /// Answers with a status so far.
+    /// Number of answers with a status.
     std::uint64_t of(GroundStatus status) const {
         return counts_[static_cast<std::size_t>(status)].load(std::memory_order_relaxed);
     }
-    /// Answers so far that were not ok.
+    /// Number of answers that were not ok.
     std::uint64_t failed() const {
         std::uint64_t sum = 0;
         for (std::size_t i = 1; i < counts_.size(); ++i) sum += counts_[i].load();
@@ -92,7 +91,7 @@ private:
 static_assert(static_cast<int>(GroundStatus::ok) == 0 &&
               static_cast<int>(GroundStatus::invalid) == 4);
 
-/// Whether a pose can be a frame of a simulator.
+/// Checks that a pose is valid as a simulator's frame.
 ///
 /// Fails: invalid_argument for a rotation that is not orthonormal and right-handed to 1e-9, and for a translation that
 ///        is not finite or beyond 2^40 m

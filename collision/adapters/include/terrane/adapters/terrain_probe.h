@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// A terrain probe in the manner of X-Plane's XPLMProbeTerrainXYZ: the highest ground on the vertical through a point,
-// in a local frame of a flight simulator. For simulators whose plug-ins expect that interface, and for plug-ins that
-// replace the simulator's terrain by Terrane's. Needs no SDK: probe() fills any structure with X-Plane's members.
+// A terrain probe with the semantics of X-Plane's XPLMProbeTerrainXYZ: the highest ground on the vertical through a
+// point, in a flight simulator's local frame. For simulators whose plug-ins expect that interface, and for plug-ins
+// that replace the simulator's terrain by Terrane's. Needs no SDK: probe() fills any structure with X-Plane's members.
 //
-// Units: metres, metres a second. Frame: x east, y up, z south, from TerrainProbeSettings::origin_world; positions of
-// the interface are float, so keep the origin within some kilometres (float has 0.5 mm at 8 km).
+// Units: metres, metres a second. Frame: x east, y up, z south, relative to TerrainProbeSettings::origin_world. The
+// interface's positions are float, so keep the origin within a few kilometres (float resolves 0.5 mm at 8 km).
 //
-// Result codes: hit; missed where there is no ground (beyond the extent, nodata connected to its border); error where
-// the answer is not known (ground that is not resident, no ground set) or the question is not valid (not finite, a
-// structure of another size). Nothing but the size is read or written unless it is a hit: height 0 stands for nothing.
+// Result codes: hit; missed if there is no ground (beyond the extent, nodata connected to its border); error if the
+// answer is unknown (ground not resident, no ground set) or the probe is invalid (not finite, wrong structure size).
+// The structure is written only on a hit, so a height of 0 never means missing ground.
 //
-// Ground is at rest: the velocity of a hit is 0, unless the settings have a function for it.
+// The ground is at rest: the velocity of a hit is 0 unless the settings provide a function for it.
 //
-// Threads: queries in any number (the settings' functions must bear it); set_ground() while no query runs.
+// Threads: any number of queries (the settings' functions must be thread-safe); set_ground() while no query runs.
 // Source: the reference of XPLMScenery, developer.x-plane.com/sdk.
 
 #include <terrane/adapters/surface_point.h>
@@ -25,22 +25,22 @@
 
 namespace terrane::adapters {
 
-/// Results of a probe, with X-Plane's numbers.
+/// Results of a probe, with X-Plane's values.
 enum class ProbeResult {
     hit = 0,     ///< xplm_ProbeHitTerrain
-    error = 1,   ///< xplm_ProbeError: not resident, not finite, or a structure of another size
+    error = 1,   ///< xplm_ProbeError: not resident, not finite, or wrong structure size
     missed = 2,  ///< xplm_ProbeMissed: no ground there
 };
 
 /// Settings of a TerrainProbe.
 struct TerrainProbeSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< of the local frame
-    /// See surface_below(): infinite for the highest surface, as X-Plane's y probe.
+    /// See surface_below(): infinite for the highest surface, like X-Plane's y probe.
     double search_above = std::numeric_limits<double>::infinity();
-    /// Whether a material is water; none: nothing is. One that throws is counted, and the ground is taken for dry.
+    /// Whether a material is water; none: all ground is dry. An exception is counted, and the ground is taken as dry.
     std::function<bool(std::uint32_t material)> is_wet = {};
-    /// Velocity of the surface at a point of it, world axes, as of a ship's deck; none: at rest. One that throws or is
-    /// not finite is counted, and the result is an error.
+    /// Velocity of the surface at a point, world axes, such as of a ship's deck; none: at rest. An exception or a
+    /// velocity that is not finite is counted, and the result is an error.
     std::function<Eigen::Vector3d(const WorldPos& p_world)> velocity = {};
 };
 
@@ -49,10 +49,10 @@ class TerrainProbe {
 public:
     /// One probe's answer, local frame.
     struct Answer {
-        ProbeResult result = ProbeResult::error;      ///< what X-Plane would return
-        GroundStatus status = GroundStatus::invalid;  ///< why; ok with an error: a function failed
+        ProbeResult result = ProbeResult::error;      ///< as X-Plane would return
+        GroundStatus status = GroundStatus::invalid;  ///< reason; ok on error: a function failed
         Eigen::Vector3d location =
-            Eigen::Vector3d::Zero();  ///< of the surface; only for a hit, as the rest
+            Eigen::Vector3d::Zero();  ///< on the surface; valid for a hit, as the rest
         Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
         bool is_wet = false;                                 ///< water
@@ -73,9 +73,9 @@ public:
         return TerrainProbe(settings);
     }
 
-    /// The ground of the probes that follow. Without one every probe is an error.
+    /// Sets the ground of the following probes. Without one every probe is an error.
     void set_ground(const Ground& ground) { ground_ = ground; }
-    /// Moves the local frame, as a flight simulator does on a long flight. Requires a finite origin.
+    /// Moves the local frame, as flight simulators do on long flights. Requires a finite origin.
     void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
 
     /// Probes the vertical through a point of the local frame.
@@ -87,9 +87,9 @@ public:
         return answer;
     }
 
-    /// Probes, and fills a structure with X-Plane's members, floats each: structSize, which the caller has set to its
-    /// size; locationX, locationY, locationZ; normalX to normalZ; velocityX to velocityZ; is_wet. A null pointer or
-    /// another size is an error.
+    /// Probes and fills a structure with X-Plane's members: structSize, set by the caller to the structure's size;
+    /// floats locationX to locationZ, normalX to normalZ, velocityX to velocityZ; is_wet. A null pointer or another
+    /// size is an error.
     template <class Info>
     ProbeResult probe(float x, float y, float z, Info* info_out) const {
         if (info_out == nullptr || info_out->structSize != static_cast<int>(sizeof(Info))) {
@@ -111,9 +111,9 @@ public:
         return answer.result;
     }
 
-    /// The probes so far, by status.
+    /// Number of probes by status.
     const StatusCounter& counts() const { return counts_; }
-    /// Probes so far in which a function of the settings threw, or gave a velocity that was not finite.
+    /// Number of probes in which a function of the settings threw or returned a velocity that was not finite.
     std::uint64_t fault_count() const { return faults_.of(GroundStatus::invalid); }
 
 private:
@@ -140,7 +140,7 @@ private:
         return answer;
     }
 
-    // False where the velocity is not known.
+    // False if the velocity is unknown.
     bool ask_functions(const WorldPos& p_world, Answer& answer) const {
         answer.velocity = Eigen::Vector3d::Zero();
         if (settings_.is_wet) {
@@ -156,7 +156,7 @@ private:
             answer.velocity = local_from_world(settings_.velocity(p_world));
             if (answer.velocity.allFinite()) return true;
         } catch (...) {
-            // as a velocity that is not finite
+            // treated like a velocity that is not finite
         }
         faults_.add(GroundStatus::invalid);
         return false;

@@ -15,48 +15,48 @@
 
 namespace terrane {
 
-/// A box that contains an object, closed, with axes of its own.
+/// An oriented bounding box, closed.
 struct OrientedBox {
-    Pose frame_from_box;  ///< its origin is the middle of the box
+    Pose frame_from_box;  ///< its origin is the centre of the box
     Eigen::Vector3d half_extents = Eigen::Vector3d::Zero();  ///< along the box's axes, metres, >= 0
 };
 
-/// The smallest box along the axes around points; with low = high = 0 for none.
+/// The smallest axis-aligned box around points; low = high = 0 without points.
 Aabb bounding_box(std::span<const Eigen::Vector3d> points);
 
-/// The box in the axes of another frame: contains all points of the box.
+/// Transforms a box to another frame; exact, with oriented axes.
 OrientedBox transform(const Pose& target_from_source, double scale, const Aabb& box_source);
 
-/// The smallest box along the axes around an oriented box, up to rounding outward.
+/// The smallest axis-aligned box around an oriented box, rounded outward.
 Aabb bounding_box(const OrientedBox& box);
 
-/// The ball around the middle of a box through its corners, rounded outward.
+/// The circumscribed sphere of a box, rounded outward.
 BoundingSphere bounding_sphere(const OrientedBox& box);
 
 /// Relation of an object to a view volume.
 enum class Containment : std::uint8_t {
-    outside,       ///< no point of it is in the volume
+    outside,       ///< no point of the object is in the volume
     intersecting,  ///< not known to be outside or inside
-    inside,        ///< all of it is in the volume
+    inside,        ///< the object is entirely in the volume
 };
 
-/// Planes left to test, inherited from enclosing bounding volumes, and the plane to begin with.
+/// Planes still to be tested, inherited from enclosing bounding volumes, and the plane to test first.
 struct PlaneState {
     static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
     static constexpr std::uint8_t kFarPlane = 4;   ///< number of the far plane
-    /// Bit i: plane i is not yet known to have all of it on its inner side.
+    /// Bit i: the object is not yet known to be entirely inside plane i.
     std::uint8_t mask = kAll;
-    std::uint8_t first = 0;  ///< plane that is tested first: the one that excluded it last, 0 to 4
+    std::uint8_t first = 0;  ///< plane to test first: the one that last excluded the object, 0 to 4
 };
 
-/// The set of points that a view can show: the infinite pyramid of its four side planes, cut by a far plane where
-/// there is one. Closed and convex, with its apex at the eye.
+/// The set of points that a view can show: the infinite pyramid of its four side planes, cut by an optional far plane.
+/// Closed and convex, with its apex at the eye.
 ///
-/// Tests are in three steps, each more exact and more expensive; the answers of all are valid:
-///   1. test_planes(): one plane at a time. Keeps some that are outside near edges of the volume.
+/// There are three tests, each more exact and more expensive than the one before; all are conservative:
+///   1. test_planes(): one plane at a time. Keeps some objects outside the volume near its edges.
 ///   2. meets(): the exact test of a bounding volume, separating axes for boxes.
 ///   3. meets_triangles(): the triangles themselves.
-/// None drops what is in the volume: comparisons have a margin for rounding, of 1e-14 of the distance from the eye.
+/// None rejects an object in the volume: comparisons have a rounding margin of 1e-14 of the distance from the eye.
 ///
 /// Sources: U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
 /// Tools 5(1), 2000 (plane masks, the last plane first). S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996
@@ -80,8 +80,8 @@ public:
     /// Corners of the far plane relative to the eye, in order around the picture; 0 where there is none.
     const std::array<Eigen::Vector3d, 4>& far_corners() const { return far_corners_; }
 
-    /// Tests the planes of state.mask, state.first first. `outside`: state.first is set to the plane that excludes it.
-    /// Else the planes that have all of it on their inner side are removed from state.mask.
+    /// Tests the planes of state.mask, beginning with state.first. On `outside`, state.first becomes the plane that
+    /// excludes the object; otherwise the planes that the object is entirely inside of are removed from state.mask.
     Containment test_planes(const BoundingSphere& ball_world, PlaneState& state) const;
     Containment test_planes(const Aabb& box_world, PlaneState& state) const;
     Containment test_planes(const OrientedBox& box_world, PlaneState& state) const;
@@ -122,23 +122,24 @@ private:
     std::array<Eigen::Vector3d, 4> far_corners_;
 };
 
-/// Where a renderer draws shadows, for scenes that give it the casters out of view.
+/// Region in which a renderer draws shadows; scenes use it to find the casters out of view.
 struct SunShadows {
     /// Towards the sun, finite and not zero; of any length.
     Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
-    /// That shadows reach from the eye, metres; 0: no shadows.
+    /// Distance from the eye within which shadows are drawn, metres; 0: no shadows.
     double distance = 0.0;
 };
 
-/// Whether direction and distance are in range: the distance above 0 and at most 1e9 m.
+/// Whether the direction is valid and the distance is above 0 and at most 1e9 m.
 bool has_shadows(const SunShadows& shadows);
 
 /// The set of points from which an object can cast a shadow into a view: those whose ray away from the sun meets the
-/// points of the view within a distance. It is the convex hull of these points, extended without limit towards the sun.
+/// part of the view within the shadow distance. It is the convex hull of that part, extruded to infinity towards the
+/// sun.
 ///
-/// Its planes are those of the view that still bound it, and those through an edge of the view along the sun's
-/// direction. The tests are conservative, with a margin for rounding of 1e-11 of the distance from the eye: they keep
-/// all bounding volumes that meet the set, and some near its edges that do not.
+/// Its planes are the view's planes that still bound it, and planes through an edge of the view parallel to the sun's
+/// direction. The tests are conservative, with a rounding margin of 1e-11 of the distance from the eye: they accept
+/// every bounding volume that meets the set, and some near its edges that do not.
 ///
 /// Threads: any number at once
 class CasterVolume {
@@ -148,9 +149,9 @@ public:
 
     /// Whether a bounding volume has a point in the set.
     bool meets(const BoundingSphere& ball_world) const;
-    /// The same of a box along the axes.
+    /// The same for an axis-aligned box.
     bool meets(const Aabb& box_world) const;
-    /// The same of a box with axes of its own.
+    /// The same for an oriented box.
     bool meets(const OrientedBox& box_world) const;
 
 private:
@@ -177,13 +178,13 @@ enum class CullTest : std::uint8_t {
     exact,   ///< separating axes where the planes do not decide
 };
 
-/// Temporal coherence of one viewer: the plane that last excluded each node of a CullTree. Affects the time only.
+/// Temporal coherence of one viewer: the plane that last excluded each node of a CullTree. Affects only the cost.
 struct CullMemory {
-    std::vector<std::uint8_t> last_plane;  ///< [nodes]; any size: cull() sets it
+    std::vector<std::uint8_t> last_plane;  ///< [nodes]; resized by cull()
 };
 
-/// Finds the boxes in view among many, by a hierarchy of boxes: a node that is outside excludes all below it, one that
-/// is inside includes them, and planes that a node is inside of are not tested below it.
+/// Frustum culling of many boxes by a bounding volume hierarchy: a node that is outside excludes its subtree, a node
+/// that is inside includes it, and planes that a node is inside of are not tested below it.
 ///
 /// Threads: any number of cull() at once, each with its own memory
 class CullTree {
@@ -199,20 +200,21 @@ public:
     /// Number of objects.
     std::size_t size() const;
 
-    /// Moves the boxes; the hierarchy stays, so that culling costs more the more objects have moved among each other.
+    /// Updates the boxes and keeps the hierarchy: culling becomes more expensive the more the objects have moved
+    /// relative to each other.
     ///
     /// @param boxes_world [size()]
     void refit(std::span<const Aabb> boxes_world);
 
-    /// Replaces visible_out by the indices of the objects whose boxes, and all boxes of nodes around them, are not
-    /// outside: each once, in an order that depends on the boxes of the constructor alone.
+    /// Replaces visible_out by the indices of the objects whose boxes, and whose ancestors' boxes, are not outside:
+    /// each once, in an order that depends only on the constructor's boxes.
     ///
     /// Allocates: nothing once the outputs are large enough
     void cull(const ViewVolume& volume, CullTest test, CullMemory& memory,
               std::vector<std::uint32_t>& visible_out) const;
 
-    /// Replaces casters_out by the indices of the objects whose boxes, and all boxes of nodes around them, meet the
-    /// volume, in the same order.
+    /// Replaces casters_out by the indices of the objects whose boxes, and whose ancestors' boxes, meet the volume, in
+    /// the same order.
     ///
     /// Allocates: nothing once the output is large enough
     void find_casters(const CasterVolume& volume, std::vector<std::uint32_t>& casters_out) const;

@@ -13,17 +13,18 @@ struct GovernorSettings {
     double frame_ms = 16.0;               ///< time that a frame may take, milliseconds, > 0
     std::size_t least_budget = 2'000;     ///< triangles, >= 1
     std::size_t most_budget = 1'000'000;  ///< triangles, >= least_budget
-    /// Largest ratio of successive budgets, 1.01 to 4; its third power after frames of less than half of the time.
+    /// Largest ratio of successive budgets, 1.01 to 4; its third power after frames that took less than half of
+    /// frame_ms.
     double most_growth = 1.15;
-    double margin = 0.03;  ///< share of the time that is left free, 0 to 0.5
+    double margin = 0.03;  ///< share of frame_ms left unused, 0 to 0.5
 };
 
-/// Finds the largest triangle budget whose frames keep a time: least error for the time. It takes the cost of a frame
-/// for a constant and a part in proportion to the triangles, learns both from frames, and how much their times vary,
-/// and answers a budget for the next one. A frame that took longer than this noise explains lowers the budget at once,
-/// and for no more than one frame where it was an outlier; a larger budget comes in steps.
+/// Finds the largest triangle budget that keeps frames within a time limit. Models the cost of a frame as a constant
+/// plus a part proportional to its triangles, and estimates both, and the variance of frame times, from past frames. A
+/// frame slower than this variance explains lowers the budget at once; if it was an outlier, the budget is restored
+/// after one frame. The budget grows in steps.
 ///
-/// Pictures depend on times then: leave it out of replays.
+/// Pictures then depend on timing: do not use it in replays.
 ///
 /// Sources: T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
 /// Complex Virtual Environments. SIGGRAPH 1993 (predicting the cost of a frame). K. Astrom, B. Wittenmark. Adaptive
@@ -32,13 +33,13 @@ class FrameGovernor {
 public:
     /// Fails: invalid_argument, naming the field and its value, for settings out of range
     ///
-    /// @param first_budget of the first frame; moved into the range of the settings
+    /// @param first_budget of the first frame; clamped to the range of the settings
     static Result<FrameGovernor> create(const GovernorSettings& settings, std::size_t first_budget);
 
-    /// Triangles that the next frame may have.
+    /// Largest number of triangles for the next frame.
     std::size_t budget() const { return budget_; }
 
-    /// Learns from a frame. A time that is not finite or not above 0 is ignored.
+    /// Updates the model with a frame. A time that is not finite or not above 0 is ignored.
     ///
     /// @param frame_ms  that the frame took, milliseconds
     /// @param triangles  that it drew
@@ -49,7 +50,7 @@ private:
     explicit FrameGovernor(const GovernorSettings& settings) : settings_(settings) {}
 
     struct CostModel {
-        // Sums of past frames, each weighted less the older it is.
+        // Exponentially weighted sums over past frames.
         double weight = 0.0, n = 0.0, t = 0.0, nn = 0.0, nt = 0.0;
         double constant_ms = 0.0, ms_per_triangle = 0.0;
 
@@ -61,7 +62,7 @@ private:
 
     GovernorSettings settings_;
     std::size_t budget_ = 0;
-    double proven_ = 0.0;  // triangles that have been drawn in time
+    double proven_ = 0.0;  // most triangles drawn within the limit
     CostModel model_;
     struct Knowledge {
         CostModel model;

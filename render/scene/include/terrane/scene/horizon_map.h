@@ -10,21 +10,21 @@
 
 namespace terrane {
 
-/// What a frame's drawn ground is certified to deviate from the true surface by, at most: see TerrainMesh.
+/// Certified bounds of a frame's drawn ground relative to the true surface, see TerrainMesh.
 struct GroundError {
     double refinable_px = 0.0;  ///< of TerrainMesh::refinable_error_px, >= 0
     double finest_m = 0.0;      ///< of TerrainMesh::finest_error_m, metres, >= 0
 };
 
-/// What the ground hides from an eye: for each of 1024 sectors of azimuth and some 250 bins of distance, the slope
-/// (rise over horizontal distance) up to which everything beyond is behind the drawn ground.
+/// Occlusion by the ground as seen from one eye: for each of 1024 azimuth sectors and about 250 distance bins, the
+/// slope (rise over horizontal distance) below which everything farther away is behind the drawn ground.
 ///
-/// Conservative: what hides() is true of has no pixel that the frame's ground does not cover, provided that holds_for()
-/// is true of the mesh that is drawn. Hidden means behind the drawn ground, and so behind the true surface where that
-/// is not lower than the drawn one. A hidden object may still cast a visible shadow.
+/// Conservative: if hides() is true, the frame's ground covers every pixel of the object, provided that holds_for() is
+/// true for the drawn mesh. Hidden means behind the drawn ground, hence behind the true surface wherever that is not
+/// lower than the drawn one. A hidden object may still cast a visible shadow.
 ///
-/// Hides nothing for an eye outside the extent or within near_distance of the ground or below it; while a root square
-/// is absent; beyond ground that is nodata or has volumes; of a source that is not certified.
+/// Hides nothing if the eye is outside the extent, below the ground or within near_distance of it, while a root square
+/// is not resident, beyond nodata or ground with volumes, and if the source is not certified.
 ///
 /// Threads: hides() any number at once; build() alone
 class HorizonMap {
@@ -34,35 +34,35 @@ public:
     HorizonMap& operator=(HorizonMap&&) noexcept;
     ~HorizonMap();
 
-    /// Replaces the map by that of a view over the resident chunks. An invalid view, a null set, and errors that are
-    /// NaN, infinite, below 0, or in pixels a quarter of a radian and more give a map that hides nothing.
+    /// Rebuilds the map for a view over the resident chunks. The map hides nothing for an invalid view, a null set, and
+    /// errors that are NaN, infinite, negative, or, in pixels, a quarter of a radian or more.
     ///
-    /// @param largest upper limits of the frame's errors, which are not known before Triangulator::update(). A pixel
-    ///                more is left for rounding on the GPU
+    /// @param largest upper limits of the frame's errors, which are not known before Triangulator::update(). One more
+    ///                pixel is allowed for rounding on the GPU
     ///
     /// Allocates: 1 MB at first
     /// Cost:      `scene_benchmark --benchmark_filter=horizon`
     void build(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                const GroundError& largest);
 
-    /// Whether the map is certain for a frame: its errors are within the limits, and the eye is above its ground. If
-    /// not, begin the frame again without the map. True where the map hides nothing.
+    /// Whether the map is valid for a frame: the frame's errors are within the limits, and the eye is above the drawn
+    /// ground. If not, restart the frame without the map. True if the map hides nothing.
     ///
-    /// @param mesh of the view and the resident set of the map
+    /// @param mesh for the map's view and resident set
     ///
-    /// Cost: O(triangles of the chunks at the eye)
+    /// Cost: O(triangles of the chunks below the eye)
     bool holds_for(const TerrainMesh& mesh) const;
 
-    /// Hides nothing from now on.
+    /// Resets the map to one that hides nothing.
     void clear();
 
-    /// Whether it is the map of this view, and hides anything at all.
+    /// Whether the map was built for this view and hides anything.
     bool is_of(const View& view) const;
 
-    /// Whether all of a ball that the view can show is behind the ground. False where that is not known, and for what
-    /// is not finite.
+    /// Whether the visible part of a ball is entirely behind the ground. False if unknown, or if the ball is not
+    /// finite.
     bool hides(const BoundingSphere& ball_world) const;
-    /// The same of a box.
+    /// The same for a box.
     bool hides(const Aabb& box_world) const;
 
 private:

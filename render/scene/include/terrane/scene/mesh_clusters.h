@@ -11,12 +11,12 @@
 
 namespace terrane {
 
-/// From where a mesh is seen, for MeshClusters::find_front_facing(), and how far drawn vertices may be from the mesh's.
+/// Eye for MeshClusters::find_front_facing(), in the mesh's frame, and bounds on the displacement of drawn vertices.
 ///
-/// Under an affine transform of the mesh, of positive determinant, a triangle faces an eye where it faces the eye's
-/// inverse image: `eye_mesh` is that image for any rotation and scale, non-uniform ones included. For a negative
-/// determinant `is_mirrored` is set. Errors are divided by the smallest factor of the transform; `angle_error`, where
-/// scales differ, is multiplied by the largest over the smallest one.
+/// Under an affine transform with positive determinant, a triangle faces the eye if and only if it faces the eye's
+/// inverse image in the mesh's frame: `eye_mesh` is that image for any rotation and scale, including non-uniform ones.
+/// For a negative determinant set `is_mirrored`. Divide `vertex_error` by the smallest scale factor of the transform;
+/// for non-uniform scale multiply `angle_error` by the ratio of the largest to the smallest factor.
 struct FacingView {
     Eigen::Vector3d eye_mesh = Eigen::Vector3d::Zero();  ///< eye, in the mesh's frame, metres
     double vertex_error = 0.0;  ///< metres of the mesh's frame, >= 0, e.g. of rounding to float
@@ -31,13 +31,13 @@ struct TriangleRun {
     std::uint32_t count = 0;  ///< triangles
 };
 
-/// Neighbouring triangles of similar normals, with a bound of their places and one of their normals.
+/// Neighbouring triangles with similar normals, with bounds of their positions and normals.
 struct MeshCluster {
     TriangleRun triangles;  ///< of MeshClusters::order()
     BoundingSphere bounds;  ///< contains the triangles, in the mesh's frame
-    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, of the cone of their normals
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit axis of the normal cone
     /// Cosine and sine of the largest angle between the axis and a normal, rounded outward. Cosine 0: no cone, because
-    /// a triangle is too thin to have a certain normal, or the normals are spread too wide; never culled.
+    /// a triangle is too thin for a reliable normal or the normals spread too widely; never culled.
     double cosine = 0.0;
     double sine = 1.0;  ///< see `cosine`
     /// The point centre - behind * axis is behind the planes of all triangles, metres.
@@ -49,7 +49,7 @@ struct MeshCluster {
     double one_over_area = 0.0;  ///< largest of 1 over twice a triangle's area, 1/m^2
 };
 
-/// A mesh's triangles in clusters, to find those that can face an eye. Immutable.
+/// A mesh's triangles in clusters, for back-face culling by normal cones. Immutable.
 ///
 /// Meshes may be open and may intersect themselves: only triangles that back-face culling would discard are culled. A
 /// mesh whose material draws both sides must not be culled.
@@ -57,10 +57,11 @@ struct MeshCluster {
 /// Threads: any number at once
 class MeshClusters {
 public:
-    /// Triangles with two corners at one position are never drawn; they are in clusters as any other.
+    /// Degenerate triangles, with two corners at one position, are never drawn, but belong to clusters like any other.
     ///
     /// @param triangles    indices of positions, counter-clockwise from outside
-    /// @param cluster_size most triangles of a cluster, at least 1; most clusters have at least half of that
+    /// @param cluster_size largest number of triangles of a cluster, at least 1; most clusters have at least half as
+    ///                     many
     ///
     /// Fails:     invalid_argument for a position that is not finite or beyond kLargestMeshCoordinate, an index beyond
     ///            the positions, a cluster_size of 0, or more than 2^31 triangles
@@ -71,16 +72,16 @@ public:
                                        std::span<const TriangleMesh::Triangle> triangles,
                                        std::uint32_t cluster_size = 64);
 
-    /// [triangles] indices of the triangles, cluster by cluster; within a cluster they ascend.
+    /// [triangles] triangle indices, cluster by cluster; ascending within a cluster.
     std::span<const std::uint32_t> order() const { return order_; }
-    /// In the order of their triangles: they partition order().
+    /// Clusters in the order of their triangles; they partition order().
     std::span<const MeshCluster> clusters() const { return clusters_; }
 
-    /// Finds the clusters that may have a triangle that faces the eye, as runs of order(): ascending, and never
-    /// adjacent to each other. No triangle that faces the eye is left out, wherever its vertices are within the errors;
-    /// triangles that face away may be kept. All are kept where a number is not finite or an error is negative.
+    /// Finds the clusters that may contain a front-facing triangle, as ascending, non-adjacent runs of order().
+    /// Conservative: no front-facing triangle is omitted, for any vertex positions within the errors; some back-facing
+    /// ones may be kept. All are kept if a number is not finite or an error is negative.
     ///
-    /// Allocates: where runs_out has too little capacity
+    /// Allocates: if runs_out has too little capacity
     /// Cost:      about 10 ns a cluster
     void find_front_facing(const FacingView& view, std::vector<TriangleRun>& runs_out) const;
 
@@ -89,7 +90,7 @@ private:
     std::vector<MeshCluster> clusters_;
 };
 
-/// Whether a cluster may have a triangle that faces the eye, see MeshClusters::find_front_facing().
+/// Whether a cluster may contain a triangle that faces the eye, see MeshClusters::find_front_facing().
 bool can_face(const MeshCluster& cluster, const FacingView& view);
 
 }  // namespace terrane

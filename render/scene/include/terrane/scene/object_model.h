@@ -14,11 +14,11 @@
 
 namespace terrane {
 
-/// Where a segment first meets a mesh.
+/// First intersection of a segment with a mesh.
 struct MeshHit {
     double fraction = 0.0;  ///< of the segment from its start, 0 to 1
     std::uint32_t triangle =
-        0;  ///< index of TriangleMesh::triangles; the least one of those met at once
+        0;  ///< index in TriangleMesh::triangles; the smallest one if several are hit at the same point
     Eigen::Vector3d normal =
         Eigen::Vector3d::UnitZ();  ///< unit, of the triangle, against the segment
 };
@@ -28,21 +28,21 @@ struct MeshHit {
 /// Threads: any number at once
 class MeshRays {
 public:
-    /// Triangles without area are never met.
+    /// Rays never meet triangles without area.
     ///
     /// Fails:     invalid_argument as check(TriangleMesh)
     /// Allocates: about 200 bytes a triangle
     /// Cost:      O(n log n)
     static Result<MeshRays> create(const TriangleMesh& mesh);
 
-    /// The first triangle that a segment meets, from either side. A segment that meets an edge or a vertex meets its
-    /// triangles: none gets through between two of them.
+    /// The first triangle that a segment meets, from either side. A segment that meets an edge or a vertex meets the
+    /// adjacent triangles: it cannot pass between two of them.
     ///
     /// @param from, to in the mesh's frame; nothing is met where they are not finite
     ///
     /// Cost:   O(log n) for most segments; O(n) at worst
     /// Source: S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, without their
-    ///         exact test where an edge function is 0: it counts as met
+    ///         double-precision fallback when an edge function is 0, which counts as a hit
     std::optional<MeshHit> ray(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
 private:
@@ -53,40 +53,40 @@ private:
 
 /// A level of detail of an object: a mesh or an impostor.
 struct ObjectLevel {
-    /// Upper bound of the geometric error, metres at scale 1, >= 0: of a mesh the two-sided Hausdorff
-    /// distance, of an impostor the largest displacement of its picture.
+    /// Upper bound of the geometric error, metres at scale 1, >= 0: the two-sided Hausdorff distance of a mesh, the
+    /// largest displacement of the picture of an impostor.
     double error_m = 0.0;
-    std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 of an impostor
+    std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 for an impostor
     std::uint32_t mesh_level = 0;  ///< MeshDraw::level; ignored where is_impostor
     bool is_impostor = false;      ///< drawn by ObjectModel::impostor
-    /// Changes into the next level, a mesh too, by a morph in place of a fade: one draw of this level's triangles,
-    /// whose vertices move (MeshLevel::morph_targets).
+    /// Whether it changes to the next level, also a mesh, by a geomorph instead of a cross-fade: one draw of this
+    /// level's triangles, whose vertices move (MeshLevel::morph_targets).
     bool morphs = false;
 };
 
 /// A model: an object with its levels of detail, for any number of placements.
 struct ObjectModel {
     MeshId mesh{};                       ///< of the renderer
-    std::optional<ImpostorId> impostor;  ///< needed where a level is an impostor
+    std::optional<ImpostorId> impostor;  ///< required if a level is an impostor
     Aabb bounds;                         ///< of the mesh, in the object's frame, metres
-    /// Finest first, at least one. Errors increase by at least the factor of 2 from level to level, the first one may
-    /// be 0; triangles decrease.
+    /// Finest first, at least one. Errors increase by at least a factor of 2 from level to level, the first may be 0;
+    /// triangle counts decrease.
     std::vector<ObjectLevel> levels;
-    /// Geometric error where the object is not drawn, metres at scale 1, at least twice that of the last level: for
-    /// instance its height. Infinity: it is always drawn.
+    /// Geometric error of omitting the object, metres at scale 1, at least twice that of the last level; for instance
+    /// its height. Infinity: it is always drawn.
     double absence_error_m = 0.0;
     /// The mesh for Scene::ray(), within the bounds; none: rays do not meet it.
     std::optional<MeshRays> rays = {};
-    /// Continuous levels of detail, which the nearest objects have in place of the meshes among `levels`: the vertices
-    /// and the finest triangles are those of `mesh`, and no impostor is finer than a mesh. Scene reads the record of
-    /// contractions alone, not the present level, which must not change meanwhile. Null: none.
+    /// Continuous levels of detail, which replace the meshes among `levels` for the nearest objects: the vertices and
+    /// the finest triangles are those of `mesh`, and no impostor is finer than a mesh. Scene reads only the sequence of
+    /// contractions, not the current level, which must not change meanwhile. Null: none.
     std::shared_ptr<const ProgressiveMesh> continuous = {};
 };
 
 /// Least ratio of the errors of consecutive levels.
 inline constexpr double kLeastLevelRatio = 2.0;
 
-/// Fails: invalid_argument, naming the level and the value, for one that is not as described above
+/// Fails: invalid_argument, naming the level and the value, if a field violates its description
 Result<void> check(const ObjectModel& model);
 
 }  // namespace terrane

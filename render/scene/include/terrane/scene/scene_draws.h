@@ -9,9 +9,9 @@
 
 namespace terrane {
 
-/// Names a mesh of the renderer that made it.
+/// Identifies a mesh of the renderer that created it.
 enum class MeshId : std::uint32_t {};
-/// Names an impostor of the renderer that made it.
+/// Identifies an impostor of the renderer that created it.
 enum class ImpostorId : std::uint32_t {};
 
 /// Transform, coverage and tint of an instance, in the layout of the GPU's buffer.
@@ -20,9 +20,9 @@ struct ObjectInstance {
     float scale = 1.0f;                 ///< > 0, of all three axes
     /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
     std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
-    /// Share of its pixels that are drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1). Positive:
-    /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and
-    /// c - 1 together draw every pixel once. 1 to 2: every pixel is drawn, and the vertices of a level that morphs are
+    /// Share of its pixels that is drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1). Positive:
+    /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and c -
+    /// 1 together draw every pixel once. 1 to 2: every pixel is drawn, and the vertices of a level that morphs are
     /// interpolated towards the next level with weight coverage - 1.
     float coverage = 1.0f;
     std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of the colours
@@ -44,16 +44,16 @@ struct ImpostorDraw {
     std::uint32_t instance_count = 0;  ///< instances of this draw
 };
 
-/// One object with triangles of its own in this frame, for continuous levels of detail and geomorphs.
+/// One object with its own triangles in this frame, for continuous levels of detail and geomorphs.
 struct StreamedDraw {
-    MeshId mesh{};  ///< whose attributes the vertices have
+    MeshId mesh{};  ///< source of the vertices' attributes
     /// [vertices of the mesh] positions in the object's frame, metres; empty: those of the mesh.
     std::span<const Eigen::Vector3f> positions = {};
     std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
     std::uint32_t instance = 0;                              ///< in SceneDraws::instances
 };
 
-/// A soft disc that faces the viewer, as of smoke or dust: two triangles.
+/// A soft disc that faces the viewer, for smoke or dust: two triangles.
 struct Particle {
     std::array<float, 3> offset_eye{};  ///< centre minus the eye, world axes, metres
     float radius = 1.0f;                ///< metres
@@ -64,14 +64,14 @@ static_assert(sizeof(Particle) == 32);
 
 /// The draw list of a scene for one frame: views of the scene's buffers.
 struct SceneDraws {
-    std::span<const ObjectInstance> instances = {};  ///< that the draws name
+    std::span<const ObjectInstance> instances = {};  ///< referred to by the draws
     std::span<const MeshDraw> meshes = {};           ///< levels of detail
     std::span<const StreamedDraw> streamed = {};     ///< objects with triangles of their own
     std::span<const ImpostorDraw> impostors = {};    ///< billboards
-    std::span<const Particle> particles = {};        ///< from far to near
-    /// Shadow casters out of view: drawn into shadow maps only, and not where there are none.
+    std::span<const Particle> particles = {};        ///< sorted from far to near
+    /// Shadow casters out of view: drawn into shadow maps only, ignored without shadows.
     std::span<const MeshDraw> caster_meshes = {};
-    std::span<const ImpostorDraw> caster_impostors = {};  ///< the same of billboards
+    std::span<const ImpostorDraw> caster_impostors = {};  ///< billboards among the casters
 };
 
 }  // namespace terrane

@@ -23,50 +23,51 @@
 
 namespace terrane {
 
-/// Names a node of a SceneGraph. Never used again for another one.
+/// Identifies a node of a SceneGraph. Never reused.
 enum class NodeId : std::uint64_t {};
 
 /// A node that only places its children.
 struct GroupNode {};
 
-/// A mesh, or an impostor where the level is one.
+/// A mesh at one of its levels, or an impostor.
 struct GeometryNode {
-    MeshId mesh{};            ///< of the renderer; ignored where there is an impostor
-    std::uint32_t level = 0;  ///< of the mesh
-    std::optional<ImpostorId> impostor = {};  ///< drawn in place of the mesh
+    MeshId mesh{};                            ///< of the renderer; ignored if there is an impostor
+    std::uint32_t level = 0;                  ///< of the mesh
+    std::optional<ImpostorId> impostor = {};  ///< drawn instead of the mesh
     Aabb bounds;                              ///< in the node's frame, metres
-    std::uint32_t triangles = 0;              ///< for the counts; 2 of an impostor
+    std::uint32_t triangles = 0;              ///< for the counts; 2 for an impostor
     /// The mesh for SceneGraph::ray(), within the bounds; none: rays do not meet it.
     std::optional<MeshRays> rays = {};
 };
 
 /// Selects one of its children by distance or screen error, or two during a cross-fade. The children are levels of
-/// detail, the finest first, in the order in which they were added.
+/// detail, finest first, in the order in which they were added.
 struct SwitchNode {
     /// Criterion between two levels.
     enum class By : std::uint8_t {
-        distance,  ///< limits are metres from the eye to the bounding sphere: the classic one
+        distance,  ///< limits are metres from the eye to the bounding sphere
         error,  ///< limits are errors in metres of the coarser level: it is drawn below the frame's threshold in pixels
     };
-    By by = By::error;  ///< what the limits are compared with
-    /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: it
-    /// always draws its last level. Positive, not decreasing.
+    By by = By::error;  ///< quantity compared with the limits
+    /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: the
+    /// last level is always drawn. Positive, not decreasing.
     std::vector<double> limits;
-    /// A level changes where the limit is passed by this ratio, 1 to 2, so that levels do not alternate near a limit.
+    /// A level changes only after its limit is passed by this ratio, 1 to 2, so that levels do not alternate near a
+    /// limit.
     double hysteresis = 1.0;
-    /// Levels fade into each other while the limit is passed by up to this ratio, 1 to 2; 1: at once. Not together with
-    /// hysteresis.
+    /// Levels cross-fade while the limit is passed by up to this ratio, 1 to 2; 1: they switch at once. Cannot be
+    /// combined with hysteresis.
     double fade_ratio = 1.0;
 };
 
-/// Turns its children to the viewer.
+/// Turns its children towards the viewer.
 struct BillboardNode {
     /// Degrees of freedom of the rotation.
     enum class Axis : std::uint8_t {
-        screen,  ///< its x is the picture's right, its y the picture's up: for smoke
-        up,  ///< about its z axis only, until its x points to the eye, whatever the viewer's up is: for trees
+        screen,  ///< x is the picture's right and y its up: for smoke
+        up,  ///< about its z axis only, so that x points towards the eye, whatever the viewer's up: for trees
     };
-    Axis axis = Axis::screen;  ///< how it turns to the eye
+    Axis axis = Axis::screen;  ///< degrees of freedom
 };
 
 /// Soft discs, in the node's frame.
@@ -77,7 +78,7 @@ struct ParticlesNode {
         double radius = 1.0;                                  ///< metres, > 0
         std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};  ///< as Particle::colour
     };
-    std::vector<Disc> discs;  ///< replaced by set_content() as they move
+    std::vector<Disc> discs;  ///< moved by set_content()
 };
 
 /// Type of a node, with its data.
@@ -92,11 +93,11 @@ struct NodePlace {
 /// Statistics of a frame of a SceneGraph.
 struct GraphCounts {
     std::size_t drawn = 0;      ///< geometry nodes
-    std::size_t culled = 0;     ///< nodes whose bounds are out of view, their children not counted
+    std::size_t culled = 0;     ///< nodes whose bounds are out of view, excluding their descendants
     std::size_t triangles = 0;  ///< of geometry and particles
 };
 
-/// Where a segment first meets a node.
+/// First intersection of a segment with a node.
 struct NodeHit {
     NodeId node{};                                      ///< a GeometryNode
     double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
@@ -105,8 +106,9 @@ struct NodeHit {
     std::uint32_t triangle = 0;                         ///< of the node's mesh
 };
 
-/// A tree of nodes with transforms: vehicles of parts, smoke over a chimney, whatever is not scattered by the thousand
-/// (see Scene for that). Bounds follow what changes below a node, and culling follows the bounds down the tree.
+/// A tree of nodes with transforms, for articulated vehicles, smoke over a chimney and other objects that are not
+/// scattered by the thousand (see Scene for those). A node's bounds follow changes below it, and culling descends the
+/// tree by the bounds.
 ///
 /// Threads: one at a time
 class SceneGraph {
@@ -116,7 +118,7 @@ public:
     SceneGraph& operator=(SceneGraph&&) noexcept;
     ~SceneGraph();
 
-    /// The node above all others, a GroupNode at the world's origin.
+    /// The root node, a GroupNode at the world's origin.
     NodeId root() const;
 
     /// Adds a node as the last child of another.
@@ -124,35 +126,37 @@ public:
     /// Fails: invalid_argument, naming the value, for a parent that does not exist, a place that is not finite or out
     ///        of range, or content out of range: bounds, limits, ratios, discs
     Result<NodeId> add(NodeId parent, const NodePlace& place, NodeContent content);
-    /// Removes a node and all below it. The root stays. Nothing where there is no such node.
+    /// Removes a node and its subtree. No effect for the root or an unknown id.
     void remove(NodeId node);
     /// Fails: as add()
     Result<void> set_place(NodeId node, const NodePlace& place);
     /// Fails: as add()
     Result<void> set_content(NodeId node, NodeContent content);
 
-    /// Nodes, the root included.
+    /// Number of nodes, including the root.
     std::size_t size() const;
-    /// World bounds of a node and all below it; none where there is nothing to draw, or no such node.
+    /// World bounds of a node and its subtree; none if nothing is drawn or the id is unknown.
     std::optional<Aabb> bounds_world(NodeId node) const;
 
     /// Culls, chooses the levels of switches, turns billboards, and sorts particles from far to near. Valid until the
-    /// next call that is not const. An invalid view draws nothing.
+    /// next non-const call. An invalid view draws nothing.
     ///
-    /// @param threshold_px of switches by error
-    /// @param shadows      also gives the geometry out of view whose shadows can fall into it, as casters, which
-    ///                     counts() has not. None, or a distance or direction out of range: no casters, at no cost
+    /// @param threshold_px for switches by error
+    /// @param shadows      also returns the geometry out of view whose shadows can fall into it, as casters; counts()
+    ///                     excludes them. None, or a distance or direction out of range: no casters, at no cost
     SceneDraws collect(const View& view, double threshold_px,
                        const std::optional<SunShadows>& shadows = {});
-    /// Of the last collect().
+    /// Statistics of the last collect().
     const GraphCounts& counts() const;
 
-    /// The first geometry whose mesh a segment meets; of several at once the one that was added first. Nodes without
-    /// GeometryNode::rays are not met, nor are particles. A switch is met by its finest level, whichever is drawn. What
-    /// is below a billboard is met as it faces the last valid view of collect(), and not at all before there is one.
+    /// The first geometry whose mesh a segment meets; if several are hit at the same point, the one that was added
+    /// first. Nodes without GeometryNode::rays and particles are ignored. A switch is represented by its finest level,
+    /// whichever is drawn. Geometry below a billboard faces the last valid view of collect(), and is ignored before the
+    /// first one.
     ///
     /// Fails: no answer where `from_world` or `to_world` is not finite
-    /// Cost:  O(nodes whose parents' bounds the segment meets), and their meshes; after changes also that of the bounds
+    /// Cost:  O(nodes whose parents' bounds the segment meets), and their meshes; after changes also the update of the
+    ///        bounds
     std::optional<NodeHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:
@@ -160,69 +164,69 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Settings of ChunkNodes. Fixed once they are created.
+/// Settings of ChunkNodes. Fixed after create().
 struct ChunkNodesSettings {
-    int level = 0;              ///< of the chunks that have nodes, 0 to 24
-    std::size_t most_made = 4;  ///< chunks whose content one update makes, >= 1
+    int level = 0;              ///< level of the chunks that get nodes, 0 to 24
+    std::size_t most_made = 4;  ///< largest number of chunks populated per update, >= 1
 };
 
 /// Statistics of the last update of ChunkNodes.
 struct ChunkNodesCounts {
     std::size_t made = 0;     ///< chunks that got their nodes
     std::size_t removed = 0;  ///< chunks whose nodes were removed
-    std::size_t failed = 0;   ///< chunks that have none, because their content could not be made
-    std::size_t waiting = 0;  ///< chunks that get theirs in later updates
+    std::size_t failed = 0;   ///< chunks without nodes, because their content could not be created
+    std::size_t waiting = 0;  ///< chunks to be populated in later updates
 };
 
-/// Nodes that come and go with the chunks of one level: one subtree for each chunk that is resident, such as the
-/// houses or the trees on it.
+/// Ties scene content to chunks of one level: one subtree for each resident chunk, such as the houses or the trees on
+/// it.
 ///
 /// One frame:
 ///
 ///     pager.update(cameras, bodies, time);
 ///     nodes.update(*pager.resident(), view.eye_world, graph);
 ///
-/// Which nodes there are depends on the sets and the eyes of the updates alone. Between updates it holds the chunks
-/// that have nodes: what the pager has evicted is freed by the next update.
+/// The nodes depend only on the sets and eyes passed to the updates. Between updates it keeps the chunks of its nodes
+/// alive: the next update frees chunks that the pager has evicted.
 ///
-/// Threads: one at a time, and none in the graph
+/// Threads: one at a time, while no other uses the graph
 class ChunkNodes {
 public:
     /// Adds the content of a chunk below a GroupNode, which is at the chunk's south-western corner, at height 0, with
-    /// the world's axes. What it has added goes with the chunk, also where it fails.
+    /// world axes. Everything that it has added is removed with the chunk, even if it fails.
     using Make = std::function<Result<void>(const Chunk& chunk, SceneGraph& graph, NodeId node)>;
 
-    /// @param parent of the nodes, whose frame is the world frame, such as SceneGraph::root()
+    /// @param parent parent of the nodes; its frame must be the world frame, as that of SceneGraph::root()
     ///
-    /// Fails: invalid_argument, naming the field and its value, for settings out of range, or no function
+    /// Fails: invalid_argument, naming the field and its value, for settings out of range, or an empty function
     static Result<ChunkNodes> create(const ChunkNodesSettings& settings, NodeId parent, Make make);
 
-    /// Removes the nodes of chunks that are no longer resident, or have been replaced by others, and makes those of
-    /// chunks that have come: the nearest first, by the horizontal distance of a chunk's middle from the eye, of
-    /// equally near ones the southern and then the western one first.
+    /// Removes the nodes of chunks that are no longer resident or have been replaced, and populates new chunks: nearest
+    /// first, by the horizontal distance from the eye to the chunk's centre; ties go to the southern, then to the
+    /// western chunk.
     ///
-    /// @param resident  a set of the same pager in all updates
+    /// @param resident  a set of the same pager in every update
     /// @param eye_world finite
     ///
     /// Fails: as SceneGraph::add() or the function given to create(), for the first chunk that failed; the others are
-    ///        made all the same. It is tried again only once the chunk has gone or been replaced
-    /// Cost:  O(chunks of the level); O(1) where the set is that of the last update and no chunk waits
+    ///        populated nevertheless. A failed chunk is retried only after it has been evicted or replaced
+    /// Cost:  O(chunks of the level); O(1) if the set is that of the last update and no chunk waits
     Result<void> update(const ResidentSet& resident, const WorldPos& eye_world, SceneGraph& graph);
 
-    /// Removes all nodes. The next update makes them anew.
+    /// Removes all nodes. The next update creates them again.
     void clear(SceneGraph& graph);
 
-    /// The node of a chunk; none where it has none.
+    /// The node of a chunk, if any.
     std::optional<NodeId> node_of(const ChunkKey& key) const;
-    /// Chunks that have nodes.
+    /// Number of chunks with nodes.
     std::size_t size() const { return places_.size() - counts_.failed; }
-    /// Of the last update.
+    /// Statistics of the last update.
     const ChunkNodesCounts& counts() const { return counts_; }
 
 private:
     struct Place {
         std::shared_ptr<const Chunk> chunk;
-        std::optional<NodeId> node;  // none: it could not be made
+        std::optional<NodeId> node;  // none: it could not be created
     };
 
     ChunkNodes(const ChunkNodesSettings& settings, NodeId parent, Make make);

@@ -11,15 +11,15 @@
 
 namespace terrane {
 
-/// Settings of ImageryRaster::open(). Fixed once it is open.
+/// Settings of ImageryRaster::open(). Fixed once the raster is open.
 struct ImageryRasterSettings {
-    /// Numbers of the bands of red, green and blue, from 1, or of one band for grey. Empty: the bands that the file
-    /// names so, else the first three, else the first as grey or by its palette.
+    /// Indices, from 1, of the red, green and blue bands, or of one grey band. Empty: the bands with these colour
+    /// interpretations, else the first three, else the first as grey or with its palette.
     std::vector<int> bands = {};
-    /// Places the raster by its georeferencing over the DEM that DemHeights::open() gave this of; from another CRS it
-    /// is reprojected. Absent, or without a CRS: world (0, 0) is the middle of the raster.
+    /// Georeferences the raster relative to the DEM whose DemHeights::open() returned this; a raster in another CRS is
+    /// reprojected. Absent, or without a CRS: world (0, 0) is the centre of the raster.
     std::optional<DemInfo> aligned_with = {};
-    /// Longest time for opening the file and for reading a square, seconds, above 0: as DemSettings::read_timeout.
+    /// Timeout for opening the file and for reading a square, seconds, > 0: as DemSettings::read_timeout.
     double read_timeout = 60.0;
 };
 
@@ -28,12 +28,13 @@ struct ImageryRasterInfo {
     int columns = 0, rows = 0;  ///< samples, after reprojection
     WorldRect rect = {};        ///< its outer edges in the world, metres
     std::string crs;            ///< name of the raster's CRS; "" if it has none
-    std::vector<int> bands;     ///< that are used
+    std::vector<int> bands;     ///< the bands in use
 };
 
-/// Imagery from a raster that GDAL reads, with 8-bit bands. Nodata, masks and alpha bands are no data.
+/// Imagery from a raster with 8-bit bands that GDAL reads. Texels that are nodata, masked or transparent by the alpha
+/// band have no data.
 ///
-/// Nothing is held in memory but GDAL's cache. Coarse squares are read from the file's overviews, where it has some.
+/// Nothing is held in memory except GDAL's cache. Coarse squares are read from the file's overviews, if it has any.
 class ImageryRaster {
 public:
     ImageryRaster() = delete;
@@ -41,9 +42,9 @@ public:
     /// Opens a raster.
     ///
     /// Fails: io if it cannot be opened, and for pipes and devices; bad_data for bands that are not 8-bit, cells
-    ///        without area, a CRS that cannot be converted to that of the DEM; invalid_argument for settings out of
-    ///        range and bands that the file does not have; timed_out after read_timeout. Messages name the file
-    /// Cost:  of opening the file
+    ///        without area, and a CRS that cannot be converted to the DEM's; invalid_argument for settings out of range
+    ///        and bands that the file does not have; timed_out after read_timeout. Messages name the file
+    /// Cost:  that of opening the file
     static Result<std::shared_ptr<const ImagerySource>> open(
         const std::string& path, const ImageryRasterSettings& settings = {},
         ImageryRasterInfo* info_out = nullptr);

@@ -12,33 +12,33 @@
 
 namespace terrane {
 
-/// What the numbers of a surface raster stand for.
+/// Meaning of the numbers in a surface raster.
 enum class SurfaceNumbers {
-    material,  ///< numbers of materials, such as classes of land cover: SurfaceRasterSettings::materials
+    material,  ///< friction, 0 to 1e6, stored as floats; the other properties are the defaults
     friction,  ///< friction itself, 0 to 1e6, held as floats; the rest is that of the defaults
 };
 
-/// Settings of SurfaceRaster::open(). Fixed once it is open.
+/// Settings of SurfaceRaster::open(). Fixed once the raster is open.
 struct SurfaceRasterSettings {
-    SurfaceNumbers numbers = SurfaceNumbers::material;  ///< of the raster's first band
-    /// Properties of the materials, each under its SurfaceProperties::material, in any order. A material without a row
-    /// has the friction and restitution of the defaults. Empty where the numbers are friction.
+    SurfaceNumbers numbers = SurfaceNumbers::material;  ///< meaning of the raster's first band
+    /// Properties of the materials, identified by SurfaceProperties::material, in any order. An unlisted material has
+    /// the friction and restitution of the defaults. Empty if the numbers are friction.
     std::vector<SurfaceProperties> materials = {};
-    /// Where there is nodata, and beyond the raster.
+    /// Properties at nodata and beyond the raster.
     SurfaceProperties defaults = {};
 
-    /// Places the raster by its georeferencing over the DEM that DemHeights::open() gave this of. Both need the same
-    /// CRS, by its name. Absent: see `rect`.
+    /// Georeferences the raster relative to the DEM whose DemHeights::open() returned this. Both must have the same
+    /// CRS, by name. Absent: see `rect`.
     std::optional<DemInfo> aligned_with = {};
-    /// Where the outer edges of the raster come to lie, world metres, whatever its georeferencing. Absent, and without
-    /// `aligned_with`: where those of a DEM would, world (0, 0) being their centre.
+    /// Position of the raster's outer edges in world metres, overriding its georeferencing. Absent, and without
+    /// `aligned_with`: as of a DEM, with world (0, 0) at their centre.
     std::optional<WorldRect> rect = {};
 
-    /// Limit of the memory of opening the raster and of the map, bytes; rasters that need more are refused before they
-    /// are read. For each sample 4 bytes, and up to 100 MiB while it is read; GDAL's cache is not counted.
+    /// Memory limit for opening the raster and for the map, bytes; rasters that need more are refused before they are
+    /// read. 4 bytes per sample, and up to 100 MiB while reading; GDAL's cache is not included.
     std::size_t memory_bytes = std::size_t{2} << 30;
-    /// Longest time for opening the file, and for reading about four million samples of it: as
-    /// DemSettings::read_timeout, seconds, above 0.
+    /// Timeout for opening the file, and for reading about four million samples of it, seconds, > 0: as
+    /// DemSettings::read_timeout.
     double read_timeout = 60.0;
 };
 
@@ -47,29 +47,29 @@ struct SurfaceRasterInfo {
     int columns = 0, rows = 0;    ///< samples
     WorldRect rect = {};          ///< its outer edges in the world, metres
     std::string crs;              ///< name of the raster's CRS; "" if it has none
-    double nodata_share = 0.0;    ///< of the samples, 0 to 1
-    double unlisted_share = 0.0;  ///< of the samples: with a material that has no row, 0 to 1
+    double nodata_share = 0.0;    ///< share of samples without data, 0 to 1
+    double unlisted_share = 0.0;  ///< share of samples whose material is not listed, 0 to 1
 };
 
-/// A surface map from a raster that GDAL reads: everywhere in a cell the properties of its sample, nothing is
-/// interpolated. A place on the edge of two cells belongs to the one to the east or north; the raster's outer edges are
-/// part of it.
+/// A surface map from a raster that GDAL reads: a cell has the properties of its sample, without interpolation. A point
+/// on the edge between two cells belongs to the eastern or northern one; the raster's outer edges are part of the
+/// raster.
 ///
-/// Samples have scale and offset applied. NaN and infinite samples are nodata. A rotated raster is straightened with
-/// its nearest samples. All samples are held in memory.
+/// Samples have scale and offset applied. NaN and infinite samples are nodata. A rotated raster is resampled by nearest
+/// neighbour. All samples are held in memory.
 class SurfaceRaster {
 public:
     SurfaceRaster() = delete;
 
-    /// Opens and reads a raster, from its first row to its last. One sample is enough.
+    /// Opens and reads a raster, from its first row to its last. A single sample is sufficient.
     ///
-    /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a sample that is no whole
-    ///        number of 0 to 4294967294 (material) or no friction, which is named with its position, complex
-    ///        numbers, and the geometries that DemHeights::open() refuses; invalid_argument for settings out of
-    ///        range, a material listed twice, materials listed for friction, both `aligned_with` and `rect`, another
-    ///        CRS than that of the DEM, or one without a name; out_of_memory above memory_bytes, or if the system
-    ///        has less; timed_out after read_timeout. Messages about the raster name the file.
-    /// Cost:  linear in the samples. Of an answer: O(log materials)
+    /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a sample that is not an
+    ///        integer from 0 to 4294967294 (material) or not a valid friction, which is named with its position, for
+    ///        complex numbers, and for the geometries that DemHeights::open() refuses; invalid_argument for settings
+    ///        out of range, a material listed twice, materials listed for friction, both `aligned_with` and `rect`, and
+    ///        a CRS that differs from the DEM's or has no name; out_of_memory above memory_bytes, or if the system has
+    ///        less; timed_out after read_timeout. Messages about the raster name the file.
+    /// Cost:  linear in the samples. Of a query: O(log materials)
     static Result<std::shared_ptr<const SurfaceMap>> open(
         const std::string& path, const SurfaceRasterSettings& settings = {},
         SurfaceRasterInfo* info_out = nullptr);

@@ -15,7 +15,7 @@
 
 namespace terrane {
 
-/// A number in files: an integer or an IEEE 754 float of 1, 2, 4 or 8 bytes.
+/// A number that files may contain: an integer or an IEEE 754 float of 1, 2, 4 or 8 bytes.
 template <class T>
 concept StoredNumber = std::integral<T> || std::floating_point<T>;
 
@@ -27,7 +27,7 @@ public:
     void put(T value) {
         put_each(std::span<const T>(&value, 1));
     }
-    /// The values alone, without their count.
+    /// The values, without their count.
     template <StoredNumber T>
     void put_each(std::span<const T> values) {
         const std::size_t begin = bytes_.size();
@@ -48,17 +48,17 @@ public:
         put_each(std::span<const char>(text.data(), text.size()));
     }
 
-    /// All that was written.
+    /// The bytes written so far.
     const std::vector<std::uint8_t>& bytes() const { return bytes_; }
 
 private:
     std::vector<std::uint8_t> bytes_;
 };
 
-/// Reads what a ByteWriter wrote. Reads beyond the end give 0, and has_failed() is true from then on.
+/// Reads the output of a ByteWriter. Reads beyond the end return 0, and has_failed() is true from then on.
 class ByteReader {
 public:
-    /// Reads from the first of these bytes on; they must outlive the reader.
+    /// Starts at the first of these bytes, which must outlive the reader.
     explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
     /// One value.
@@ -68,7 +68,7 @@ public:
         get_each(std::span<T>(&value, 1));
         return value;
     }
-    /// As many values as the span takes.
+    /// As many values as the span has.
     template <StoredNumber T>
     void get_each(std::span<T> values_out) {
         if (values_out.empty()) return;
@@ -91,7 +91,7 @@ public:
             at_ += values_out.size_bytes();
         }
     }
-    /// Reads what put_text() wrote.
+    /// Reads the output of put_text().
     std::string get_text() {
         const auto length = get<std::uint64_t>();
         if (has_failed_ || length > bytes_.size() - at_) {
@@ -105,7 +105,7 @@ public:
 
     /// Whether a read went beyond the end.
     bool has_failed() const { return has_failed_; }
-    /// Whether exactly all bytes were read.
+    /// Whether all bytes were read, and no read failed.
     bool is_done() const { return !has_failed_ && at_ == bytes_.size(); }
 
 private:

@@ -11,58 +11,57 @@
 
 namespace terrane {
 
-/// What bake() writes.
+/// Settings of ChunkStore::bake().
 struct BakeSettings {
-    /// Levels to bake, from the root squares on; 0: all.
+    /// Number of levels to bake, from the root squares down; 0: all.
     int level_count = 0;
-    /// The part of the world to bake, metres, widened to whole root squares of the store. Its roots are the
-    /// largest chunks that are no larger than the region. Absent: everything.
+    /// Part of the world to bake, metres, extended to whole root squares of the store, which are the largest chunks no
+    /// larger than the region. Absent: the whole world.
     std::optional<WorldRect> region = std::nullopt;
-    int worker_count = 0;  ///< threads; 0: as many as the machine has. Does not change the file.
-    /// Stored, and part of the sha; any bytes, at most 2^20.
+    int worker_count = 0;  ///< threads; 0: as many as the machine has. Does not affect the file.
+    /// Any bytes, at most 2^20. Stored, and part of the sha.
     std::string note = {};
-    /// Called between chunks by the calling thread with the share that is done, 0 to 1; returning false cancels.
+    /// Called between chunks, on the calling thread, with the completed share; returning false cancels.
     std::function<bool(double)> progress = {};
 };
 
-/// Information about a store.
+/// Properties of a store.
 struct StoreInfo {
     std::int64_t chunk_count = 0;  ///< chunks in the file
-    std::uint64_t bytes = 0;       ///< of the file
+    std::uint64_t bytes = 0;       ///< size of the file
     /// Certified bound of the vertical distance between the surface of the finest baked level and the true surface of
-    /// the baked source, over all ground, metres.
+    /// the source, over all ground, metres.
     double max_error_m = 0.0;
-    /// SHA-256 of the content, 64 hexadecimal digits: the same on every machine, with any number of threads and any
-    /// version of the compressor.
+    /// SHA-256 of the content, 64 hexadecimal digits: independent of the machine, the number of threads and the version
+    /// of the compressor.
     std::string sha;
     std::string note;  ///< BakeSettings::note
 };
 
-/// A file of all chunks of a world with their certified bounds, baked from any source; a source itself.
+/// A file with all chunks of a world and their certified bounds, baked from any source; itself a height source.
 ///
-/// Its chunks are those of the source that was baked, bit for bit, and so are the meshes of its levels.
-/// Its true surface is the triangulation of its finest level: height() gives that, and bounds and intervals
-/// hold for it and for the surface that was baked. rise_bound() is that of the surface that was baked; over
-/// more than a spacing the triangulation may rise by 2 max_error_m more. Beyond the world it repeats the
-/// border.
+/// Its chunks, and so the meshes of its levels, are those of the baked source bit for bit. Its true surface is the
+/// triangulation of its finest level: height() returns that, and bounds and intervals hold for it as well as for the
+/// baked surface. rise_bound() is that of the baked surface; over more than a spacing the triangulation may rise by 2
+/// max_error_m more. Beyond the world the surface repeats the border.
 ///
-/// docs/store.md describes the file.
+/// The file format is described in docs/store.md.
 class ChunkStore {
 public:
     ChunkStore() = delete;
 
     /// Makes all chunks of a source and writes them. The file appears, or is replaced, atomically when it is complete.
     ///
-    /// Fails: invalid_argument for settings out of range, or a world of more than 2^26 chunks; cancelled;
-    ///        io if the file cannot be written; as make_chunk(). Then no file is left.
-    /// Cost:  that of all chunks: about 10 ms a chunk and thread. Memory: 0.5 MB a thread, and 64 bytes a chunk.
+    /// Fails: invalid_argument for settings out of range, or a world of more than 2^26 chunks; cancelled; io if the
+    ///        file cannot be written; as make_chunk(). No file is left then.
+    /// Cost:  that of all chunks: about 10 ms per chunk and thread. Memory: 0.5 MB per thread, and 64 bytes per chunk.
     static Result<StoreInfo> bake(const HeightSource& source, const std::string& path,
                                   const BakeSettings& settings);
 
-    /// Opens a store. Chunks are read and checked on demand, by any thread, without locks.
+    /// Opens a store. Chunks are read and checked on demand, on any thread, without locks.
     ///
-    /// Fails: io if it cannot be read; bad_data if it is no store, of another version, or damaged
-    /// Cost:  that of its directory, about 64 bytes a chunk
+    /// Fails: io if it cannot be read; bad_data if it is not a store, of another version, or damaged
+    /// Cost:  that of its directory, about 64 bytes per chunk
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             StoreInfo* info_out = nullptr);
 

@@ -14,15 +14,15 @@
 
 namespace terrane {
 
-/// A hash of 128 bits (XXH3): identifies contents and detects damage; not cryptographic.
+/// A 128-bit hash (XXH3), for identifying content and detecting damage; not cryptographic.
 struct ContentHash {
-    std::uint64_t low = 0, high = 0;  ///< of 128 bits
+    std::uint64_t low = 0, high = 0;  ///< halves of the hash
     friend bool operator==(const ContentHash&, const ContentHash&) = default;
     /// 32 hexadecimal digits.
     std::string text() const;
 };
 
-/// Computes the hash of bytes given in pieces.
+/// Computes the hash of bytes that are added piece by piece.
 class ContentHasher {
 public:
     ContentHasher();
@@ -30,7 +30,7 @@ public:
     ContentHasher(ContentHasher&&) noexcept;
     ContentHasher& operator=(ContentHasher&&) noexcept;
 
-    /// Appends bytes to what is hashed.
+    /// Appends bytes to the hashed content.
     void add(std::span<const std::uint8_t> bytes);
     /// The same for any memory.
     void add_raw(const void* bytes, std::size_t count);
@@ -42,18 +42,18 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// The kind of a sealed file: four characters and a version, which changes with the meaning of its bytes.
+/// The type of a sealed file: four characters, and a version that changes with the meaning of its bytes.
 struct SealedKind {
     std::array<char, 4> name{};  ///< first bytes of the file
     std::uint32_t version = 0;   ///< of the format
     friend bool operator==(const SealedKind&, const SealedKind&) = default;
 };
 
-/// Writes a file atomically: to a unique name in the same folder, flushed to the disk, then renamed. The last of
-/// several programs that write the same file at once wins; readers see one complete file or the other.
+/// Writes a file atomically: under a unique name in the same folder, flushed to the disk, then renamed. If several
+/// programs write the same file at once, the last one wins; readers see one complete file or the other.
 ///
-/// The file: a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end.
-/// Header and directory have checksums; the directory may contain those of records.
+/// The file: a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end. Header and
+/// directory have checksums; the directory may contain those of records.
 class SealedWriter {
 public:
     /// Fails: io
@@ -67,9 +67,9 @@ public:
     /// Fails: io
     Result<std::uint64_t> append(std::span<const std::uint8_t> record);
     /// Appends the directory and renames the file; call once, last.
-    /// Fails: io; then no file is left
+    /// Fails: io; no file is left then
     Result<void> commit(std::span<const std::uint8_t> directory);
-    /// Bytes so far; of the whole file after commit().
+    /// Bytes written so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
 
 private:
@@ -83,15 +83,15 @@ private:
     std::uint64_t end_ = 0;
 };
 
-/// Reads a sealed file. Threads: any, at once.
+/// Reads a sealed file. Threads: any number at once.
 class SealedReader {
 public:
-    /// Opens a file, and reads and checks its header and directory.
+    /// Opens a file; reads and checks its header and directory.
     ///
-    /// Fails: io if it cannot be opened or read; bad_data if it is no sealed file, of another kind or version,
+    /// Fails: io if it cannot be opened or read; bad_data if it is not a sealed file, of another kind or version,
     ///        truncated, or damaged
     static Result<SealedReader> open(const std::string& path, const SealedKind& kind);
-    /// Whether a file begins as a sealed file of a kind, of any version. False if it cannot be read.
+    /// Whether a file starts like a sealed file of a kind, of any version. False if it cannot be read.
     static bool is_kind(const std::string& path, std::string_view name);
     SealedReader(SealedReader&& other) noexcept;
     SealedReader& operator=(SealedReader&&) = delete;
@@ -103,11 +103,11 @@ public:
     std::uint64_t bytes() const { return bytes_; }
     /// The directory of the open file, as given to SealedWriter::commit(); empty after drop_directory().
     std::span<const std::uint8_t> directory() const { return directory_; }
-    /// Frees the directory's bytes.
+    /// Frees the memory of the directory.
     void drop_directory() { directory_ = {}; }
 
-    /// Reads a part of the file.
-    /// Fails: io; bad_data if the file has no such part
+    /// Reads part of the file.
+    /// Fails: io; bad_data if the part is not inside the file
     Result<void> read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const;
 
 private:
@@ -120,12 +120,12 @@ private:
     std::vector<std::uint8_t> directory_;
 };
 
-/// Compressed bytes; the same content gives the same bytes with the same version of zstd.
+/// Compresses bytes; deterministic for one version of zstd.
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
-/// Decompresses a record to at most content_out.size() bytes, and returns their number. Fails: bad_data if there are
+/// Decompresses a record into at most content_out.size() bytes, and returns their number. Fails: bad_data if there are
 /// more, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
-ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< as a ContentHasher gives
+ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< as by ContentHasher
 
 }  // namespace terrane

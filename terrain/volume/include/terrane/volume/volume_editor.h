@@ -13,108 +13,111 @@ namespace terrane {
 
 /// Settings of a VolumeEditor.
 struct VolumeEditorSettings {
-    /// 1: a thread of its own makes what changes; 0: update() does, before it returns.
+    /// 1: changes are prepared on a worker thread; 0: update() prepares them before it returns.
     int worker_count = 1;
-    /// Folder of the log and of the chunks' files; made where there is none. Empty: nothing is kept.
+    /// Folder of the log and of the chunk files; created if absent. Empty: nothing is saved.
     std::string folder = {};
-    /// Bytes of level sets and contours held for chunks, the last used ones; beside the pager's ceiling.
+    /// Cache of level sets and contours of chunks, bytes, least recently used evicted first; not part of the pager's
+    /// ceiling.
     std::size_t memory_bytes = std::size_t{256} << 20;
-    /// The last edits whose undo costs no more than an edit, because what was there before is held. Earlier ones are
-    /// undone by applying all others again. 0 to 1024.
+    /// Number of most recent edits whose previous state is kept, so that undoing one costs no more than an edit.
+    /// Earlier edits are undone by applying all others again. 0 to 1024.
     int undo_depth = 8;
 };
 
 /// Counts of a VolumeEditor since its creation, except the first two.
 struct VolumeEditorStats {
     std::size_t waiting = 0;      ///< changes that are not in force yet
-    std::uint32_t in_force = 0;   ///< number of the last change that is
-    std::uint64_t failed = 0;     ///< changes that could not be made, left out: last_failure()
-    std::uint64_t postponed = 0;  ///< updates in which chunks did not fit below the pager's ceiling
+    std::uint32_t in_force = 0;   ///< number of the last change in force
+    std::uint64_t failed = 0;     ///< failed attempts to prepare a change, repeated: last_failure()
+    std::uint64_t postponed = 0;  ///< updates whose chunks did not fit below the pager's ceiling
     std::uint64_t completed =
-        0;  ///< chunks that arrived while a change was on its way, and were made again
-    std::uint64_t files_read = 0;  ///< chunks' files that saved applying edits
+        0;  ///< chunks that were loaded while a change was being prepared, and were made again
+    std::uint64_t files_read = 0;  ///< chunk files that were read instead of applying edits again
     std::uint64_t files_refused =
-        0;  ///< damaged, foreign or newer ones; their chunks were made from the log
-    std::uint64_t files_written = 0;  ///< by save()
+        0;  ///< chunk files refused as damaged, foreign or newer; their chunks were made from the log
+    std::uint64_t files_written = 0;  ///< chunk files written by save()
     std::uint64_t torn_bytes =
-        0;  ///< at the end of the log, of a record that was never saved whole
+        0;  ///< bytes of an incomplete record at the end of the log, which were dropped
 };
 
 /// Digs and fills while a simulation runs.
 ///
-/// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check and return. The owner calls update() once a
-/// frame, which hands them to a thread: it applies the shape to the level sets of the tiles that it touches, contours
-/// these tiles, and makes new chunks of those that are resident. A later update() brings all finished changes into
-/// force at once, in the resident set of the pager's next update, so that neighbouring chunks always agree. From then
-/// on chunks that are loaded have them, too. Changes that wait together make each chunk once.
+/// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check their arguments and return. The owner calls
+/// update() once a frame, which passes the changes to a worker thread: it applies each shape to the level sets of the
+/// tiles that it touches, contours these tiles, and makes new chunks in place of the resident ones. A later update()
+/// brings all finished changes into force at once, in the resident set of the pager's next update, so that neighbouring
+/// chunks always agree. Chunks loaded afterwards include them. A chunk that several waiting changes touch is made once.
 ///
-/// Chunks that are made and not in force yet count for no ceiling; level sets and contours have one of their own.
+/// Chunks made but not yet in force are under no ceiling; level sets and contours have a limit of their own.
 ///
 ///     editor.dig(VolumeSphere{2.0}, pose);
 ///     editor.update(pager);             // each frame
 ///     pager.update(cameras, bodies, t); // resident() has what update() brought into force
 ///
-/// What a chunk is made of are the volumes of the source and the edits in force, in their order: its bits do not depend
-/// on when or on which thread it was made, or whether it was resident meanwhile.
+/// A chunk depends only on the volumes of the source and the edits in force, in their order: its bits are the same
+/// whenever and on whichever thread it was made, resident meanwhile or not.
 ///
-/// Threads: one owner calls everything. One editor and one pager for a source.
+/// Threads: one owner calls everything. One editor and one pager per source.
 class VolumeEditor {
 public:
-    /// Opens the log of settings.folder, if there is one, and brings it into force: call it before a pager loads.
+    /// Opens the log of settings.folder, if there is one, and brings its changes into force. Call it before a pager
+    /// loads.
     ///
-    /// @param source is changed by this editor from now on
+    /// @param source changed by this editor from now on
     ///
-    /// Fails: invalid_argument for settings out of range; io for a folder that cannot be made or a log that cannot be
-    ///        read; bad_data for a log that is damaged before its end, newer, or of other volumes. Files are left alone
-    ///        then.
-    /// Cost:  O(edits * chunks that they touch); no level set is made
+    /// Fails: invalid_argument for settings out of range; io for a folder that cannot be created or a log that cannot
+    ///        be read; bad_data for a log that is damaged before its end, of a newer version, or of other volumes.
+    ///        Files are not modified then.
+    /// Cost:  O(edits * chunks that they touch); computes no level sets
     static Result<VolumeEditor> create(std::shared_ptr<VolumeHeights> source,
                                        const VolumeEditorSettings& settings = {});
     VolumeEditor(VolumeEditor&&) noexcept;
     VolumeEditor& operator=(VolumeEditor&&) noexcept;
-    /// Waits for the change that the thread is at; later ones are given up. Saves nothing.
+    /// Waits for the change in progress and discards later ones. Saves nothing.
     ~VolumeEditor();
 
-    /// Takes a shape from the solid; later changes prevail. Returns the number of the change.
+    /// Removes a shape from the solid; later changes prevail. Returns the number of the change.
     ///
     /// @param shape a sphere, capsule, box or tube; metres
     ///
-    /// Fails: invalid_argument as PlacedVolume::create(): numbers that are not finite, a shape thinner than a voxel or
-    ///        larger than 1e5 m, or outside the world; and for meshes and files. Then nothing changes.
+    /// Fails: invalid_argument as PlacedVolume::create(): numbers that are not finite, a shape thinner than a voxel,
+    ///        larger than 1e5 m or outside the world; and for meshes and files. Nothing changes then.
     /// Cost:  O(tiles that it touches)
     Result<std::uint32_t> dig(const VolumeShape& shape, const Pose& world_from_shape);
-    /// Unites a shape with the solid; else as dig().
+    /// Unites a shape with the solid; otherwise as dig().
     Result<std::uint32_t> fill(const VolumeShape& shape, const Pose& world_from_shape);
 
-    /// Takes back the last dig or fill that was not taken back, whether it is in force or still on its way. A change
-    /// with a number of its own.
+    /// Undoes the last dig or fill that has not been undone, in force or not. This is a change with a number of its
+    /// own.
     ///
     /// Fails: invalid_argument if there is none
     Result<std::uint32_t> undo();
 
-    /// Begins the changes so far, and brings those into force whose chunks are made, in their order. Call it between
-    /// the pager's updates, once a frame. A change waits where a chunk that it touches has arrived meanwhile and is
-    /// still being made, and where chunks do not fit below the pager's ceiling, until others have been evicted.
+    /// Starts all changes submitted so far, and brings into force, in order, those whose chunks are finished. Call it
+    /// once a frame, between the pager's updates. A change waits while a chunk that it touches, loaded in the meantime,
+    /// is still being made, and while new chunks do not fit below the pager's ceiling, until others have been evicted.
     ///
     /// Returns: the number of the last change in force
-    /// Cost:    O(chunks swapped); with worker_count = 0 that of making them
+    /// Cost:    O(chunks swapped); with worker_count = 0 also that of making them
     std::uint32_t update(Pager& pager);
-    /// The same where no pager has loaded from the source yet; waits until all changes are in force.
+    /// The same before any pager has loaded from the source; blocks until all changes are in force.
     std::uint32_t update();
 
-    /// Blocks until what update() has begun is made; the next update() brings it into force. Not for a frame.
+    /// Blocks until the work that update() started is finished; the next update() brings it into force. Not for use in
+    /// a frame.
     void wait();
 
     /// Appends the changes in force to the log, flushes it to the disk, and writes the files of chunks that have
-    /// changed since theirs and whose level sets are held. Blocks: not for a frame.
+    /// changed since their file was written and whose level sets are held. Blocks: not for use in a frame.
     ///
-    /// Fails: invalid_argument without a folder; io, as for a full disk: then log and files are as they were, and the
-    ///        next call tries again. Chunks' files are only a shortcut: nothing is lost without one.
+    /// Fails: invalid_argument without a folder; io, for example if the disk is full: log and files are then as before,
+    ///        and the next call tries again. Chunk files only save time: nothing is lost without one.
     Result<void> save();
 
-    /// What has happened so far.
+    /// Counts so far.
     VolumeEditorStats stats() const;
-    /// Why the last change or file was refused, one sentence; empty if none was.
+    /// Why the last change or file failed, one sentence; empty if none did.
     std::string last_failure() const;
 
 private:

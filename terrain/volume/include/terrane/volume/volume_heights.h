@@ -14,25 +14,25 @@ namespace internal {
 class EditedVolumes;
 }  // namespace internal
 
-/// A heightfield with volumes: what a pager loads from. Heights, samples and bounds are those of the heightfield; the
-/// chunks of its finest level that volumes touch have a Chunk::solid.
+/// A heightfield with volumes, as the source of a pager. Heights, samples and bounds are those of the heightfield;
+/// chunks of the finest level that volumes touch have a Chunk::solid.
 ///
-/// Volumes are contoured at the finest level of the terrain, where contact is: what is drawn near the eye is what
-/// bodies touch. A VolumeEditor digs and fills while it is read.
+/// Volumes are contoured at the terrain's finest level, which is also the contact level: the surface drawn near the eye
+/// is the one that bodies touch. A VolumeEditor may dig and fill while other threads read.
 ///
 /// Threads: any number, as HeightSource, while one VolumeEditor changes it
 class VolumeHeights final : public ForwardedHeights {
 public:
     /// @param heights the heightfield, on the lattice of the volumes
     ///
-    /// Fails: invalid_argument for volumes of another lattice, or of another level than its finest; for heights that
+    /// Fails: invalid_argument for volumes on another lattice or at another level than the finest, and for heights that
     ///        are not certified (HeightSource::is_certified())
     /// Cost:  O(tiles that volumes touch * levels)
     static Result<std::shared_ptr<VolumeHeights>> create(
         std::shared_ptr<const HeightSource> heights, const Volumes& volumes);
     ~VolumeHeights() override;
 
-    /// The volumes, without edits. heights() is the heightfield.
+    /// The volumes without edits. heights() is the heightfield.
     const Volumes& volumes() const { return volumes_; }
 
     /// Includes the surfaces of volumes.
@@ -41,9 +41,11 @@ public:
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override;
-    /// Within a quarter of the finest spacing of a volume, or in one. Digs and fills at run time do not count.
+    /// Whether a point is inside a volume or within a quarter of the finest spacing of one. Digs and fills at run time
+    /// are ignored.
     bool is_in_volume(double x, double y, double z) const override;
-    /// From the area of the volumes' surfaces; where that was too little, what the chunk has turned out to need.
+    /// Estimated from the area of the volumes' surfaces, or the size the chunk had when it was last made, if that was
+    /// larger.
     std::size_t max_chunk_bytes(const ChunkKey& key) const override;
     /// Whether no change that touches the chunk has come into force since it was made.
     bool is_current(const Chunk& chunk) const override;

@@ -12,7 +12,7 @@
 
 namespace terrane {
 
-// Shapes are closed sets in a frame of their own, placed by VolumeOperation::world_from_shape. Lengths are metres.
+// Shapes are closed sets in their own frame, placed by VolumeOperation::world_from_shape. Lengths are in metres.
 
 /// Sphere around the origin.
 struct VolumeSphere {
@@ -22,7 +22,7 @@ struct VolumeSphere {
 /// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
 struct VolumeCapsule {
     double radius = 2.0;       ///< metres, > 0
-    double half_height = 5.0;  ///< from the centre to the middle of a cap, metres, >= 0
+    double half_height = 5.0;  ///< from the centre to the centre of a cap, metres, >= 0
 };
 
 /// Box around the origin, along the axes of the shape's frame.
@@ -31,8 +31,8 @@ struct VolumeBox {
     Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(2.5);
 };
 
-/// Everything within `radius` of a polyline: a union of capsules, rounded at joints and ends. The polyline may
-/// cross itself.
+/// Everything within `radius` of a polyline: a union of capsules, rounded at joints and ends. The polyline may cross
+/// itself.
 struct VolumeTube {
     /// At least one point, at most 2^20; metres, shape frame. One point makes a sphere.
     std::vector<Eigen::Vector3d> path_shape = {};
@@ -47,12 +47,12 @@ struct VolumeMesh {
 
 /// The inside of a level set in a `.vdb` file of OpenVDB. The shape's frame is the file's world frame.
 struct VolumeFile {
-    std::string path = {};  ///< of the file
+    std::string path = {};  ///< path of the `.vdb` file
     std::string grid =
-        {};  ///< name of a grid of floats, class level set; empty: the file's only grid
+        {};  ///< name of a float grid of class level set; empty: the file's only grid
 };
 
-/// What a volume is made from.
+/// The shape of a volume.
 using VolumeShape =
     std::variant<VolumeSphere, VolumeCapsule, VolumeBox, VolumeTube, VolumeMesh, VolumeFile>;
 
@@ -64,19 +64,19 @@ enum class VolumeOp : std::uint8_t {
 
 /// One step of a list of operations. Later operations prevail: where shapes overlap, the last one decides.
 struct VolumeOperation {
-    VolumeOp op = VolumeOp::remove;  ///< what the shape does
-    VolumeShape shape = {};          ///< of what
-    Pose world_from_shape = {};      ///< where
-    /// Wanted distance between the samples of the level set, metres, > 0. The level of the terrain whose spacing
-    /// is nearest is used (see Volumes).
+    VolumeOp op = VolumeOp::remove;  ///< remove or add
+    VolumeShape shape = {};          ///< the shape
+    Pose world_from_shape = {};      ///< pose of the shape
+    /// Wanted distance between samples of the level set, metres, > 0. The terrain level with the nearest spacing is
+    /// used (see Volumes).
     double voxel = 0.5;
 };
 
-/// Checks sizes, numbers and poses; meshes and files are checked where they are read (PlacedVolume::create()).
+/// Checks sizes, numbers and poses. Meshes and files are checked when they are read (PlacedVolume::create()).
 ///
-/// Fails: invalid_argument, naming the field and its value, for a size that is not above 0 and at most 1e5 m, a
-///        number that is not finite, a rotation that is not orthonormal to 1e-6, a polyline without points or with more
-///        than 2^20, a mesh without triangles or with more than 2^22, or with an index beyond its points
+/// Fails: invalid_argument, naming the field and its value, for a size that is not above 0 and at most 1e5 m, a number
+///        that is not finite, a rotation that is not orthonormal to 1e-6, a polyline without points or with more than
+///        2^20, a mesh without triangles or with more than 2^22, or an index out of range
 Result<void> check(const VolumeOperation& operation);
 
 }  // namespace terrane

@@ -26,47 +26,46 @@ struct VolumeNode {
     friend constexpr auto operator<=>(const VolumeNode&, const VolumeNode&) = default;
 };
 
-/// Name of a vertex, the same in all tiles: the edge between two nodes that it lies on, the smaller node first. A
-/// vertex at a node, such as a sample of the heightfield, has its node twice.
+/// Name of a vertex, the same in all tiles: the edge between two nodes that it lies on, smaller node first. A vertex at
+/// a node, such as a sample of the heightfield, has that node twice.
 struct VolumeVertexKey {
     VolumeNode first, second;  ///< ends of the edge
     friend constexpr auto operator<=>(const VolumeVertexKey&, const VolumeVertexKey&) = default;
-    /// Whether it is a node.
+    /// Whether the vertex is at a node.
     constexpr bool is_node() const { return first == second; }
 };
 
 /// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
 ///
-/// The contours of all tiles, with the triangles of the heightfield that no tile replaces, form a closed 2-manifold
-/// with a boundary at the world's border: each inner edge, named by its vertices' keys, has one triangle in each
-/// direction.
+/// The contours of all tiles and the triangles of the heightfield that no tile replaces form a closed 2-manifold with a
+/// boundary at the world's border: each inner edge, named by its vertices' keys, has one triangle in each direction.
 struct VolumeContour {
     VolumeTileKey key;                  ///< the tile
     std::vector<VolumeVertexKey> keys;  ///< of each vertex
-    /// Of each vertex, metres, world: a function of the key, the heights at its two lines and the operations near
-    /// them, so that tiles agree bit for bit.
+    /// [keys] metres, world: a function of the key, the heights at its two lines and the operations near them, so that
+    /// tiles agree bit for bit.
     std::vector<WorldPos> positions_world;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of vertices
     std::vector<SolidPart> surfaces;                      ///< of each triangle
-    /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the
-    /// cell in the tile, + 1 for the northern triangle of the cell. `triangles` has their clipped parts.
+    /// Triangles of the heightfield that are not part of the surface, ascending: 2 * (row * 32 + column) of the cell in
+    /// the tile, + 1 for the cell's northern triangle. Their clipped remainders are in `triangles`.
     std::vector<std::uint16_t> replaced;
-    /// For the western, eastern, southern and northern side: triangles in the vertical plane of the side that close the
-    /// surface there, as if there were no volumes beyond; empty unless asked for. Indices of vertices.
+    /// For the western, eastern, southern and northern side: triangles in the side's vertical plane that close the
+    /// surface as if there were no volumes beyond. Indices of vertices; empty unless requested.
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps;
-    /// Largest diameter of a tetrahedron that the surface passes through, metres: each triangle lies in one with a part
-    /// of the true surface.
+    /// Largest diameter of a tetrahedron that the surface passes through, metres. Each triangle shares its tetrahedron
+    /// with a part of the true surface.
     double error_m = 0.0;
     std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
 };
 
 /// The level sets of one tile: for every node near a surface, signed distances to what operations made void and to what
-/// they made solid; farther away, signs only. Later operations are applied in place, at a cost that does not depend on
-/// how many came before.
+/// they made solid; farther away, signs only. Later operations are applied in place, at a cost independent of the
+/// number of earlier ones.
 ///
-/// Made from the operations and the tile's own heights alone; two tiles have the same values at nodes that they share.
+/// Depends only on the operations and the tile's own heights; two tiles have the same values at shared nodes.
 ///
-/// Threads: one; contour() any number at once, while nothing else is called. Starts no threads.
+/// Threads: one; contour() from any number at once, while nothing else is called. Starts no threads.
 class VolumeTile {
 public:
     VolumeTile() = delete;
@@ -74,52 +73,52 @@ public:
     VolumeTile& operator=(VolumeTile&&) noexcept;
     ~VolumeTile();
 
-    /// Applies the operations that touch the tile, in their order.
+    /// Applies the operations that touch the tile, in order.
     ///
     /// @param heights [33 * 33] samples of the pinned level in Lattice::quantum, row by row from the south-west
     ///
-    /// Fails: invalid_argument for another number of heights, heights beyond 2^28 spacings, or a tile that is not
-    ///        of the world
+    /// Fails: invalid_argument for a wrong number of heights, heights beyond 2^28 spacings, or a tile outside the world
     /// Cost:  O(nodes within three spacings of the operations' surfaces + lines * log)
     static Result<VolumeTile> create(const Volumes& volumes, const VolumeTileKey& key,
                                      std::span<const std::int32_t> heights);
 
-    /// Reads what encoded() gave of the same tile. Its bytes must be known to be whole, as by a checksum: OpenVDB's
-    /// reader is not hardened.
+    /// Reads the result of encoded() for the same tile. The bytes must be known to be intact, for example by a
+    /// checksum: OpenVDB's reader is not hardened.
     ///
-    /// Fails: as create(); bad_data where there are too few or too many bytes
+    /// Fails: as create(); bad_data if there are too few or too many bytes
     static Result<VolumeTile> decode(const Volumes& volumes, const VolumeTileKey& key,
                                      std::span<const std::int32_t> heights,
                                      std::span<const std::uint8_t> bytes);
 
     /// Another tile with the same level sets. Cost: O(bytes())
     VolumeTile copy() const;
-    /// The level sets as bytes: the same for the same operations and heights with one version of OpenVDB.
+    /// The level sets as bytes, which depend only on operations, heights and the version of OpenVDB.
     std::vector<std::uint8_t> encoded() const;
 
-    /// Applies one more operation, which was placed for the same lattice and level.
+    /// Applies one more operation, placed for the same lattice and level.
     ///
     /// Cost: O(nodes of the tile within three spacings of its surface)
     void apply(const PlacedVolume& volume);
 
     /// The surface of the joined solid.
     ///
-    /// Cost:     O(nodes near the surface); memory a few times that of the level sets, given back
-    /// Accuracy: a vertex lies on an edge through which the surface of the joined solid passes, at most 1.74 spacings
-    ///           long unless beside steep ground. For one sphere of 20 spacings it is within 0.02 spacing of it, and so
-    ///           are triangles; across the edges of a box triangles cut the corner by up to 0.6 (docs/volumes.md)
+    /// Cost:     O(nodes near the surface); temporary memory of a few times that of the level sets
+    /// Accuracy: each vertex lies on an edge that the surface of the joined solid crosses, at most 1.74 spacings long
+    ///           except beside steep ground. For one sphere with a radius of 20 spacings, vertices and triangles are
+    ///           within 0.02 spacing of it; at the edges of a box, triangles cut the corner by up to 0.6 spacing
+    ///           (docs/volumes.md)
     ///
-    /// @param closes the western, eastern, southern and northern side: whether VolumeContour::caps has its cap
+    /// @param closes whether to make the western, eastern, southern and northern cap: VolumeContour::caps
     VolumeContour contour(const std::array<bool, 4>& closes = {}) const;
 
-    /// Signed distances at a node, metres, at most three spacings; negative where it is void, or solid.
+    /// Signed distances at a node, metres, limited to three spacings; negative inside the void, or inside the solid.
     struct NodeDistances {
         float to_void = 0.0f;   ///< negative: void
         float to_solid = 0.0f;  ///< negative: solid
     };
     /// @param column, row of the line in the tile, 0 to 32
     NodeDistances distances(int column, int row, std::int32_t k) const;
-    /// World position of a node. The same bits in all tiles.
+    /// World position of a node, with the same bits in all tiles.
     WorldPos position(int column, int row, std::int32_t k) const;
     /// [33 * 33] as given to create().
     std::span<const std::int32_t> heights() const;
@@ -142,16 +141,16 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Contours the volumes over one chunk of the pinned level: what Chunk::solid holds, null where no volume touches the
-/// chunk. Chunks are contoured alone and agree bit for bit at their borders.
+/// Contours the volumes over one chunk of the pinned level, for Chunk::solid; null if no volume touches the chunk.
+/// Chunks are contoured separately and agree bit for bit at their borders.
 ///
-/// Its error is the largest diameter of a tetrahedron that the surface passes through, because each triangle is in one
-/// with a part of the true surface: a bound, many times the error of smooth surfaces (docs/volumes.md). What is
-/// thinner than two spacings may be lost between nodes; the error does not bound that.
+/// The error is the largest diameter of a tetrahedron that the surface passes through, because each triangle shares its
+/// tetrahedron with a part of the true surface. For smooth surfaces this bound is many times the actual error
+/// (docs/volumes.md). Features thinner than two spacings may be lost between nodes; the error does not cover that.
 ///
 /// Fails:   invalid_argument for a chunk of another level, or as VolumeTile::create()
 /// Threads: any number
-/// Cost:    that of its tiles; nothing but a search where no volume touches it
+/// Cost:    that of its tiles; only a search if no volume touches the chunk
 Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volumes,
                                                              const Chunk& chunk);
 
