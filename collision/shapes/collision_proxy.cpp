@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Cuts a closed mesh into hulls, merges hulls as the distance allows, and reduces their vertices.
-#include "shapes/proxy_cells.h"
+#include "shapes/proxy_parts.h"
 #include "shapes/query_shapes.h"
 
 #include <terrane/base/text.h>

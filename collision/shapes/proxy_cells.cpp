@@ -11,9 +11,8 @@
 // Deviations: pieces are not closed after a cut. An extreme point of the solid within a box lies on the clipped surface
 //             or is a corner of the box inside the solid, so that the hull of both sets is the hull of the piece.
 //             Planes are chosen one at a time, without a tree search.
-#include "shapes/proxy_cells.h"
-
 #include "base/aabb_tree.h"
+#include "shapes/proxy_parts.h"
 
 #include <algorithm>
 #include <array>

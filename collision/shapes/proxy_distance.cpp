@@ -2,9 +2,8 @@
 //
 // Sources: Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (nearest point of a triangle, by regions).
 //          Hormann, Agathos. The point in polygon problem for arbitrary polygons. 2001 (winding numbers by crossings).
-#include "shapes/proxy_distance.h"
-
 #include "base/aabb_tree.h"
+#include "shapes/proxy_parts.h"
 #include "shapes/query_shapes.h"
 
 #include <algorithm>

@@ -13,25 +13,32 @@ struct Terrain::State {
         double threshold_px = 1.0;
     };
 
-    State(std::shared_ptr<const HeightSource> heights, const TerrainSettings& chosen, Pager&& made)
+    State(std::shared_ptr<const HeightSource> heights, const TerrainSettings& chosen, Pager&& made,
+          Triangulator&& first)
         : source(std::move(heights)),
           settings(chosen),
           pager(std::move(made)),
-          frame{.ground = pager.ground(chosen.surface), .meshes = {}} {}
+          frame{.ground = pager.ground(chosen.surface), .meshes = {}} {
+        add_eye(std::move(first));
+    }
 
     std::shared_ptr<const HeightSource> source;
     TerrainSettings settings;
     Pager pager;
-    std::vector<Eye> eyes;          // by camera; kept when cameras leave
+    std::vector<Eye> eyes;          // by camera, at least one; kept when cameras leave
     std::vector<CameraNeed> needs;  // of the update
     std::vector<TerrainMesh> meshes;
     Frame frame;
 
+    void add_eye(Triangulator&& triangulator) {
+        eyes.push_back({.triangulator = std::move(triangulator),
+                        .threshold_px = settings.meshes.max_error_px});
+    }
+
     void page(std::span<const Camera> cameras, std::span<const BodyNeed> bodies, double time_s) {
         while (eyes.size() < cameras.size()) {
-            // the settings were accepted when the terrain was created
-            eyes.push_back({.triangulator = Triangulator::create(*source, settings.meshes).value(),
-                            .threshold_px = settings.meshes.max_error_px});
+            // cannot fail: the first triangulator was made with the same settings
+            add_eye(std::move(*Triangulator::create(*source, settings.meshes)));
         }
         needs.clear();
         for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -63,9 +70,10 @@ Result<Terrain> Terrain::create(std::shared_ptr<const HeightSource> source,
                                 const TerrainSettings& settings) {
     Result<Pager> pager = Pager::create(source, settings.paging);
     if (!pager) return tl::unexpected<Error>(pager.error());
-    if (const auto tried = Triangulator::create(*source, settings.meshes); !tried)
-        return tl::unexpected<Error>(tried.error());
-    return Terrain(std::make_unique<State>(std::move(source), settings, std::move(*pager)));
+    Result<Triangulator> first = Triangulator::create(*source, settings.meshes);
+    if (!first) return tl::unexpected<Error>(first.error());
+    return Terrain(
+        std::make_unique<State>(std::move(source), settings, std::move(*pager), std::move(*first)));
 }
 
 Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scene/scene_cases.h"
+#include "support/random.h"
 
 #include <terrane/scene/culling.h>
 
@@ -388,8 +389,7 @@ TEST(CullTree, FindsWhatEveryBoxOnItsOwnFinds) {
 
 // TERRANE_VIEWS=1000000 is the long run: see docs/scenes.md.
 TEST(CullTree, NeverDropsWhatIsInViewOverRandomViews) {
-    const char* wanted = std::getenv("TERRANE_VIEWS");
-    const int views = wanted != nullptr ? std::stoi(wanted) : 2000;
+    const int views = test::number_from("TERRANE_VIEWS", 2000);
     Random random(7);
     const std::vector<Aabb> boxes = random_boxes(random, 2000, 300.0);
     const CullTree tree(boxes);

@@ -77,11 +77,11 @@ private:
     std::uint64_t value_ = 0xcbf29ce484222325u;
 };
 
-/// The number of cases of a random test: that of the environment variable where it is set, as for long runs.
-inline int case_count(const char* variable, int otherwise) {
-    const char* text = std::getenv(variable);
-    const int count = text == nullptr ? 0 : std::atoi(text);
-    return count > 0 ? count : otherwise;
+/// A number from an environment variable, such as the number of cases of a long run; `otherwise` if it is not set.
+template <class Number>
+Number number_from(const char* variable, Number otherwise) {
+    const char* const text = std::getenv(variable);
+    return text == nullptr ? otherwise : static_cast<Number>(std::strtod(text, nullptr));
 }
 
 }  // namespace terrane::test

@@ -3,7 +3,6 @@
 
 #include "lab/study.h"
 #include "lab/study_plans.h"
-#include "lab/study_report.h"
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
@@ -195,10 +194,7 @@ void compare(const std::vector<VolumeOperation>& operations, Random& random,
     }
 }
 
-int scene_count() {
-    const char* const wanted = std::getenv("TERRANE_SCENES");
-    return wanted != nullptr ? std::atoi(wanted) : 20;
-}
+int scene_count() { return test::number_from("TERRANE_SCENES", 20); }
 
 TEST(ContourError, IsNeverLessThanTheDistanceOfFormulasBothWays) {
     Comparison comparison;

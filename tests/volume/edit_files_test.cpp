@@ -278,7 +278,7 @@ namespace edit_bits_test {
 using namespace test;
 
 // A tenth where contracts are checked: such builds are slow.
-const int kEdits = test::case_count("TERRANE_EDITS", TERRANE_ASSERTS ? 100 : 300);
+const int kEdits = test::number_from("TERRANE_EDITS", TERRANE_ASSERTS ? 100 : 300);
 
 /// Digs, fills and undos, one after the other; what is in force at the end.
 std::vector<VolumeOperation> play(EditedWorld& world, VolumeEditor& editor, Pager* pager,

@@ -29,8 +29,8 @@ namespace scenes_test {
 
 using namespace test;
 
-const auto kScenes =
-    static_cast<std::uint64_t>(case_count("TERRANE_JOINED_SCENES", TERRANE_ASSERTS ? 100 : 250));
+const std::uint64_t kScenes =
+    number_from<std::uint64_t>("TERRANE_JOINED_SCENES", TERRANE_ASSERTS ? 100 : 250);
 constexpr int kPoints = 300;
 
 struct Scene {
@@ -309,10 +309,7 @@ double measure_joined(const FinestSurface& finest, const FrameMesh& shown, const
     return most;
 }
 
-int scene_count() {
-    const char* const wanted = std::getenv("TERRANE_SCENES");
-    return wanted != nullptr ? std::atoi(wanted) : 40;
-}
+int scene_count() { return test::number_from("TERRANE_SCENES", 40); }
 
 TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
     int drawn = 0, with_caps = 0, replaced = 0, met = 0, frames = 0;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "lab/study.h"
-#include "lab/study_report.h"
 #include "program/command.h"
 #include "program/options.h"
 #include "program/output_file.h"

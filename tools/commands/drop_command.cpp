@@ -238,18 +238,18 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
     const double margin = 10.0;  // metres: widest shape plus a cell
-    RequiredRegion ticket = pager.require(
+    RequiredRegion required = pager.require(
         {area.west - margin, area.south - margin, area.east + margin, area.north + margin}, 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
     if (pager.stats().failed > 0) return failure("the terrain's heights could not be read");
-    if (!ticket.is_ready()) {
+    if (!required.is_ready()) {
         return failure(fmt::format(
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
     const std::vector<PlacedBody> bodies = lay_out(options.layout, pager.ground(), *obstacles);
-    ticket.release();
+    required.release();
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
             "only {} of {} bodies find free ground in the {:.6g} x {:.6g} m around the start",

@@ -58,12 +58,12 @@ CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact
     if (!pager) return pass_on(pager.error());
     pager->update({}, {}, 0.0);
     const WorldRect area = trade_area(terrain);
-    RequiredRegion ticket = pager->require(
+    RequiredRegion required = pager->require(
         {area.west - kAround, area.south - kAround, area.east + kAround, area.north + kAround},
         0.0);
     pager->update({}, {}, 0.0);
     pager->finish();
-    if (!ticket.is_ready()) return failure("the terrain's heights could not be read");
+    if (!required.is_ready()) return failure("the terrain's heights could not be read");
     return pager->ground();
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "lab/study_report.h"
-
 #include "assets.h"
+#include "lab/study.h"
 #include "lab/study_plans.h"
 #include "program/output_file.h"
 #include "program/summary.h"

@@ -70,10 +70,10 @@ private:
 /// Files with the level sets of edited chunks, one per chunk, in a folder, so that loading a chunk need not apply all
 /// its edits again. A file holds a chunk as of one position in the log; later edits are applied when it is read.
 ///
-/// Each is a sealed file (store/sealed_file.h): written under another name, flushed and renamed. Its directory has the
-/// hashes of the volumes, of the log up to that position, of the tiles' heights and of each tile's bytes. All are
-/// checked before OpenVDB reads a byte, because its reader is not hardened. A file that does not match is refused and
-/// counted, and the chunk is made from its volumes and edits.
+/// Each is a sealed file (terrane/store/sealed_file.h): written under another name, flushed and renamed. Its directory
+/// has the hashes of the volumes, of the log up to that position, of the tiles' heights and of each tile's bytes. All
+/// are checked before OpenVDB reads a byte, because its reader is not hardened. A file that does not match is refused
+/// and counted, and the chunk is made from its volumes and edits.
 ///
 /// Threads: any number
 class ChunkFiles {

@@ -82,10 +82,10 @@ ContactMap make_map(const HeightTable& heights) {
     settings.memory_bytes = std::size_t{2} << 30;
     settings.worker_count = 0;
     Pager pager = value_or_exit(Pager::create(source, settings));
-    RequiredRegion ticket = pager.require(source->extent(), 0.0);
+    RequiredRegion required = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    if (!ticket.is_ready()) {
+    if (!required.is_ready()) {
         std::fprintf(stderr, "contact_benchmark: %d x %d samples are not all resident\n", side,
                      side);
         std::exit(1);

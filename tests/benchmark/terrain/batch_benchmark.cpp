@@ -28,10 +28,10 @@ const Ground& fractal_ground() {
         paging.contact_spacing = 1.0;
         paging.worker_count = 0;
         Pager pager = value_or_exit(Pager::create(source, paging));
-        RequiredRegion ticket = pager.require(source->extent(), 0.0);
+        RequiredRegion required = pager.require(source->extent(), 0.0);
         pager.update({}, {}, 0.0);
         pager.finish();
-        if (!ticket.is_ready()) {
+        if (!required.is_ready()) {
             std::fprintf(stderr, "batch_benchmark: the ground is not resident\n");
             std::exit(1);
         }

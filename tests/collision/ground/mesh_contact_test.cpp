@@ -293,10 +293,7 @@ namespace mesh_bodies_test {
 using namespace test;
 
 /// Number of bodies of each shape: TERRANE_CAVE_BODIES, or a few.
-int body_count() {
-    const char* const count = std::getenv("TERRANE_CAVE_BODIES");
-    return count != nullptr ? std::atoi(count) : 12;
-}
+int body_count() { return number_from("TERRANE_CAVE_BODIES", 12); }
 
 struct Fall {
     double speed, dt;

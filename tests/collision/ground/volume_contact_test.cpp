@@ -320,12 +320,6 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261124;
 
-/// Scenes from TERRANE_VOLUME_FIRST on: TERRANE_VOLUME_SCENES of them, or a few.
-int number_from(const char* name, int otherwise) {
-    const char* const text = std::getenv(name);
-    return text != nullptr ? std::atoi(text) : otherwise;
-}
-
 Ground make_random_ground(Random& random) {
     const double steep = random.between(0.0, 6.0), wave = random.between(0.1, 0.6);
     const auto height = [=](double x, double y) {

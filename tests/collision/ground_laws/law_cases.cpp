@@ -88,9 +88,8 @@ LawShape make_compound() {
 }  // namespace
 
 long count_of_cases(long few, long many) {
-    const char* share = std::getenv("TERRANE_LAWS_SHARE");
-    if (share == nullptr) return few;
-    return std::max(1L, std::lround(std::atof(share) * static_cast<double>(many)));
+    const double share = number_from("TERRANE_LAWS_SHARE", 0.0);
+    return share > 0.0 ? std::max(1L, std::lround(share * static_cast<double>(many))) : few;
 }
 
 LawScene make_scene(const std::string& name, std::function<double(double, double)> height,

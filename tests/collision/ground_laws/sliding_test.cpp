@@ -46,10 +46,10 @@ Ground make_paged_ground(const Height& height) {
     PagerSettings settings;
     settings.worker_count = 0;
     Pager pager = *Pager::create(source, settings);
-    RequiredRegion ticket = pager.require(source->extent(), 0.0);
+    RequiredRegion required = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
-    EXPECT_TRUE(ticket.is_ready());
+    EXPECT_TRUE(required.is_ready());
     return pager.ground();
 }
 

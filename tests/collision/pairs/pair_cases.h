@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -21,10 +20,7 @@
 namespace terrane::test {
 
 /// Number of random cases; tests labelled long multiply it by TERRANE_CASE_FACTOR.
-inline int case_count(int usual) {
-    const char* factor = std::getenv("TERRANE_CASE_FACTOR");
-    return factor == nullptr ? usual : usual * std::atoi(factor);
-}
+inline int case_count(int usual) { return usual * number_from("TERRANE_CASE_FACTOR", 1); }
 
 // Brute-force hulls: every triple of points is tested as a face.
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/shapes/proxy_meshes.h"
-#include "shapes/proxy_cells.h"
-#include "shapes/proxy_distance.h"
+#include "shapes/proxy_parts.h"
 
 #include <terrane/collision/collision_proxy.h>
 #include <terrane/collision/world.h>

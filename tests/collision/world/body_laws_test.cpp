@@ -332,8 +332,6 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
-
 TEST(WorldForces, AccelerateByForceOverMassForOneStep) {
     const Ground ground = make_flat();
     for (const double dt : {kStep, 0.001, 0.1, 1.0}) {
@@ -344,10 +342,10 @@ TEST(WorldForces, AccelerateByForceOverMassForOneStep) {
         world.step(ground, dt);
         const Eigen::Vector3d gained = dt * Eigen::Vector3d(0.5, 0.5, 0.5);
         const Eigen::Vector3d expected = Eigen::Vector3d(1.0, 0.0, 0.0) + gained;
-        EXPECT_LT((state_of(world, body).velocity - expected).norm(), 1e-14) << dt;
-        const Eigen::Vector3d reached = state_of(world, body).velocity;
+        EXPECT_LT((world.state(body).velocity - expected).norm(), 1e-14) << dt;
+        const Eigen::Vector3d reached = world.state(body).velocity;
         world.step(ground, dt);
-        EXPECT_EQ(state_of(world, body).velocity, reached);
+        EXPECT_EQ(world.state(body).velocity, reached);
     }
 }
 
@@ -359,7 +357,7 @@ TEST(WorldForces, AddToGravity) {
         ASSERT_TRUE(world.add_force(body, {0.0, 0.0, 2.0 * 9.81}));
         world.step(ground, kStep);
     }
-    EXPECT_NEAR(state_of(world, body).pose.translation.z(), 50.0, 1e-12);
+    EXPECT_NEAR(world.state(body).pose.translation.z(), 50.0, 1e-12);
 }
 
 TEST(WorldForces, TurnByTorqueOverInertia) {
@@ -380,11 +378,11 @@ TEST(WorldForces, TurnByTorqueOverInertia) {
                         h.x() * h.x() + h.y() * h.y());
     const Eigen::Vector3d local = state.pose.rotation.transpose() * torque;
     const Eigen::Vector3d expected = state.pose.rotation * (dt * local.cwiseQuotient(inertia));
-    EXPECT_LT((state_of(world, body).angular_velocity - expected).norm(), 1e-6 * expected.norm());
-    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
-    const Eigen::Vector3d before = state_of(world, body).angular_velocity;
+    EXPECT_LT((world.state(body).angular_velocity - expected).norm(), 1e-6 * expected.norm());
+    EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
+    const Eigen::Vector3d before = world.state(body).angular_velocity;
     world.step(ground, dt);
-    EXPECT_LT((state_of(world, body).angular_velocity - before).norm(), 1e-6 * before.norm());
+    EXPECT_LT((world.state(body).angular_velocity - before).norm(), 1e-6 * before.norm());
 }
 
 TEST(WorldForces, AtAPointAreAForceAndATorqueAboutTheCentreOfMass) {
@@ -399,10 +397,9 @@ TEST(WorldForces, AtAPointAreAForceAndATorqueAboutTheCentreOfMass) {
     ASSERT_TRUE(b.add_torque(in_b, arm.cross(force)));
     a.step(ground, kStep);
     b.step(ground, kStep);
-    EXPECT_LT((state_of(a, in_a).angular_velocity - state_of(b, in_b).angular_velocity).norm(),
-              1e-12);
-    EXPECT_EQ(state_of(a, in_a).velocity, state_of(b, in_b).velocity);
-    EXPECT_GT(state_of(a, in_a).angular_velocity.norm(), 0.01);
+    EXPECT_LT((a.state(in_a).angular_velocity - b.state(in_b).angular_velocity).norm(), 1e-12);
+    EXPECT_EQ(a.state(in_a).velocity, b.state(in_b).velocity);
+    EXPECT_GT(a.state(in_a).angular_velocity.norm(), 0.01);
 }
 
 TEST(WorldForces, OnASleeperWakeIt) {
@@ -410,11 +407,11 @@ TEST(WorldForces, OnASleeperWakeIt) {
     World world = make_world();
     const BodyId body = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
     for (int i = 0; i < 120; ++i) world.step(ground, kStep);
-    ASSERT_EQ(state_of(world, body).condition, BodyCondition::asleep);
+    ASSERT_EQ(world.state(body).condition, BodyCondition::asleep);
     ASSERT_TRUE(world.add_force(body, {0.0, 0.0, 30.0}));
-    EXPECT_EQ(state_of(world, body).condition, BodyCondition::awake);
+    EXPECT_EQ(world.state(body).condition, BodyCondition::awake);
     world.step(ground, kStep);
-    EXPECT_NEAR(state_of(world, body).velocity.z(), (30.0 - 9.81) * kStep, 1e-12);
+    EXPECT_NEAR(world.state(body).velocity.z(), (30.0 - 9.81) * kStep, 1e-12);
 }
 
 TEST(WorldForces, AreDroppedWhereTheBodyIsChanged) {
@@ -426,7 +423,7 @@ TEST(WorldForces, AreDroppedWhereTheBodyIsChanged) {
     world.step(ground, kStep);
     ASSERT_TRUE(world.change(body, {.mass = 1e-6}));
     world.step(ground, kStep);
-    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
+    EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
 }
 
 TEST(WorldForces, HoldABodyOnASlopeAgainstGravity) {
@@ -438,7 +435,7 @@ TEST(WorldForces, HoldABodyOnASlopeAgainstGravity) {
         ASSERT_TRUE(world.add_force(body, {9.81, 0.0, 0.0}));  // cancels gravity on the slope
         EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
     }
-    EXPECT_LT((state_of(world, body).velocity).norm(), 1e-9);
+    EXPECT_LT((world.state(body).velocity).norm(), 1e-9);
 }
 
 TEST(WorldForces, OutOfRangeAreRefusedAndChangeNothing) {
@@ -455,17 +452,17 @@ TEST(WorldForces, OutOfRangeAreRefusedAndChangeNothing) {
     // The force is in range, but its torque is not.
     EXPECT_FALSE(world.add_force(body, p + Eigen::Vector3d(0.0, 1e9, 0.0), {1e3, 0.0, 0.0}));
     world.step(ground, kStep);
-    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
-    EXPECT_TRUE(state_of(world, body).angular_velocity.isZero(0.0));
+    EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
+    EXPECT_TRUE(world.state(body).angular_velocity.isZero(0.0));
     // The largest allowed forces give finite velocities.
     ASSERT_TRUE(world.add_force(body, {2e6, 0.0, 0.0}));
     world.step(ground, 1.0);
-    EXPECT_NEAR(state_of(world, body).velocity.x(), 1e6, 1e-3);
+    EXPECT_NEAR(world.state(body).velocity.x(), 1e6, 1e-3);
     ASSERT_TRUE(world.teleport(body, at(p)));
     ASSERT_TRUE(world.add_torque(body, {3e5, 0.0, 0.0}));
     world.step(ground, 1.0);
-    EXPECT_GT(state_of(world, body).angular_velocity.x(), 1e5);
-    EXPECT_TRUE(state_of(world, body).angular_velocity.allFinite());
+    EXPECT_GT(world.state(body).angular_velocity.x(), 1e5);
+    EXPECT_TRUE(world.state(body).angular_velocity.allFinite());
 }
 
 TEST(GravityAt, PullsBodiesTowardsThePlanetsCentre) {
@@ -490,8 +487,8 @@ TEST(GravityAt, PullsBodiesTowardsThePlanetsCentre) {
         EXPECT_EQ(world.step(ground, kStep).failed_callbacks, 0u);
     }
     for (const BodyId body : bodies) {
-        EXPECT_NEAR((state_of(world, body).pose.translation - centre).norm(), 10.5, 0.02);
-        EXPECT_EQ(state_of(world, body).condition, BodyCondition::asleep);
+        EXPECT_NEAR((world.state(body).pose.translation - centre).norm(), 10.5, 0.02);
+        EXPECT_EQ(world.state(body).condition, BodyCondition::asleep);
     }
     EXPECT_TRUE(world.contains(planet));
 }
@@ -503,7 +500,7 @@ TEST(GravityAt, OfZeroLetsBodiesFloat) {
     const BodyId body = add(world, {}, at({60.0, 60.0, 50.0}, {0.25, 0.5, 1.0}));
     const Ground ground = make_flat();
     for (int i = 0; i < 60; ++i) world.step(ground, kStep);
-    EXPECT_EQ(state_of(world, body).velocity, Eigen::Vector3d(0.25, 0.5, 1.0));
+    EXPECT_EQ(world.state(body).velocity, Eigen::Vector3d(0.25, 0.5, 1.0));
 }
 
 TEST(GravityAt, ThatThrowsOrGivesNoValidValueIsCountedAndTheSettingIsUsed) {
@@ -519,7 +516,7 @@ TEST(GravityAt, ThatThrowsOrGivesNoValidValueIsCountedAndTheSettingIsUsed) {
         const BodyId body = add(world, {}, at({60.0, 60.0, 50.0}));
         add(world, {}, at({70.0, 60.0, 50.0}));
         EXPECT_EQ(world.step(ground, 0.5).failed_callbacks, 2u);
-        EXPECT_NEAR(state_of(world, body).velocity.z(), -0.5, 1e-12);
+        EXPECT_NEAR(world.state(body).velocity.z(), -0.5, 1e-12);
     }
 }
 

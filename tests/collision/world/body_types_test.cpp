@@ -26,8 +26,6 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
-
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) {
         const StepReport report = world.step(ground, kStep);
@@ -36,7 +34,7 @@ void step(World& world, const Ground& ground, int count) {
 }
 
 bool is_asleep(const World& world, BodyId body) {
-    return state_of(world, body).condition == BodyCondition::asleep;
+    return world.state(body).condition == BodyCondition::asleep;
 }
 
 /// A shape at a pose with its top level at z = 10.
@@ -64,7 +62,7 @@ TEST(StaticBody, HoldsWhatIsPutOnItAndNeverMoves) {
         World world = make_world();
         const BodyId fixed =
             add(world, {.shape = table.shape, .type = kStatic}, at({60.0, 60.0, table.height}));
-        const Pose pose = state_of(world, fixed).pose;
+        const Pose pose = world.state(fixed).pose;
         std::vector<BodyId> on_it;
         double x = 58.5;
         for (const Shape& shape : {Shape(Box{}), Shape(Sphere{0.5}), Shape(Capsule{0.4, 0.5})}) {
@@ -74,11 +72,11 @@ TEST(StaticBody, HoldsWhatIsPutOnItAndNeverMoves) {
         step(world, ground, 400);
         for (const BodyId body : on_it) {
             EXPECT_TRUE(is_asleep(world, body));
-            EXPECT_GT(state_of(world, body).pose.translation.z(), 10.3);
+            EXPECT_GT(world.state(body).pose.translation.z(), 10.3);
         }
-        EXPECT_EQ(state_of(world, fixed).pose.translation, pose.translation);
-        EXPECT_EQ(state_of(world, fixed).pose.rotation, pose.rotation);
-        EXPECT_EQ(state_of(world, fixed).condition, BodyCondition::fixed);
+        EXPECT_EQ(world.state(fixed).pose.translation, pose.translation);
+        EXPECT_EQ(world.state(fixed).pose.rotation, pose.rotation);
+        EXPECT_EQ(world.state(fixed).condition, BodyCondition::fixed);
     }
 }
 
@@ -110,10 +108,10 @@ TEST(StaticBody, WakesSleepersWhenItIsRemovedMovedOrAdded) {
         EXPECT_TRUE(is_asleep(world, far));
         step(world, ground, 240);
         EXPECT_TRUE(is_asleep(world, box));
-        const double z = state_of(world, box).pose.translation.z();
+        const double z = world.state(box).pose.translation.z();
         if (action == "add") {
             EXPECT_GT(z, 10.4);
-            EXPECT_LT(state_of(world, box).pose.translation.x(), 59.97);
+            EXPECT_LT(world.state(box).pose.translation.x(), 59.97);
         } else if (action == "change") {  // it stands on the small box
             EXPECT_NEAR(z, 10.35, 0.01);
         } else {
@@ -159,8 +157,8 @@ TEST(KinematicBody, ALiftCarriesABoxUpAndDown) {
         for (int i = 0; i < 30; ++i) {
             step(ride.world, ground, 1);
             EXPECT_FALSE(is_asleep(ride.world, ride.box));
-            const BodyState &board = state_of(ride.world, ride.board),
-                            &box = state_of(ride.world, ride.box);
+            const BodyState &board = ride.world.state(ride.board),
+                            &box = ride.world.state(ride.box);
             EXPECT_NEAR(box.pose.translation.z() - board.pose.translation.z(), 0.6, 0.01);
             EXPECT_NEAR(box.velocity.z(), speed, 0.01);
         }
@@ -176,15 +174,15 @@ TEST(KinematicBody, AConveyorCarriesABoxAtItsSpeedAndNothingSleepsOnIt) {
         Ride ride = make_ride(ground);
         ASSERT_TRUE(ride.world.set_velocity(ride.board, {speed, 0.0, 0.0}, {0.0, 0.0, 0.0}));
         step(ride.world, ground, 120);
-        const double offset = state_of(ride.world, ride.box).pose.translation.x() -
-                              state_of(ride.world, ride.board).pose.translation.x();
+        const double offset = ride.world.state(ride.box).pose.translation.x() -
+                              ride.world.state(ride.board).pose.translation.x();
         for (int i = 0; i < 300; ++i) {
             step(ride.world, ground, 1);
             ASSERT_FALSE(is_asleep(ride.world, ride.box)) << speed;
         }
-        EXPECT_NEAR(state_of(ride.world, ride.box).velocity.x(), speed, 1e-3);
-        EXPECT_NEAR(state_of(ride.world, ride.box).pose.translation.x() -
-                        state_of(ride.world, ride.board).pose.translation.x(),
+        EXPECT_NEAR(ride.world.state(ride.box).velocity.x(), speed, 1e-3);
+        EXPECT_NEAR(ride.world.state(ride.box).pose.translation.x() -
+                        ride.world.state(ride.board).pose.translation.x(),
                     offset, 1e-3);
     }
 }
@@ -199,11 +197,11 @@ TEST(KinematicBody, ATurntableCarriesABoxRound) {
     for (int i = 0; i < 600; ++i) {
         step(world, ground, 1);
         const Eigen::Vector3d arm =
-            state_of(world, box).pose.translation - state_of(world, table).pose.translation;
+            world.state(box).pose.translation - world.state(table).pose.translation;
         ASSERT_NEAR(std::hypot(arm.x(), arm.y()), 2.0, 0.1) << i;
         ASSERT_NEAR(arm.z(), 0.6, 0.01);
     }
-    EXPECT_NEAR(state_of(world, box).angular_velocity.z(), 0.8, 0.02);
+    EXPECT_NEAR(world.state(box).angular_velocity.z(), 0.8, 0.02);
 }
 
 TEST(KinematicBody, ReachesThePoseOfMoveKinematicBitForBitAndStops) {
@@ -216,28 +214,28 @@ TEST(KinematicBody, ReachesThePoseOfMoveKinematicBitForBitAndStops) {
     for (int i = 0; i < 200; ++i) {
         Pose pose;
         pose.translation = Eigen::Vector3d(60.0, 60.0, 20.0) + 3.0 * random.direction();
-        pose.rotation = i % 5 == 4 ? state_of(world, body).pose.rotation : random.rotation();
-        if (i % 7 == 6) pose = state_of(world, body).pose;
+        pose.rotation = i % 5 == 4 ? world.state(body).pose.rotation : random.rotation();
+        if (i % 7 == 6) pose = world.state(body).pose;
         const double dt = random.between(0.001, 0.2);
         ASSERT_TRUE(world.move_kinematic(body, pose, dt));
         world.step(ground, dt);
-        EXPECT_EQ(state_of(world, body).pose.translation, pose.translation) << i;
-        EXPECT_EQ(state_of(world, body).pose.rotation, pose.rotation) << i;
-        EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
-        EXPECT_TRUE(state_of(world, body).angular_velocity.isZero(0.0));
+        EXPECT_EQ(world.state(body).pose.translation, pose.translation) << i;
+        EXPECT_EQ(world.state(body).pose.rotation, pose.rotation) << i;
+        EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
+        EXPECT_TRUE(world.state(body).angular_velocity.isZero(0.0));
     }
     // After several steps it has arrived, up to rounding.
     ASSERT_TRUE(world.move_kinematic(body, at({61.0, 60.0, 20.0}).pose, 0.5));
     for (int i = 0; i < 30; ++i) world.step(ground, kStep);
-    EXPECT_NEAR(state_of(world, body).pose.translation.x(), 61.0, 1e-9);
-    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
+    EXPECT_NEAR(world.state(body).pose.translation.x(), 61.0, 1e-9);
+    EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
 }
 
 TEST(KinematicBody, ThatIsHeldAtItsPoseLetsSleepersSleep) {
     const Ground ground = make_flat();
     Ride ride = make_ride(ground);
     for (int i = 0; i < 30; ++i) {
-        const Pose pose = state_of(ride.world, ride.board).pose;
+        const Pose pose = ride.world.state(ride.board).pose;
         ASSERT_TRUE(ride.world.move_kinematic(ride.board, pose, kStep));
         step(ride.world, ground, 1);
         EXPECT_TRUE(is_asleep(ride.world, ride.box)) << i;
@@ -263,7 +261,7 @@ TEST(KinematicBody, AWallPushesBoxesButNeverThroughTheGround) {
             ASSERT_EQ(report.too_deep, 0u) << i;
         }
         int ahead = 0;
-        for (const BodyId body : pushed) ahead += state_of(world, body).pose.translation.x() > 60.0;
+        for (const BodyId body : pushed) ahead += world.state(body).pose.translation.x() > 60.0;
         EXPECT_GE(ahead, 4);
     }
 }
@@ -276,7 +274,7 @@ TEST(KinematicBody, IsCountedWhereItIsInTheGround) {
     EXPECT_EQ(world.step(ground, kStep).kinematic_in_ground, 0u);
     const BodyId below = add(world, board, at({80.0, 60.0, 4.0}));
     for (int i = 0; i < 3; ++i) EXPECT_EQ(world.step(ground, kStep).kinematic_in_ground, 1u);
-    EXPECT_EQ(state_of(world, below).pose.translation.z(), 4.0);
+    EXPECT_EQ(world.state(below).pose.translation.z(), 4.0);
     ASSERT_TRUE(world.set_velocity(above, {0.0, 0.0, -2.0}, {0.0, 0.0, 0.0}));
     EXPECT_EQ(world.step(ground, 0.1).kinematic_in_ground, 2u);
     BodySettings sensor = board;
@@ -303,8 +301,6 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
-
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u);
 }
@@ -318,37 +314,37 @@ TEST(WorldChange, OfEachFieldTakesEffect) {
 
     settings.mass = 8.0;
     change();
-    ASSERT_TRUE(world.apply_impulse(body, state_of(world, body).pose.translation, {4.0, 0, 0}));
-    EXPECT_DOUBLE_EQ(state_of(world, body).velocity.x(), 0.5);
+    ASSERT_TRUE(world.apply_impulse(body, world.state(body).pose.translation, {4.0, 0, 0}));
+    EXPECT_DOUBLE_EQ(world.state(body).velocity.x(), 0.5);
 
     settings.friction = 0.0;
     change();
     step(world, ground, 30);
-    EXPECT_NEAR(state_of(world, body).velocity.x(), 0.5, 1e-9);
+    EXPECT_NEAR(world.state(body).velocity.x(), 0.5, 1e-9);
     settings.friction = 0.6;
     change();
     step(world, ground, 30);
-    EXPECT_NEAR(state_of(world, body).velocity.x(), 0.0, 1e-6);
+    EXPECT_NEAR(world.state(body).velocity.x(), 0.0, 1e-6);
 
     settings.restitution = 1.0;
     change();
     ASSERT_TRUE(world.set_velocity(body, {0.0, 0.0, -3.0}, {0.0, 0.0, 0.0}));
     step(world, ground, 3);
-    EXPECT_GT(state_of(world, body).velocity.z(), 2.0);
+    EXPECT_GT(world.state(body).velocity.z(), 2.0);
 
     settings.restitution = 0.0;
     settings.rotates = false;
     change();
     EXPECT_FALSE(world.set_velocity(body, {0, 0, 0}, {1.0, 0.0, 0.0}));
     ASSERT_TRUE(world.apply_angular_impulse(body, {5.0, 5.0, 5.0}));
-    EXPECT_TRUE(state_of(world, body).angular_velocity.isZero(0.0));
+    EXPECT_TRUE(world.state(body).angular_velocity.isZero(0.0));
 
     settings.shape = Sphere{0.25};
     settings.contact_tolerance = 0.0;
     change();
     EXPECT_DOUBLE_EQ(world.settings()[0].contact_tolerance, 0.01);
     step(world, ground, 300);
-    EXPECT_NEAR(state_of(world, body).pose.translation.z(), 5.25, 0.01);
+    EXPECT_NEAR(world.state(body).pose.translation.z(), 5.25, 0.01);
     settings.contact_tolerance = 0.002;
     change();
     EXPECT_DOUBLE_EQ(world.settings()[0].contact_tolerance, 0.002);
@@ -357,11 +353,11 @@ TEST(WorldChange, OfEachFieldTakesEffect) {
                              at({60.0, 60.0, 9.0}));
     ASSERT_TRUE(world.teleport(body, at({60.0, 60.0, 9.4})));
     step(world, ground, 60);
-    EXPECT_GT(state_of(world, body).pose.translation.z(), 9.3);
+    EXPECT_GT(world.state(body).pose.translation.z(), 9.3);
     settings.filter = {2, 2};
     change();
     step(world, ground, 120);
-    EXPECT_LT(state_of(world, body).pose.translation.z(), 5.3);
+    EXPECT_LT(world.state(body).pose.translation.z(), 5.3);
 
     BodySettings sensor{.shape = Sphere{1.0}, .type = BodyType::static_body};
     sensor.is_sensor = true;
@@ -380,29 +376,29 @@ TEST(WorldChange, OfTheTypeMakesABodyStopMoveAndFall) {
     start.pose.rotation = turned({0.3, 0.2, 0.1});
     const BodyId body = add(world, settings, start);
     step(world, ground, 5);
-    const Pose flying = state_of(world, body).pose;
+    const Pose flying = world.state(body).pose;
 
     settings.type = BodyType::static_body;
     ASSERT_TRUE(world.change(body, settings));
-    EXPECT_EQ(state_of(world, body).condition, BodyCondition::fixed);
+    EXPECT_EQ(world.state(body).condition, BodyCondition::fixed);
     step(world, ground, 5);
-    EXPECT_EQ(state_of(world, body).pose.translation, flying.translation);
-    EXPECT_TRUE(state_of(world, body).velocity.isZero(0.0));
+    EXPECT_EQ(world.state(body).pose.translation, flying.translation);
+    EXPECT_TRUE(world.state(body).velocity.isZero(0.0));
 
     settings.type = BodyType::kinematic_body;
     ASSERT_TRUE(world.change(body, settings));
-    EXPECT_EQ(state_of(world, body).condition, BodyCondition::awake);
+    EXPECT_EQ(world.state(body).condition, BodyCondition::awake);
     ASSERT_TRUE(world.set_velocity(body, {1.0, 0.0, 0.0}, {0.0, 0.0, 0.0}));
     step(world, ground, 60);
-    EXPECT_NEAR(state_of(world, body).pose.translation.x(), flying.translation.x() + 1.0, 1e-12);
-    EXPECT_EQ(state_of(world, body).pose.translation.z(), flying.translation.z());
+    EXPECT_NEAR(world.state(body).pose.translation.x(), flying.translation.x() + 1.0, 1e-12);
+    EXPECT_EQ(world.state(body).pose.translation.z(), flying.translation.z());
 
     settings.type = BodyType::dynamic_body;
     ASSERT_TRUE(world.change(body, settings));
-    EXPECT_NEAR(state_of(world, body).velocity.x(), 1.0, 0.0);
+    EXPECT_NEAR(world.state(body).velocity.x(), 1.0, 0.0);
     step(world, ground, 60);
-    EXPECT_NEAR(state_of(world, body).velocity.z(), -9.81, 1e-9);
-    EXPECT_NEAR(state_of(world, body).pose.translation.x(), flying.translation.x() + 2.0, 1e-9);
+    EXPECT_NEAR(world.state(body).velocity.z(), -9.81, 1e-9);
+    EXPECT_NEAR(world.state(body).pose.translation.x(), flying.translation.x() + 2.0, 1e-9);
 }
 
 TEST(WorldChange, ToAStaticBodyKeepsWhatStandsOnIt) {
@@ -411,13 +407,13 @@ TEST(WorldChange, ToAStaticBodyKeepsWhatStandsOnIt) {
     const BodyId lower = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
     const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
     step(world, ground, 120);
-    ASSERT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
+    ASSERT_EQ(world.state(upper).condition, BodyCondition::asleep);
     ASSERT_TRUE(world.change(lower, {.shape = Box{}, .type = BodyType::static_body}));
     step(world, ground, 120);
-    EXPECT_NEAR(state_of(world, upper).pose.translation.z(), 6.5, 0.01);
-    EXPECT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
+    EXPECT_NEAR(world.state(upper).pose.translation.z(), 6.5, 0.01);
+    EXPECT_EQ(world.state(upper).condition, BodyCondition::asleep);
     ASSERT_TRUE(world.change(lower, {.shape = Box{}}));
-    EXPECT_EQ(state_of(world, upper).condition, BodyCondition::awake);
+    EXPECT_EQ(world.state(upper).condition, BodyCondition::awake);
 }
 
 TEST(WorldTeleport, IntoTheGroundIsCountedOnceAndRecovers) {
@@ -429,13 +425,13 @@ TEST(WorldTeleport, IntoTheGroundIsCountedOnceAndRecovers) {
         step(world, ground, 60);
         ASSERT_TRUE(world.teleport(body, at({64.0, 60.0, 4.0}, {0.0, 0.0, -50.0})));
         EXPECT_EQ(world.step(ground, kStep).placed_deep, 1u);
-        double depth = signed_distance(shape, state_of(world, body).pose, ground, 10.0).distance;
+        double depth = signed_distance(shape, world.state(body).pose, ground, 10.0).distance;
         for (int i = 0; i < 120; ++i) {
             const StepReport report = world.step(ground, kStep);
             ASSERT_EQ(report.placed_deep, 0u);
             ASSERT_EQ(report.too_deep, 0u);
             const double now =
-                signed_distance(shape, state_of(world, body).pose, ground, 10.0).distance;
+                signed_distance(shape, world.state(body).pose, ground, 10.0).distance;
             if (depth < -0.01) {
                 ASSERT_GE(now, depth - 1e-9);
             }
@@ -452,8 +448,8 @@ TEST(WorldTeleport, OfARecoveringBodyIsSeenByOthersWhereItIs) {
     const BodyId box = add(world, {.shape = Box{}, .mass = 0.01}, at({60.0, 60.0, 5.5}));
     step(world, ground, 300);  // it comes up under the sleeping box
     const Eigen::Vector3d between =
-        state_of(world, box).pose.translation - state_of(world, deep).pose.translation;
-    EXPECT_GT(state_of(world, deep).pose.translation.z(), 5.4);
+        world.state(box).pose.translation - world.state(deep).pose.translation;
+    EXPECT_GT(world.state(deep).pose.translation.z(), 5.4);
     EXPECT_GT(between.norm(), 0.98);
 }
 
@@ -467,9 +463,9 @@ TEST(WorldMoveTo, EndsAtThePoseWhereNothingIsInTheWay) {
     const BodyMove moved = world.move_to(body, pose, ground).value();
     EXPECT_TRUE(moved.is_resident);
     EXPECT_EQ(moved.fraction, 1.0);
-    EXPECT_TRUE(state_of(world, body).pose.translation.isApprox(pose.translation, 1e-14));
-    EXPECT_TRUE(state_of(world, body).pose.rotation.isApprox(pose.rotation, 1e-12));
-    EXPECT_EQ(state_of(world, body).velocity, Eigen::Vector3d(1.0, 2.0, 3.0));
+    EXPECT_TRUE(world.state(body).pose.translation.isApprox(pose.translation, 1e-14));
+    EXPECT_TRUE(world.state(body).pose.rotation.isApprox(pose.rotation, 1e-12));
+    EXPECT_EQ(world.state(body).velocity, Eigen::Vector3d(1.0, 2.0, 3.0));
 }
 
 TEST(WorldMoveTo, StopsAtSlopesAndWallsWithinTheTolerance) {
@@ -490,7 +486,7 @@ TEST(WorldMoveTo, StopsAtSlopesAndWallsWithinTheTolerance) {
             EXPECT_GT(moved.fraction, 0.15);
             EXPECT_LT(moved.fraction, 0.4);
             const double distance =
-                signed_distance(shape, state_of(world, body).pose, *ground, 10.0).distance;
+                signed_distance(shape, world.state(body).pose, *ground, 10.0).distance;
             EXPECT_GT(distance, -tolerance);
             EXPECT_LT(distance, 0.01);
             EXPECT_EQ(world.step(*ground, kStep).too_deep, 0u);
@@ -507,13 +503,13 @@ TEST(WorldMoveTo, DoesNotMoveOverMissingGroundOrWhereTheBodyIsTooDeep) {
     const BodyMove moved = world.move_to(body, at({150.0, 60.0, 5.6}).pose, ground).value();
     EXPECT_FALSE(moved.is_resident);
     EXPECT_EQ(moved.fraction, 0.0);
-    EXPECT_EQ(state_of(world, body).pose.translation, Eigen::Vector3d(100.0, 60.0, 6.0));
+    EXPECT_EQ(world.state(body).pose.translation, Eigen::Vector3d(100.0, 60.0, 6.0));
 
     ASSERT_TRUE(world.teleport(body, at({60.0, 60.0, 4.0})));
     const BodyMove deep = world.move_to(body, at({60.0, 60.0, 9.0}).pose, ground).value();
     EXPECT_TRUE(deep.is_resident);
     EXPECT_EQ(deep.fraction, 0.0);
-    EXPECT_EQ(state_of(world, body).pose.translation.z(), 4.0);
+    EXPECT_EQ(world.state(body).pose.translation.z(), 4.0);
 }
 
 TEST(WorldMoveTo, PassesThroughBodiesAndWakesTheBodyAndThoseItLeaves) {
@@ -524,12 +520,12 @@ TEST(WorldMoveTo, PassesThroughBodiesAndWakesTheBodyAndThoseItLeaves) {
     add(world, {.shape = Box{{0.2, 5.0, 5.0}}, .type = BodyType::static_body},
         at({65.0, 60.0, 8.0}));
     step(world, ground, 120);
-    ASSERT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
+    ASSERT_EQ(world.state(upper).condition, BodyCondition::asleep);
     EXPECT_EQ(world.move_to(lower, at({75.0, 60.0, 6.0}).pose, ground)->fraction, 1.0);
-    EXPECT_EQ(state_of(world, lower).condition, BodyCondition::awake);
-    EXPECT_EQ(state_of(world, upper).condition, BodyCondition::awake);
+    EXPECT_EQ(world.state(lower).condition, BodyCondition::awake);
+    EXPECT_EQ(world.state(upper).condition, BodyCondition::awake);
     step(world, ground, 120);
-    EXPECT_NEAR(state_of(world, upper).pose.translation.z(), 5.5, 0.01);
+    EXPECT_NEAR(world.state(upper).pose.translation.z(), 5.5, 0.01);
 }
 
 }  // namespace body_changes_test

@@ -30,8 +30,6 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
-
 const ContactEvent* find(const World& world, BodyId a, BodyId b = {}) {
     for (const ContactEvent& event : world.contact_events()) {
         if (event.a == a && event.b == b) return &event;
@@ -68,7 +66,7 @@ TEST(ContactEvents, OfABounceBeginEndAndBeginAgain) {
     ASSERT_GE(story.size(), 6u) << story;
     EXPECT_EQ(story.substr(0, 4), "bebe") << story;
     EXPECT_EQ(story.back(), 's') << story;
-    EXPECT_EQ(state_of(world, ball).condition, BodyCondition::asleep);
+    EXPECT_EQ(world.state(ball).condition, BodyCondition::asleep);
 }
 
 TEST(ContactEvents, OfRestingBodiesHaveTheImpulseOfTheirWeight) {
@@ -119,7 +117,7 @@ TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
     int checked = 0;
     for (int step = 0; step < 60; ++step) {
         std::vector<Eigen::Vector3d> before;
-        for (const BodyId body : bodies) before.push_back(state_of(world, body).velocity);
+        for (const BodyId body : bodies) before.push_back(world.state(body).velocity);
         world.step(ground, kStep);
         for (std::size_t i = 0; i < bodies.size(); ++i) {
             Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
@@ -128,7 +126,7 @@ TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
                 if (event.b == bodies[i]) impulse -= event.impulse;
             }
             const Eigen::Vector3d gained =
-                masses[i] * (state_of(world, bodies[i]).velocity - before[i] +
+                masses[i] * (world.state(bodies[i]).velocity - before[i] +
                              Eigen::Vector3d(0.0, 0.0, kGravity * kStep));
             if (impulse.norm() < 0.5 * masses[i]) continue;  // only bounces are checked
             EXPECT_LT((impulse - gained).norm(), 0.03 * gained.norm()) << step << " body " << i;
@@ -164,7 +162,7 @@ TEST(ContactEvents, OfSleepersAreSilentUntilTheyAreWoken) {
     const BodyId lower = add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
     const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
     for (int i = 0; i < 120; ++i) world.step(ground, kStep);
-    ASSERT_EQ(state_of(world, upper).condition, BodyCondition::asleep);
+    ASSERT_EQ(world.state(upper).condition, BodyCondition::asleep);
     // A distant moving body keeps the world awake.
     add(world, {.shape = Sphere{}}, at({90.0, 60.0, 60.0}));
     for (int i = 0; i < 30; ++i) {
@@ -185,7 +183,7 @@ TEST(ContactEvents, ABoxWakesTheSleepersThatItReaches) {
     const BodyId far = add(world, {.shape = Box{}}, at({90.0, 60.0, 5.5}));
     for (int i = 0; i < 120; ++i) world.step(ground, kStep);
     const auto sleeps = [&](BodyId body) {
-        return state_of(world, body).condition == BodyCondition::asleep;
+        return world.state(body).condition == BodyCondition::asleep;
     };
     ASSERT_TRUE(sleeps(near) && sleeps(far));
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -264,8 +262,6 @@ BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
     return world.add(settings, state).value();
 }
 
-const BodyState& state_of(const World& world, BodyId body) { return world.state(body); }
-
 /// Final height of a box with one filter dropped on a table with another; the table's top is at z = 10.
 double dropped_height(const CollisionFilter& table, const CollisionFilter& box,
                       const WorldSettings& settings = {}) {
@@ -278,7 +274,7 @@ double dropped_height(const CollisionFilter& table, const CollisionFilter& box,
     body.filter = box;
     const BodyId falling = add(world, body, at({60.0, 60.0, 10.6}));
     for (int i = 0; i < 180; ++i) EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
-    return state_of(world, falling).pose.translation.z();
+    return world.state(falling).pose.translation.z();
 }
 
 TEST(CollisionFilter, NeedsTheConsentOfBothBodies) {
@@ -337,7 +333,7 @@ TEST(MayCollide, ThatThrowsIsCountedAndTheBodiesCollide) {
     add(world, {.shape = Box{}}, at({60.0, 60.0, 5.5}));
     const BodyId upper = add(world, {.shape = Box{}}, at({60.0, 60.0, 6.5}));
     for (int i = 0; i < 10; ++i) EXPECT_EQ(world.step(ground, kStep).failed_callbacks, 1u);
-    EXPECT_NEAR(state_of(world, upper).pose.translation.z(), 6.5, 0.01);
+    EXPECT_NEAR(world.state(upper).pose.translation.z(), 6.5, 0.01);
 }
 
 TEST(MayCollide, MayAnswerWhateverItWants) {
@@ -385,14 +381,14 @@ TEST(Sensor, TellsWhenABodyEntersStaysAndLeavesAndDoesNotTouchIt) {
     for (int i = 0; i < 120; ++i) {
         world.step(ground, kStep);
         const std::string phases = sensor_phases(world);
-        const double distance = std::abs(state_of(world, body).pose.translation.x() - 60.0);
+        const double distance = std::abs(world.state(body).pose.translation.x() - 60.0);
         if (std::abs(distance - 2.5) > 1e-9) {
             EXPECT_EQ(phases == "began " || phases == "stayed ", distance < 2.5) << distance;
         }
         if (!phases.empty() && phases != "stayed ") story += phases;
     }
     EXPECT_EQ(story, "began ended ");
-    EXPECT_EQ(state_of(world, body).velocity, Eigen::Vector3d(6.0, 0.0, 0.0));
+    EXPECT_EQ(world.state(body).velocity, Eigen::Vector3d(6.0, 0.0, 0.0));
 }
 
 TEST(Sensor, OfASleepingBodyIsSilentAndEndsWhenTheSensorIsRemoved) {
@@ -403,7 +399,7 @@ TEST(Sensor, OfASleepingBodyIsSilentAndEndsWhenTheSensorIsRemoved) {
     world.step(ground, kStep);
     EXPECT_EQ(sensor_phases(world), "began ");
     for (int i = 0; i < 120; ++i) world.step(ground, kStep);
-    ASSERT_EQ(state_of(world, body).condition, BodyCondition::asleep);
+    ASSERT_EQ(world.state(body).condition, BodyCondition::asleep);
     world.step(ground, kStep);
     EXPECT_EQ(sensor_phases(world), "");
     ASSERT_TRUE(world.remove(sensor));
@@ -426,7 +422,7 @@ TEST(Sensor, ThatMovesOverASleeperTellsSoAndLetsItSleep) {
         EXPECT_EQ(world.step(ground, kStep).kinematic_in_ground, 0u);
         const std::string phases = sensor_phases(world);
         if (phases != "stayed ") story += phases;
-        ASSERT_EQ(state_of(world, body).condition, BodyCondition::asleep);
+        ASSERT_EQ(world.state(body).condition, BodyCondition::asleep);
     }
     EXPECT_EQ(story, "began ended ");
 }

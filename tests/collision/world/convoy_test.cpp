@@ -203,8 +203,7 @@ private:
 };
 
 void drive_rounds(std::shared_ptr<const HeightSource> source) {
-    const char* const asked = std::getenv("TERRANE_CONVOY_SECONDS");
-    const double seconds = asked == nullptr ? 10.0 : std::atof(asked);
+    const double seconds = test::number_from("TERRANE_CONVOY_SECONDS", 10.0);
     Convoy convoy(std::move(source));
     std::uint64_t parked = 0, awake = 0;
     double lost = 0.0, lived = 0.0, deepest = 0.0;

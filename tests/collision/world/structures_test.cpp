@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -32,10 +31,7 @@ constexpr double kFloor = 5.0;  // height of make_flat()
 constexpr double kX = 64.0, kY = 64.0;
 
 /// How long structures must stand, seconds.
-double standing_time() {
-    const char* const asked = std::getenv("TERRANE_STANDING_SECONDS");
-    return asked == nullptr ? 10.0 : std::atof(asked);
-}
+double standing_time() { return test::number_from("TERRANE_STANDING_SECONDS", 10.0); }
 
 /// A world whose bodies must stay in place.
 class Structure {
@@ -175,8 +171,7 @@ TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
     stem.body_from_part.translation = {0.0, 0.0, -0.5};
     const Compound tee =
         Compound::create(std::vector<CompoundPart>{{Box{{0.5, 0.1, 0.1}}, {}}, stem}).value();
-    const char* const asked = std::getenv("TERRANE_SPIN_SECONDS");
-    const double seconds = asked == nullptr ? 120.0 : std::atof(asked);
+    const double seconds = test::number_from("TERRANE_SPIN_SECONDS", 120.0);
     World world = World::create({.gravity = Eigen::Vector3d::Zero(), .allow_sleep = false}).value();
     BodyState state = at({kX, kY, 50.0});
     state.angular_velocity = {6.0, 0.01, 0.02};  // nearly about the intermediate principal axis
@@ -333,12 +328,10 @@ struct Trial {
 // a long test can be split.
 TEST(NobodyFalls, HoweverManyStepsAreTaken) {
     constexpr double kSeconds = 10.0;
-    const char* asked = std::getenv("TERRANE_BODY_STEPS");
-    const double most = asked == nullptr ? 1e5 : std::atof(asked);
+    const double most = test::number_from("TERRANE_BODY_STEPS", 1e5);
     const std::vector<NamedGround> grounds = make_grounds();
     double steps = 0.0, lived = 0.0, lost = 0.0, shown = 0.0;
-    const char* first = std::getenv("TERRANE_FIRST_RUN");
-    std::uint64_t number = first == nullptr ? 0 : std::strtoull(first, nullptr, 10);
+    auto number = test::number_from<std::uint64_t>("TERRANE_FIRST_RUN", 0);
     std::uint64_t too_deep = 0, parked = 0;
     for (; steps < most; ++number) {
         Trial run(number, grounds.size());

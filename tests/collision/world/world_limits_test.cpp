@@ -238,10 +238,16 @@ TEST(WorldIds, OfBodiesThatWereRemovedAreRefusedByEveryFunction) {
     const Ground ground = make_flat();
     const BodyId beyond{70, 0};
     for (const bool is_slot_used_again : {false, true}) {
-        const BodyId next = is_slot_used_again ? add(world) : BodyId{};
+        const BodyId next = is_slot_used_again ? add(world, {.mass = 7.0}) : BodyId{};
+        if (is_slot_used_again) {
+            ASSERT_EQ(next.index, old.index);
+            EXPECT_EQ(world.state(next).condition, BodyCondition::awake);
+            EXPECT_EQ(world.settings(next).mass, 7.0);
+        }
         for (const BodyId id : {old, BodyId{}, beyond}) {
             const std::uint64_t hash = world.state_hash();
             EXPECT_FALSE(world.contains(id));
+            EXPECT_EQ(world.state(id).condition, BodyCondition::removed);
             const Eigen::Vector3d v = Eigen::Vector3d::UnitX();
             std::vector<Result<void>> answers{world.remove(id),
                                               world.change(id, {}),

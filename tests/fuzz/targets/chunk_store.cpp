@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Baked terrains. The first byte chooses: changes to the content of a chunk, to the directory of a store (with hashes
-// that are right), or to the whole file (support/patches.h).
+// that are right), or to the whole file (support/input.h).
 #include "store_format.h"
 #include "support/input.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files of rasters. The first byte chooses: changes to a GeoTIFF (support/patches.h), or any bytes.
+// Files of rasters. The first byte chooses: changes to a GeoTIFF (support/input.h), or any bytes.
 #include "support/input.h"
 #include "support/raster_probe.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `.vdb` files: changes to the bytes of a real one (support/patches.h).
+// `.vdb` files: changes to the bytes of a real one (support/input.h).
 #include "support/input.h"
 
 #include <terrane/volume/volumes.h>

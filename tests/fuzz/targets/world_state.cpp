@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Saved worlds: changes to the bytes of a real one (support/patches.h), with a checksum that is right. What is loaded
+// Saved worlds: changes to the bytes of a real one (support/input.h), with a checksum that is right. What is loaded
 // is stepped, saved and loaded again.
 #include "support/grounds.h"
 #include "support/input.h"

@@ -209,7 +209,7 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
     const Ground alone = world.ground();
     for (const int workers : {0, 2}) {
         Pager pager = Pager::create(world.source, {.worker_count = workers}).value();
-        RequiredRegion ticket = pager.require({-60, -60, 60, 60}, 0.0);
+        RequiredRegion required = pager.require({-60, -60, 60, 60}, 0.0);
         Random random(6);
         for (int frame = 0; frame < 40; ++frame) {
             SCOPED_TRACE(testing::Message() << workers << " workers, seed 6, frame " << frame);
@@ -217,7 +217,7 @@ TEST(Ground, AnswersTheSameWhileACameraFliesAndWhateverIsDrawn) {
             const CameraNeed camera{.view = look_at(eye, {0, 0, 0}, 1.0, 640, 360).value()};
             pager.update({&camera, 1}, {}, 0.02 * frame);
             if (frame == 0) pager.finish();
-            ASSERT_TRUE(ticket.is_ready());
+            ASSERT_TRUE(required.is_ready());
             const Ground ground = pager.ground();
             for (int i = 0; i < 20; ++i) {
                 const double x = random.between(-60, 60), y = random.between(-60, 60);

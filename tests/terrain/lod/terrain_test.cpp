@@ -57,6 +57,8 @@ TEST(Terrain, GivesTheFramesOfItsPartsWithTheirFeedbackOfThresholds) {
                   0);
         ASSERT_EQ(frame.ground.height(10.0 * i, 0.0).height,
                   pager.ground().height(10.0 * i, 0.0).height);
+        ASSERT_EQ(terrain.pager().stats().loaded, pager.stats().loaded)
+            << "without feedback it loads more";
         triangles += mesh.triangle_count;
     }
     EXPECT_GT(triangles, 20u * 1000u) << "the frames were drawn";

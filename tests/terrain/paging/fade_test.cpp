@@ -446,9 +446,9 @@ TEST(Fade, IsSkippedForGroundAndCounted) {
     const std::vector<CameraNeed> cameras{camera_at({0, 0, 300}, {500, 300, 0}, 0.05)};
     for (int i = 0; i < 3; ++i) pager.update(cameras, {}, 0.01 * i);
     EXPECT_EQ(pager.stats().hard_evictions, 0u);
-    RequiredRegion ticket = pager.require({-900, -900, -400, -400}, 0.0);
+    RequiredRegion required = pager.require({-900, -900, -400, -400}, 0.0);
     pager.update(cameras, {}, 0.03);
-    EXPECT_TRUE(ticket.is_ready());
+    EXPECT_TRUE(required.is_ready());
     EXPECT_GT(pager.stats().hard_evictions, 0u);
     EXPECT_LE(pager.stats().peak_bytes, ceiling);
 }
@@ -508,9 +508,9 @@ TEST(Fade, EvictsNoMoreWhileBytesAreAboutToBeReleased) {
     const Set held = pager.resident();
     const std::size_t count = held->chunks().size();
     const std::uint64_t evicted = pager.stats().evicted;
-    RequiredRegion ticket = pager.require({-900, -900, -899, -899}, 0.0);
+    RequiredRegion required = pager.require({-900, -900, -899, -899}, 0.0);
     for (int i = 0; i < 3; ++i) pager.update(here, {}, 0.1 + 0.01 * i);
-    EXPECT_FALSE(ticket.is_ready());
+    EXPECT_FALSE(required.is_ready());
     EXPECT_LE(pager.stats().evicted - evicted, 4u);
     EXPECT_GE(pager.resident()->chunks().size(), count - 4);
     EXPECT_LE(pager.stats().peak_bytes, ceiling);

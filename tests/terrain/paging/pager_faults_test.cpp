@@ -150,17 +150,17 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
         const auto source = std::make_shared<FaultyHeights>(
             ground, std::vector<FaultRule>{{.fault = Fault::exception}});
         Pager pager = Pager::create(source, {.worker_count = workers}).value();
-        RequiredRegion ticket = pager.require({10, 10, 20, 20}, 1.0);
+        RequiredRegion required = pager.require({10, 10, 20, 20}, 1.0);
         play(pager, 0.0);
         EXPECT_EQ(pager.stats().resident_chunks, 0u);
         EXPECT_GE(pager.stats().failed, 4u);
         EXPECT_EQ(pager.stats().resident_bytes, 0u);
-        EXPECT_EQ(ticket.state(), RegionState::failing);
+        EXPECT_EQ(required.state(), RegionState::failing);
         EXPECT_EQ(draw(pager, *ground).status, MeshStatus::not_resident);
         source->set_plan({});
         play(pager, 0.2);
         play(pager, 20.0);
-        EXPECT_TRUE(ticket.is_ready());
+        EXPECT_TRUE(required.is_ready());
         expect_all_there(pager, *ground);
     }
 }

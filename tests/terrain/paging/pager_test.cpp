@@ -170,19 +170,19 @@ TEST(Pager, LoadsARequiredRegionAtContactLevelAndKeepsIt) {
         Pager::create(hills(), {.memory_bytes = 30 * Chunk::max_bytes(), .worker_count = 0})
             .value();
     const WorldRect region{-200.0, 100.0, -100.0, 250.0};
-    RequiredRegion ticket = pager.require(region, 1.0);
-    EXPECT_FALSE(ticket.is_ready());
+    RequiredRegion required = pager.require(region, 1.0);
+    EXPECT_FALSE(required.is_ready());
     pager.update({}, {}, 0.0);
-    EXPECT_TRUE(ticket.is_ready());
+    EXPECT_TRUE(required.is_ready());
     // cameras elsewhere with more needs than fit do not evict it
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
         pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},
                      0.1 * frame);
-        ASSERT_TRUE(ticket.is_ready());
+        ASSERT_TRUE(required.is_ready());
     }
-    ticket.release();
-    EXPECT_FALSE(ticket.is_ready());
+    required = RequiredRegion();  // as its destructor
+    EXPECT_FALSE(required.is_ready());
     for (int frame = 0; frame < 30; ++frame) {
         const WorldPos eye(1000.0 - 20.0 * frame, -1000.0, 30.0);
         pager.update(std::vector<CameraNeed>{camera_at(eye, eye + WorldPos(30, -30, -3))}, {},

@@ -357,12 +357,12 @@ TEST(RootWindow, FollowsABodyAndThenARegion) {
         ASSERT_EQ(solid.height(x + 20.0 * kSide, 5.0).status, GroundStatus::not_resident)
             << "ground that is there, and not loaded";
     }
-    RequiredRegion ticket = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
+    RequiredRegion required = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
     const std::array body{BodyNeed{.centre_world = {0.0, 0.0, 0.0}, .radius = 1.0}};
     pager.update({}, body, time_s += 0.1);
-    EXPECT_EQ(ticket.state(), RegionState::loading) << "it is not in the body's window";
+    EXPECT_EQ(required.state(), RegionState::loading) << "it is not in the body's window";
     pager.update({}, {}, time_s += 0.1);
-    EXPECT_TRUE(ticket.is_ready());
+    EXPECT_TRUE(required.is_ready());
 }
 
 TEST(RootWindow, StaysUnderTheCeilingWhileItMoves) {

@@ -12,7 +12,7 @@
 //         through. This shape counts queries that reach absent ground, and calls on_absent.
 // Edges:  with triangles alone, Bullet produces ghost contacts at inner edges, as for its own height field.
 //         bullet_contacts.h replaces the contacts of spheres, capsules and boxes by Terrane's, which have none.
-// Volumes: triangles of the joined surface replace those of the heightfield: see terrane/terrain/solid_surface.h.
+// Volumes: the shape contains the joined surface's triangles in place of the heightfield's (SolidSurface).
 //
 // Threads: set_ground() and set_origin() between steps; Bullet may query from any number of threads.
 

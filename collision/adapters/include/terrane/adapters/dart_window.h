@@ -14,7 +14,7 @@
 // Units: metres. Frame: the world's axes (z up), translated by DartWindowSettings::origin_world. DART's rows run south
 // from the north-western sample, columns east; the shape's origin is the centre of the rectangle.
 // Heights: relative to the window's lowest ground, at which the shape's frame is placed; float rounds them to 2^-24 of
-// the window's range. The spacing is that of the ground's contact level.
+// the window's range. The spacing equals the ground's contact spacing.
 // Surface: the engines split every cell along the same diagonal, Terrane along alternating diagonals. The surfaces
 // differ by at most half of a cell's twist (DartWindowUpdate::surface_error_m). The shape has no thickness: a body that
 // moves by more than its size in a step can tunnel through it.

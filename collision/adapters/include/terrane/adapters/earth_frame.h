@@ -5,10 +5,10 @@
 // through latitude 0, longitude 0; z through the north pole; metres. The earth is an ellipsoid of revolution, WGS84 by
 // default; a sphere if the semi-axes are equal.
 //
-// Two mappings between the ellipsoid and the planar world: tangent_plane the world is east, north, up at the origin,
-//   Cartesian. Lengths and angles are true; ground that follows the earth must be modelled with its curvature (785 m
-//   below the plane at 100 km). plate_carree x and y are longitude and latitude times a constant, z the height above
-//   the ellipsoid: Terrane's mapping of a raster in degrees. Heights are those of the raster everywhere; eastward
+// Two mappings between the ellipsoid and the planar world. tangent_plane: the world's axes are east, north and up at
+//   the origin. Lengths and angles are true; ground that follows the earth must be modelled with its curvature (785 m
+//   below the plane at 100 km). plate_carree: x and y are longitude and latitude times a constant, z is the height
+//   above the ellipsoid: Terrane's mapping of a raster in degrees. Heights equal the raster's everywhere; eastward
 //   lengths are true only at the origin's latitude. Slopes are converted with the true lengths.
 //
 // Uses the C library's sine and cosine, so answers may differ in the last bits between machines.

@@ -144,9 +144,9 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 
 }  // namespace internal
 
-/// Visits the triangles of the contact surface that may touch a box: those of cells whose heights overlap it, except
-/// triangles whose plane lies below the whole box. Triangles of the joined solid take the place of those that volumes
-/// replace. Absent ground is not visited, but reported if it may reach into the box.
+/// Visits the triangles of the contact surface that may touch a box. A cell's triangles are visited if its heights
+/// overlap the box and the triangle's plane does not pass below the whole box. Where volumes replace heightfield
+/// triangles, the joined solid's triangles are visited. Absent ground is reported if it may reach into the box.
 ///
 /// @param box_world    metres
 /// @param origin_world subtracted from every corner in double

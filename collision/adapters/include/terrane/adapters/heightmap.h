@@ -7,7 +7,7 @@
 // Units: metres. Frame: the world's axes (x east, y north, z up); sdf_model() subtracts an origin.
 // Layout: row by row from the north-west, as images are; samples lie on points of the source's lattice, and the square
 // spans (side - 1) * spacing from the first to the last.
-// Heights: those of HeightSource::sample(). In the image, 0 is the lowest height and 65535 the highest, so that
+// Heights: from HeightSource::sample(). In the image, 0 is the lowest height and 65535 the highest, so that
 // Gazebo's scale (size z over the brightest pixel) is exact; quantisation_error() bounds the rounding. Flat ground is
 // all 0. Simulators choose cell diagonals by their own rules, so between samples their surface differs from the contact
 // surface by up to half of a cell's twist. Volumes are not included: only the heightfield is exported.

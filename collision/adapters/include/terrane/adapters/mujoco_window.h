@@ -10,8 +10,8 @@
 //     <worldbody> <body name="ground" mocap="true"> <geom type="hfield" hfield="ground"/> </body> ...
 //
 // Units: metres. Frame: the world's axes (z up), translated by MujocoWindowSettings::origin_world. Rows run north and
-// columns east from the south-western sample, as in Terrane; the spacing 2 size[0] / (ncol - 1) must be that of the
-// ground's contact level.
+// columns east from the south-western sample, as in Terrane; the spacing 2 size[0] / (ncol - 1) must equal the ground's
+// contact spacing.
 // Heights: in MuJoCo, hfield_data in [0, 1] times size[2], above the geom. 0 is the window's lowest ground, at which
 // the mocap body is placed; float rounds heights by size[2] 2^-25. A window whose heights span more than size[2] is
 // rejected. size[3] is the thickness of the solid below the geom. MuJoCo pushes out bodies inside a prism but not below
