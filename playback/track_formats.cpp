@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Tracks as lines of numbers: CSV and TUM.
+// Reads track files: CSV, TUM, GPX and IGC.
 #include "track_formats.h"
 
 #include <terrane/base/text.h>
@@ -18,6 +18,9 @@
 #include <utility>
 
 namespace terrane::internal {
+
+// Tracks as lines of numbers: CSV and TUM.
+
 namespace {
 
 std::vector<std::string_view> split(std::string_view line, std::string_view separators,

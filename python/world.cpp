@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// World: adding bodies, and methods of a single body.
+// The binding of World.
 #include "bodies.h"
 #include "conversions.h"
 #include "terrain.h"
@@ -11,6 +11,9 @@
 #include <vector>
 
 namespace terrane::python {
+
+// Adding bodies, and methods of a single body.
+
 namespace {
 
 constexpr std::array<std::pair<const char*, BodyType>, 3> kTypes{
@@ -173,7 +176,7 @@ Raises ValueError for what is out of range or not finite.)")
             py::arg("body"), "Wakes a body and those that it sleeps with.");
 }
 
-// World: batches of rays, and the contact events of a step.
+// Batches of rays, and the contact events of a step.
 
 namespace {
 

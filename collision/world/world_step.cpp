@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Sleeping and waking of islands.
+// A step of the world: sleep, drives, islands.
 #include "world/solver/body_checks.h"
 #include "world/solver/body_step.h"
 #include "world/world_state.h"
@@ -10,6 +10,9 @@
 #include <exception>
 
 namespace terrane {
+
+// Sleeping and waking of islands.
+
 namespace {
 
 constexpr double kSleepSpeed = 0.03;  // metres per second, of the fastest point

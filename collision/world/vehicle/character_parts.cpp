@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Contacts of a character, and its moves onto steps.
+// Characters: contacts, steps, drive.
 #include "world/vehicle/character_parts.h"
 
 #include "world/solver/body_checks.h"
@@ -13,6 +13,9 @@
 #include <cmath>
 
 namespace terrane::internal {
+
+// Contacts of a character, and its moves onto steps.
+
 namespace {
 
 /// Largest gap of supporting contacts beyond the rest gap, in tolerances.
