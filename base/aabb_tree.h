@@ -79,13 +79,13 @@ void refit_aabb_tree(std::span<const Aabb> bounds, std::span<AabbNode> nodes);
 /// Visits the items whose box and all enclosing boxes satisfy `wants`, in the order of the tree, without a stack.
 ///
 /// @param wants bool(const Aabb&)
-/// @param take  void(std::uint32_t item)
-template <class Wants, class Take>
-void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Take& take) {
+/// @param visitor  void(std::uint32_t item)
+template <class Wants, class Visitor>
+void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Visitor& visitor) {
     for (std::size_t i = 0; i < tree.size();) {
         const AabbNode& node = tree[i];
         const bool is_wanted = wants(node.bounds);
-        if (is_wanted && node.item != AabbNode::kInner) take(node.item);
+        if (is_wanted && node.item != AabbNode::kInner) visitor(node.item);
         i = is_wanted ? i + 1 : node.end;
     }
 }

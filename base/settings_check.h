@@ -19,7 +19,7 @@ Result<void> check_range(const char* name, Number value, Number least, Number mo
 
 /// Checks the octave settings of both fractals.
 inline Result<void> check_octaves(int octave_count, double gain) {
-    if (auto ok = check_range("octave_count", octave_count, 1, 24); !ok) return ok;
+    TERRANE_TRY(check_range("octave_count", octave_count, 1, 24));
     if (gain > 0.0 && gain <= 1.0) return {};
     return fail(ErrorCode::invalid_argument,
                 "gain must be above 0 and at most 1, got " + number_text(gain));

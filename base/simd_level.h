@@ -9,6 +9,11 @@ namespace terrane::internal {
 /// A kernel is one source, compiled once per level under a name of its own. Such a source contains only functions with
 /// internal linkage and includes no header with inline functions: the linker could otherwise choose a copy with wide
 /// instructions for the whole program.
+///
+/// Kernels use the compilers' vector types, not Highway. Measured on the key kernels with its version 1.0.3 and g++ 12:
+/// the same bits, but 4 to 22 times the time for `count` with AVX2, and 2.4 to 2.7 times for `trim_centres` with
+/// AVX-512; no SSE2; vectors that cannot share a function with scalars. The compilers' types compile for NEON as they
+/// are.
 enum class SimdLevel { baseline, avx2, avx512 };
 
 /// The highest level that this machine supports. The first call queries the processor.

@@ -10,8 +10,8 @@
 namespace terrane::internal {
 namespace {
 
-// Least ratio of height to longest edge. Below it the computed normal is rounding error, and the edges are as near as
-// the interior.
+// Least ratio of height to longest edge. In a flatter triangle the computed normal is only rounding error; no interior
+// point is then noticeably nearer than the edges, so only these are tested.
 constexpr double kLeastShape = 1e-9;
 // Rounding error of the normal and of the side tests, relative to the distance of a corner, at a ratio of 1.
 constexpr double kRounding = 0x1p-49;

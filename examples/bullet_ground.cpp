@@ -6,7 +6,7 @@
 #include <terrane/adapters/bullet_contacts.h>
 #include <terrane/adapters/bullet_ground.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <btBulletDynamicsCommon.h>
 
@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
 
     // Bullet's world, with Terrane's contacts registered at its dispatcher.
     btDefaultCollisionConfiguration configuration;
@@ -31,10 +31,8 @@ int main(int argc, char** argv) {
     world.setGravity(btVector3(0, 0, btScalar(-9.81)));
 
     // Before anything stands on it, load the ground around the start, which is the origin of Bullet's frame.
-    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();
-    const Ground first = pager.ground();
+    RequiredRegion start = terrain.require({-60, -60, 60, 60}, 0.0);
+    const Ground first = terrain.load({}, {}, 0.0).ground;
     const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
     adapters::BulletGround ground({.origin_world = origin});
     ground.set_ground(first);
@@ -75,8 +73,7 @@ int main(int argc, char** argv) {
     const double dt = 1.0 / 60.0;
     for (int frame = 0; frame < 300; ++frame) {
         // 1. What the bodies need. 2. The newest ground. 3. Bodies whose ground is absent are held. 4. The step.
-        pager.update({}, keeper.needs(world, ground), frame * dt);
-        ground.set_ground(pager.ground());
+        ground.set_ground(terrain.update({}, keeper.needs(world, ground), frame * dt).ground);
         keeper.hold(world, ground, dt);
         for (int wheel = 0; wheel < 4; ++wheel) vehicle.applyEngineForce(1000, wheel);
         world.stepSimulation(btScalar(dt), 0);

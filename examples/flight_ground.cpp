@@ -6,7 +6,7 @@
 #include <terrane/adapters/jsbsim_ground.h>
 #include <terrane/adapters/terrain_probe.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7, .finest_spacing_log2 = 3}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
     const double degree = std::numbers::pi / 180.0;
     adapters::JsbsimGroundSettings settings;
     settings.earth = {.latitude = 47.0 * degree,
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
 
     double lowest_ft = 1e9, largest_difference = 0.0;
     for (int step = 0; step < 200; ++step) {
-        // Where the aircraft is on the earth, and so in the world, for the pager.
+        // Where the aircraft is on the earth, and so in the world, where it needs ground.
         const double angle = 2.0 * std::numbers::pi * step / 200.0;
         const Eigen::Vector3d p_earth =
             ground.earth().earth_from_geodetic({(47.0 + 0.05 * std::sin(angle)) * degree,
@@ -38,8 +38,7 @@ int main(int argc, char** argv) {
         const WorldPos on_ground(p_world.x(), p_world.y(),
                                  source->height(p_world.x(), p_world.y()));
         const BodyNeed need{.centre_world = on_ground, .radius = 50.0};
-        pager.update({}, {&need, 1}, step * 0.5);
-        const Ground now = pager.ground();
+        const Ground& now = terrain.update({}, {&need, 1}, step * 0.5).ground;
         ground.set_ground(now);
         probe.set_ground(now);
         probe.set_origin(WorldPos(p_world.x(), p_world.y(), 0.0));

@@ -2,8 +2,7 @@
 // Ground from a function: with a bound of its slope everything is certified, without one nothing is.
 #include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/function_heights.h>
-#include <terrane/terrain/ground.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <cmath>
 #include <cstdio>
@@ -19,11 +18,9 @@ double volcano(double x, double y) {
 }
 
 void print_height(std::shared_ptr<const HeightSource> source, double x, double y) {
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const RequiredRegion region = pager.require({x - 10.0, y - 10.0, x + 10.0, y + 10.0}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();
-    const HeightAnswer answer = pager.ground().height(x, y);
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
+    const RequiredRegion region = terrain.require({x - 10.0, y - 10.0, x + 10.0, y + 10.0}, 0.0);
+    const HeightAnswer answer = terrain.load({}, {}, 0.0).ground.height(x, y);
     std::printf("%.2f m, within %.2f m\n", answer.height, answer.error_m);
 }
 

@@ -2,8 +2,7 @@
 // What of a TerrainMesh goes to a GPU, and when. The device here is a few arrays; its vertex shader is
 // a function that reads nothing else, and is compared with the mesh itself.
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/terrain.h>
 
 #include <algorithm>
 #include <cmath>
@@ -156,18 +155,17 @@ double largest_error(const TerrainMesh& mesh, const Device& device, const WorldP
 
 int main() {
     const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 50'000}).value();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0},
+                                               .meshes = {.triangle_budget = 50'000}})
+                          .value();
     Uploader uploader(source->lattice());
     double largest = 0.0;
     std::size_t triangles = 0;
-    CameraNeed camera;
-    for (int frame = 0; frame < 60; ++frame) {
-        const WorldPos eye(0.3, 20.7 * frame, 900.1);
-        camera.view = look_at(eye, eye + Eigen::Vector3d(0, 4000, -700), 1.0, 1280, 720).value();
-        pager.update({&camera, 1}, {}, frame / 60.0);
-        const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view);
-        camera.threshold_px = mesh.threshold_px;
+    for (int i = 0; i < 60; ++i) {
+        const WorldPos eye(0.3, 20.7 * i, 900.1);
+        const View view =
+            look_at(eye, eye + Eigen::Vector3d(0, 4000, -700), 1.0, 1280, 720).value();
+        const TerrainMesh& mesh = terrain.update({{.view = view}}, {}, i / 60.0).meshes[0];
         if (mesh.triangle_count == 0) continue;  // the roots have not arrived
         uploader.upload(mesh, eye);
         largest = std::max(largest, largest_error(mesh, uploader.device(), eye));

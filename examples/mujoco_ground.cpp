@@ -4,24 +4,22 @@
 
 #include <terrane/adapters/mujoco_window.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <mujoco/mujoco.h>
 
 #include <cstdio>
 #include <fstream>
+#include <span>
 #include <string>
-#include <vector>
 
 int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();
-    const Ground first = pager.ground();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
+    RequiredRegion start = terrain.require({-60, -60, 60, 60}, 0.0);
+    const Ground first = terrain.load({}, {}, 0.0).ground;
     const WorldPos origin(0.0, 0.0, first.height(0.0, 0.0).height);
 
     // The model: the hfield on a mocap body, 128 x 128 cells, and balls above the ground.
@@ -53,18 +51,11 @@ int main(int argc, char** argv) {
     start.release();
 
     int held = 0, uploads = 0;
-    std::vector<Aabb> boxes;
-    std::vector<BodyNeed> needs;
     for (int step = 0; step < 2000; ++step) {
         // 1. What the bodies need. 2. The newest ground, and the window around the bodies. 3. The step.
-        Window::find_body_boxes(*model, *data, boxes);
-        needs.clear();
-        for (const Aabb& box : boxes) {
-            needs.push_back({.centre_world = origin + 0.5 * (box.low + box.high), .radius = 0.4});
-        }
-        pager.update({}, needs, data->time);
-        const Ground now = pager.ground();
-        const adapters::MujocoWindowUpdate update = window.update(*model, *data, now, boxes);
+        const std::span<const BodyNeed> needs = window.needs(*model, *data);
+        const Ground& now = terrain.update({}, needs, data->time).ground;
+        const adapters::MujocoWindowUpdate update = window.update(*model, *data, now);
         if (update.has_changed) ++uploads;  // mjr_uploadHField(model, context, window.hfield_id())
         if (update.status != adapters::MujocoWindowStatus::ok || update.unsupported_boxes > 0) {
             ++held;  // the simulation waits for its ground
@@ -72,22 +63,22 @@ int main(int argc, char** argv) {
         }
         mj_step(model, data);
         for (const std::size_t i : {0u, 3u, 6u}) {
-            const WorldPos p = origin + 0.5 * (boxes[i].low + boxes[i].high);
+            const WorldPos& p = needs[i].centre_world;
             trace.add("ball " + std::to_string(i), data->time, p, now.height(p.x(), p.y()).height);
         }
     }
 
     int below = 0;
-    const Ground last = pager.ground();
-    Window::find_body_boxes(*model, *data, boxes);
-    for (const Aabb& box : boxes) {
-        const WorldPos p = origin + 0.5 * (box.low + box.high);
+    const Ground& last = terrain.frame().ground;
+    const std::span<const BodyNeed> balls = window.needs(*model, *data);
+    for (const BodyNeed& ball : balls) {
+        const WorldPos& p = ball.centre_world;
         if (p.z() < last.height(p.x(), p.y()).height) ++below;
     }
     std::printf(
         "%zu balls after %.2f s; the window was written %d times; %d steps waited, %d balls below "
         "the ground\n",
-        boxes.size(), data->time, uploads, held, below);
+        balls.size(), data->time, uploads, held, below);
     mj_deleteData(data);
     mj_deleteModel(model);
     return below == 0 && held == 0 ? 0 : 1;

@@ -4,7 +4,7 @@
 
 #include <terrane/adapters/ode_ground.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <ode/ode.h>
 
@@ -40,11 +40,9 @@ int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    RequiredRegion start = pager.require({-60, -60, 60, 60}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();
-    const Ground first = pager.ground();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
+    RequiredRegion start = terrain.require({-60, -60, 60, 60}, 0.0);
+    const Ground first = terrain.load({}, {}, 0.0).ground;
 
     dInitODE2(0);
     dAllocateODEDataForThread(dAllocateFlagCollisionData);
@@ -74,8 +72,7 @@ int main(int argc, char** argv) {
     const double dt = 1.0 / 60.0;
     for (int frame = 0; frame < 300; ++frame) {
         // 1. What the bodies need. 2. The newest ground, which releases held bodies. 3. Contacts. 4. The step.
-        pager.update({}, ground->needs(), frame * dt);
-        ground->update(pager.ground(), dt);
+        ground->update(terrain.update({}, ground->needs(), frame * dt).ground, dt);
         dSpaceCollide2(ground->geom(), reinterpret_cast<dGeomID>(space), &simulation,
                        &near_callback);
         dSpaceCollide(space, &simulation, &near_callback);

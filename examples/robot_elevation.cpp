@@ -5,7 +5,7 @@
 
 #include <terrane/adapters/elevation_map.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7, .finest_spacing_log2 = -2}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
     adapters::ElevationMap map =
         adapters::ElevationMap::create({.length_x = 6.0, .length_y = 6.0, .resolution = 0.1})
             .value();
@@ -23,8 +23,8 @@ int main(int argc, char** argv) {
     for (int step = 0; step < 300; ++step) {
         const double x = 0.02 * step, y = 0.01 * step;
         const BodyNeed need{.centre_world = {x, y, source->height(x, y)}, .radius = 6.0};
-        pager.update({}, {&need, 1}, step * 0.02);
-        const adapters::ElevationMapUpdate update = map.update(pager.ground(), x, y);
+        const Frame& frame = terrain.update({}, {&need, 1}, step * 0.02);
+        const adapters::ElevationMapUpdate update = map.update(frame.ground, x, y);
         read += update.read_cells;
         absent += update.absent_cells;
         const auto [lowest, highest] = std::minmax_element(map.layer().begin(), map.layer().end());

@@ -45,9 +45,8 @@ int main() {
     const BodyId truck = world.add_vehicle(make_truck(), above_ground(0, 0, 1.5)).value();
     if (!world.set_controls(truck, VehicleControls{.throttle = 0.3})) return 1;  // of no vehicle
     for (int i = 0; i < 10; ++i) {
-        BodyState state;
-        state.pose = above_ground(20 + 3 * i, 0, 5);
-        world.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, state).value();
+        const Pose above = above_ground(20 + 3 * i, 0, 5);
+        world.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, {.pose = above}).value();
     }
     start.release();  // from here on needs() keep the ground
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Wheels that ask for height, normal and friction below a point, as Project Chrono's tyres ask a ChTerrain. With Chrono
-// the two structs below are chrono::ChVector3d and chrono::vehicle::ChTerrain, and the rest stays.
+// the two types below are chrono::ChVector3d and chrono::vehicle::ChTerrain, and the rest stays.
 #include "motion_trace.h"
 
 #include <terrane/adapters/chrono_terrain.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <algorithm>
 #include <array>
@@ -15,9 +15,9 @@
 namespace {
 
 // What ChronoTerrain uses of Chrono.
-class Vector {
+class ChVector3d {
 public:
-    Vector(double x, double y, double z) : xyz_{x, y, z} {}
+    ChVector3d(double x, double y, double z) : xyz_{x, y, z} {}
     double x() const { return xyz_[0]; }
     double y() const { return xyz_[1]; }
     double z() const { return xyz_[2]; }
@@ -26,11 +26,11 @@ private:
     std::array<double, 3> xyz_;
 };
 // NOLINTBEGIN(readability-identifier-naming): Chrono's names
-struct Terrain {
-    virtual ~Terrain() = default;
-    virtual double GetHeight(const Vector& loc) const = 0;
-    virtual Vector GetNormal(const Vector& loc) const = 0;
-    virtual float GetCoefficientFriction(const Vector& loc) const = 0;
+struct ChTerrain {
+    virtual ~ChTerrain() = default;
+    virtual double GetHeight(const ChVector3d& loc) const = 0;
+    virtual ChVector3d GetNormal(const ChVector3d& loc) const = 0;
+    virtual float GetCoefficientFriction(const ChVector3d& loc) const = 0;
 };
 // NOLINTEND(readability-identifier-naming)
 
@@ -40,10 +40,10 @@ int main(int argc, char** argv) {
     using namespace terrane;
     MotionTrace trace(argc, argv);
     const auto source = FractalHeights::create({.seed = 7}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    adapters::ChronoTerrain<Terrain, Vector> terrain(
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
+    adapters::ChronoTerrain<ChTerrain, ChVector3d> chrono_terrain(
         adapters::TyreGround::create({.friction = 0.7f}).value());
-    const Terrain& as_chrono_sees_it = terrain;
+    const ChTerrain& as_chrono_sees_it = chrono_terrain;
 
     double x = 0.0, lowest = 1e9, highest = -1e9;
     const double dt = 0.01, speed = 20.0;
@@ -52,10 +52,9 @@ int main(int argc, char** argv) {
         const BodyNeed need{.centre_world = {x, 0.0, source->height(x, 0.0)},
                             .velocity = {speed, 0.0, 0.0},
                             .radius = 3.0};
-        pager.update({}, {&need, 1}, step * dt);
-        terrain.tyre_ground().set_ground(pager.ground());
+        chrono_terrain.tyre_ground().set_ground(terrain.update({}, {&need, 1}, step * dt).ground);
         for (const double wheel : {-1.5, 1.5}) {
-            const Vector below(x + wheel, 0.9, 1e4);
+            const ChVector3d below(x + wheel, 0.9, 1e4);
             const double height = as_chrono_sees_it.GetHeight(below);
             lowest = std::min(lowest, height);
             highest = std::max(highest, height);
@@ -64,9 +63,9 @@ int main(int argc, char** argv) {
         }
         x += speed * dt;
     }
-    const adapters::StatusCounter& counts = terrain.tyre_ground().counts();
+    const adapters::StatusCounter& counts = chrono_terrain.tyre_ground().counts();
     std::printf("%llu answers between %.2f and %.2f m, %llu without ground\n",
-                static_cast<unsigned long long>(counts.of(GroundStatus::ok)), lowest, highest,
+                static_cast<unsigned long long>(counts.of(QueryStatus::ok)), lowest, highest,
                 static_cast<unsigned long long>(counts.failed()));
     return counts.failed() == 0 && std::isfinite(lowest) ? 0 : 1;
 }

@@ -230,8 +230,8 @@ std::vector<Eigen::Vector2d> cheapest_section(const std::vector<Eigen::Vector2d>
 Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source,
                                                        const WorldRect& region, double length,
                                                        double turn_length) {
-    const double room = 0.94 * std::min(region.east - region.west, region.north - region.south);
-    const double side = std::min(room, std::max({1.2 * length, 8.0 * turn_length, kLeastSide}));
+    const double limit = 0.94 * std::min(region.east - region.west, region.north - region.south);
+    const double side = std::min(limit, std::max({1.2 * length, 8.0 * turn_length, kLeastSide}));
     Grid grid = place_grid(source, region, side);
     grid.value.resize(std::size_t{kNodes} * kNodes);
     for (int row = 0; row < kNodes; ++row) {
@@ -322,8 +322,8 @@ LegPlan make_orbit(const HeightSource& source, const PlanPlace& place, double sp
                    double duration) {
     constexpr double kLeast = 10.0;  // radius, metres
     const WorldRect& region = place.region;
-    const double room = 0.3 * std::min(region.east - region.west, region.north - region.south);
-    const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), room));
+    const double limit = 0.3 * std::min(region.east - region.west, region.north - region.south);
+    const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), limit));
     LegPlan plan;
     plan.duration = duration;
     plan.control.resize(control_count(duration));
@@ -349,10 +349,9 @@ Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region,
     plan.duration = duration;
     plan.has_lean = true;
     const double length = speed * kLegStep * static_cast<double>(control_count(duration));
-    const Result<std::vector<Vector2d>> route =
-        find_canyon_route(source, region, length, kTurnTime * speed);
-    if (!route) return tl::unexpected(route.error());
-    for (const Vector2d& p : resampled(*route, speed * kLegStep)) {
+    TERRANE_TRY(const std::vector<Vector2d> route,
+                find_canyon_route(source, region, length, kTurnTime * speed));
+    for (const Vector2d& p : resampled(route, speed * kLegStep)) {
         plan.control.emplace_back(p.x(), p.y(), 0.0);
     }
     return plan;
@@ -480,9 +479,8 @@ Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSo
     if (name == "teleports") return make_teleports(place.region, speed, duration);
     std::vector<LegPlan> legs;
     if (name == "canyon") {
-        Result<LegPlan> canyon = make_canyon(source, place.region, speed, duration);
-        if (!canyon) return tl::unexpected(canyon.error());
-        legs.push_back(std::move(*canyon));
+        TERRANE_TRY(LegPlan canyon, make_canyon(source, place.region, speed, duration));
+        legs.push_back(std::move(canyon));
     } else if (name == "orbit") {
         legs.push_back(make_orbit(source, place, speed, duration));
     } else if (name == "turns") {

@@ -43,9 +43,7 @@ Result<CameraLeg> CameraLeg::create(LegPlan plan, const HeightSource& source, do
     leg.target_world_ = plan.target_world;
     leg.turn_ = std::move(plan.turn);
     leg.plan_ = SmoothCurve(-kLegPad, kLegStep, std::move(plan.control));
-    if (const Result<void> fit = leg.fit_heights(source, altitude, 0.5 * altitude, speed); !fit) {
-        return tl::unexpected(fit.error());
-    }
+    TERRANE_TRY(leg.fit_heights(source, altitude, 0.5 * altitude, speed));
     leg.fit_orientation(std::clamp(3.0 * altitude / speed, 2.0, 6.0), plan.has_lean);
     return leg;
 }
@@ -65,8 +63,7 @@ Result<CameraLeg> CameraLeg::create(Track track, const HeightSource& source, dou
     leg.has_own_heights_ = !altitude;
     if (altitude || track.is_recorded) {
         const double clearance = altitude ? 0.5 * *altitude : kTrackClearance;
-        const Result<void> fit = leg.fit_heights(source, altitude.value_or(0.0), clearance, speed);
-        if (!fit) return tl::unexpected(fit.error());
+        TERRANE_TRY(leg.fit_heights(source, altitude.value_or(0.0), clearance, speed));
     }
     leg.fit_orientation(3.0, false);
     if (track.has_orientations) leg.orientations_ = std::move(track.points);

@@ -69,13 +69,11 @@ Result<void> check_place(const CameraPathSettings& settings) {
 }
 
 Result<void> check_settings(const CameraPathSettings& settings) {
-    if (auto ok = check_positive("speed", settings.speed); !ok) return ok;
-    if (auto ok = check_positive("altitude", settings.altitude); !ok) return ok;
-    if (auto ok = check_range("start", settings.start, 0.0, std::numeric_limits<double>::max());
-        !ok)
-        return ok;
-    if (auto ok = check_positive("seconds", settings.seconds); !ok) return ok;
-    if (auto ok = check_place(settings); !ok) return ok;
+    TERRANE_TRY(check_positive("speed", settings.speed));
+    TERRANE_TRY(check_positive("altitude", settings.altitude));
+    TERRANE_TRY(check_range("start", settings.start, 0.0, std::numeric_limits<double>::max()));
+    TERRANE_TRY(check_positive("seconds", settings.seconds));
+    TERRANE_TRY(check_place(settings));
     return settings.seconds
                ? check_range("seconds", *settings.seconds, 0.0, CameraPathSettings::kMostSeconds)
                : Result<void>{};
@@ -122,38 +120,36 @@ Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightS
         return fail(ErrorCode::invalid_argument,
                     "a path is " + built_in_list() + " or a track file, got " + built_in);
     }
-    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_settings(settings));
     const double speed =
         settings.speed.value_or(built_in == "spins" ? CameraPathSettings::kDefaultSpinSpeed
                                                     : CameraPathSettings::kDefaultSpeed);
     const double altitude = settings.altitude.value_or(CameraPathSettings::kDefaultAltitude);
     Legs path;
     path.duration = settings.seconds.value_or(CameraPathSettings::kDefaultSeconds);
-    Result<std::vector<internal::LegPlan>> plans = internal::plan_built_in(
-        built_in, source, {settings.region.value_or(source.extent()), settings.start_world}, speed,
-        path.duration);
-    if (!plans) return tl::unexpected(plans.error());
+    TERRANE_TRY(
+        std::vector<internal::LegPlan> plans,
+        internal::plan_built_in(built_in, source,
+                                {settings.region.value_or(source.extent()), settings.start_world},
+                                speed, path.duration));
     double time = 0.0;
-    for (internal::LegPlan& plan : *plans) {
+    for (internal::LegPlan& plan : plans) {
         if (time > 0.0) path.jumps.push_back(time);
         time += plan.duration;
-        Result<internal::CameraLeg> leg =
-            internal::CameraLeg::create(std::move(plan), source, altitude, speed);
-        if (!leg) return tl::unexpected(leg.error());
-        path.legs.push_back(std::move(*leg));
+        TERRANE_TRY(internal::CameraLeg leg,
+                    internal::CameraLeg::create(std::move(plan), source, altitude, speed));
+        path.legs.push_back(std::move(leg));
     }
     return CameraPath(std::make_shared<const Legs>(std::move(path)));
 }
 
 Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
                                       const CameraPathSettings& settings) {
-    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
-    if (auto ok = check(track); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_settings(settings));
+    TERRANE_TRY(track.validate());
     if (!track.has_times || settings.speed) {
         const double speed = settings.speed.value_or(CameraPathSettings::kDefaultSpeed);
-        if (const Result<void> timed = retime(track, speed); !timed) {
-            return tl::unexpected(timed.error());
-        }
+        TERRANE_TRY(retime(track, speed));
     }
     if (track.is_recorded) smooth_recorded(track);
     const double length = track.points.back().time;
@@ -172,10 +168,10 @@ Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
     }
     std::optional<double> altitude = settings.altitude;
     if (!altitude && !track.has_heights) altitude = CameraPathSettings::kDefaultAltitude;
-    Result<internal::CameraLeg> leg = internal::CameraLeg::create(
-        std::move(track), source, settings.start, path.duration, altitude);
-    if (!leg) return tl::unexpected(leg.error());
-    path.legs.push_back(std::move(*leg));
+    TERRANE_TRY(internal::CameraLeg leg,
+                internal::CameraLeg::create(std::move(track), source, settings.start, path.duration,
+                                            altitude));
+    path.legs.push_back(std::move(leg));
     return CameraPath(std::make_shared<const Legs>(std::move(path)));
 }
 

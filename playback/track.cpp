@@ -110,29 +110,29 @@ Result<void> project(std::vector<RawPoint>& points, const GeoReference& referenc
 
 }  // namespace
 
-Result<void> check(const Track& track) {
-    if (track.points.size() < 2) {
+Result<void> Track::validate() const {
+    if (points.size() < 2) {
         return fail(ErrorCode::invalid_argument,
-                    "a track needs two points or more, got " + number_text(track.points.size()));
+                    "a track needs two points or more, got " + number_text(points.size()));
     }
-    for (std::size_t i = 0; i < track.points.size(); ++i) {
-        const TrackPoint& point = track.points[i];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const TrackPoint& point = points[i];
         const auto refuse = [i](const std::string& what) {
             return fail(ErrorCode::invalid_argument,
                         "point " + number_text(i) + " of a track " + what);
         };
         if (!point.position_world.allFinite()) return refuse("must have a finite position");
-        if (track.has_orientations && !(point.forward.allFinite() && point.up.allFinite())) {
+        if (has_orientations && !(point.forward.allFinite() && point.up.allFinite())) {
             return refuse("must have finite directions");
         }
-        if (!track.has_times) continue;
+        if (!has_times) continue;
         if (i == 0) {
             if (point.time != 0.0) {
                 return refuse("must have the time 0, got " + number_text(point.time) + " s");
             }
             continue;
         }
-        const double before = track.points[i - 1].time;
+        const double before = points[i - 1].time;
         if (!(point.time > before && std::isfinite(point.time))) {
             return refuse("must be later than the one before at " + number_text(before) +
                           " s, got " + number_text(point.time) + " s");
@@ -151,39 +151,33 @@ Result<Track> read_track(const std::string& path, const GeoReference& reference)
         return fail(ErrorCode::invalid_argument,
                     "a track is a .csv, .gpx, .igc or .tum file, got " + path);
     }
-    const Result<std::string> text = read_text(path);
-    if (!text) return tl::unexpected(text.error());
-    Result<RawTrack> raw = format->read(*text, path);
-    if (!raw) return tl::unexpected(raw.error());
+    TERRANE_TRY(const std::string text, read_text(path));
+    TERRANE_TRY(RawTrack raw, format->read(text, path));
 
-    std::vector<RawPoint>& points = raw->points;
-    if (raw->has_times) {
-        if (const Result<void> good = order_in_time(points, path); !good) {
-            return tl::unexpected(good.error());
-        }
+    std::vector<RawPoint>& points = raw.points;
+    if (raw.has_times) {
+        TERRANE_TRY(order_in_time(points, path));
     }
     if (points.size() < 2) {
         return fail(ErrorCode::bad_data,
                     path + ": a track needs two points or more, got " + number_text(points.size()));
     }
     if (format->is_geographic) {
-        if (const Result<void> good = project(points, reference, path); !good) {
-            return tl::unexpected(good.error());
-        }
+        TERRANE_TRY(project(points, reference, path));
     }
 
     Track track;
-    track.has_times = raw->has_times;
-    track.has_heights = raw->has_heights;
-    track.has_orientations = raw->has_orientations;
+    track.has_times = raw.has_times;
+    track.has_heights = raw.has_heights;
+    track.has_orientations = raw.has_orientations;
     track.is_recorded = format->is_geographic;
     track.points.reserve(points.size());
     for (const RawPoint& point : points) {
-        track.points.push_back({raw->has_times ? point.time - points.front().time : 0.0,
+        track.points.push_back({raw.has_times ? point.time - points.front().time : 0.0,
                                 WorldPos(point.x, point.y, point.z), point.forward, point.up});
     }
     // Near the limits of a double, differences of times may vanish and sums of coordinates may be infinite.
-    if (const Result<void> good = check(track); !good) {
+    if (const Result<void> good = track.validate(); !good) {
         return fail(ErrorCode::bad_data, path + ": " + good.error().message);
     }
     return track;

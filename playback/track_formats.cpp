@@ -125,8 +125,7 @@ Result<void> for_each_line(const std::string& text,
     }
     for (long number = 1; !rest.empty(); ++number) {
         const std::size_t end = rest.find('\n');
-        if (const Result<void> taken = take(trimmed(rest.substr(0, end)), number); !taken)
-            return taken;
+        TERRANE_TRY(take(trimmed(rest.substr(0, end)), number));
         rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     }
     return {};
@@ -138,9 +137,8 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
     const auto take = [&](std::string_view line, long number) -> Result<void> {
         if (is_comment(line)) return {};
         if (!columns) {
-            const Result<Columns> header = read_header(line, number, path);
-            if (!header) return tl::unexpected(header.error());
-            columns = *header;
+            TERRANE_TRY(const Columns header, read_header(line, number, path));
+            columns = header;
             if (!parse_number(split(line, ",", false).front())) return {};
         }
         const std::vector<std::string_view> fields = split(line, ",", false);
@@ -169,9 +167,7 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
         track.points.push_back(point);
         return {};
     };
-    if (const Result<void> read = for_each_line(text, take); !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(for_each_line(text, take));
     track.has_times = columns && columns->time != Columns::kNone;
     track.has_heights = columns && columns->z != Columns::kNone;
     return track;
@@ -214,9 +210,7 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
             {number, value[0], value[1], value[2], value[3], forward, Eigen::Vector3d(-down)});
         return {};
     };
-    if (const Result<void> read = for_each_line(text, take); !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(for_each_line(text, take));
     return track;
 }
 
@@ -457,9 +451,7 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
         track.points.push_back(point);
         return {};
     };
-    if (const Result<void> read = for_each_line(text, take); !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(for_each_line(text, take));
     if (!has_gnss_altitudes) {
         for (std::size_t i = 0; i < track.points.size(); ++i)
             track.points[i].z = pressure_altitudes[i];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "conversions.h"
 #include "guarded.h"
 
 #include <terrane/collision/shapes.h>
@@ -27,8 +28,6 @@ void bind_ground_queries(py::module_& module);
 /// Adds batches of two shapes.
 void bind_pairs(py::module_& module);
 
-namespace py = pybind11;
-
 /// A world, as held by Python.
 using HeldWorld = Guarded<World>;
 using WorldClass = py::class_<HeldWorld, std::shared_ptr<HeldWorld>>;
@@ -42,6 +41,11 @@ constexpr BodyId body_of(std::uint64_t number) {
 }
 /// The number that stands for no body.
 inline constexpr std::uint64_t kNoBody = number_of(BodyId{});
+
+/// The BodyCondition of a state.
+inline py::object condition_of(const BodyState& state) {
+    return make_answer("BodyCondition", static_cast<int>(state.condition));
+}
 
 /// Adds World and NO_BODY.
 void bind_world(py::module_& module);

@@ -75,7 +75,7 @@ struct HeightColumns {
 };
 
 void write_height(const HeightAnswer& answer, py::ssize_t i, const HeightColumns& out) {
-    const bool is_ok = answer.status == GroundStatus::ok;
+    const bool is_ok = answer.status == QueryStatus::ok;
     out.height[i] = is_ok ? answer.height : kNaN;
     write_vector(is_ok ? answer.normal : Eigen::Vector3d::Constant(kNaN), out.normal + 3 * i);
     out.error_m[i] = is_ok ? answer.error_m : kNaN;
@@ -141,7 +141,7 @@ py::object rays(const Ground& ground, const py::object& from, const py::object& 
             const HeightAnswer common{answer.status, answer.fraction, answer.normal, answer.error_m,
                                       answer.filled};
             write_height(common, static_cast<py::ssize_t>(i), columns);
-            const bool is_ok = answer.status == GroundStatus::ok;
+            const bool is_ok = answer.status == QueryStatus::ok;
             write_vector(is_ok ? answer.point_world : WorldPos::Constant(kNaN), point_out + 3 * i);
         }
     });
@@ -203,9 +203,9 @@ std::span<double> numbers_of(py::array_t<double>& array) {
     return {array.mutable_data(), static_cast<std::size_t>(array.size())};
 }
 
-void write_statuses(const std::vector<GroundStatus>& statuses, std::int8_t* out) {
+void write_statuses(const std::vector<QueryStatus>& statuses, std::int8_t* out) {
     std::transform(statuses.begin(), statuses.end(), out,
-                   [](GroundStatus status) { return static_cast<std::int8_t>(status); });
+                   [](QueryStatus status) { return static_cast<std::int8_t>(status); });
 }
 
 py::object batch_heights(HeldBatch& batch, const Ground& ground, const py::object& x,
@@ -215,7 +215,7 @@ py::object batch_heights(HeldBatch& batch, const Ground& ground, const py::objec
     check_same_shape(xs, "x", ys, "y");
     HeightOutputs outputs(out, shape_of(xs));
     const auto count = static_cast<std::size_t>(xs.size());
-    std::vector<GroundStatus> statuses(count);
+    std::vector<QueryStatus> statuses(count);
     const PointArray points = PointArray::separate({xs.data(), count}, {ys.data(), count});
     const HeightArrays arrays{.heights = numbers_of(outputs.height),
                               .normals = numbers_of(outputs.normal),
@@ -248,7 +248,7 @@ py::object batch_rays(HeldBatch& batch, const Ground& ground, const py::object& 
     auto error_m = rows.make<double>();
     auto filled = rows.make<bool>();
     auto status = rows.make<std::int8_t>();
-    std::vector<GroundStatus> statuses(rows.count());
+    std::vector<QueryStatus> statuses(rows.count());
     const WorldPos start = starts.is_shared() ? starts.vector(0) : WorldPos::Zero();
     const WorldPos end = ends.is_shared() ? ends.vector(0) : WorldPos::Zero();
     const PointArray from_points = points_of(starts, start, rows.count());

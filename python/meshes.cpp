@@ -110,44 +110,19 @@ void make_arrays(Mesh& mesh) {
     mesh.triangles = welder.triangles();
 }
 
-std::shared_ptr<MeshMaker> make_triangulator(const Source& source, std::size_t triangle_budget,
-                                             double max_error_px, double morph_ratio,
-                                             int worker_count, std::size_t open_chunks) {
-    const TriangulatorSettings settings{.triangle_budget = triangle_budget,
-                                        .max_error_px = max_error_px,
-                                        .morph_ratio = morph_ratio,
-                                        .worker_count = worker_count,
-                                        .open_chunks = open_chunks};
-    Triangulator made = value_or_raise(Triangulator::create(*source.heights, settings));
-    return std::shared_ptr<MeshMaker>(
-        new MeshMaker{{"Triangulator", {source.heights, std::move(made)}}});
-}
-
-std::unique_ptr<Mesh> update_mesh(const std::shared_ptr<MeshMaker>& maker, const Resident& resident,
-                                  const View& view) {
-    const auto use = maker->held.change();
-    if (resident.set->lattice() != use->source->lattice())
-        throw py::value_error("the resident set is of another source than the triangulator");
-    auto mesh = std::make_unique<Mesh>();
-    mesh->maker = maker;
-    mesh->update = ++maker->updates;
-    mesh->mesh = without_lock([&] { return use->triangulator.update(resident.set, view); });
-    return mesh;
-}
-
 }  // namespace
 
-Guarded<HeldTriangulator>::Use Mesh::use() const {
+Guarded<HeldTerrain>::Use Mesh::use() const {
     // A running update() has already incremented the count, and none can start while the interpreter lock is held.
-    if (maker->updates.load() != update)
-        throw std::runtime_error("this Mesh was valid until the next update() of its Triangulator");
-    return maker->held.read();
+    if (terrain->updates.load() != update)
+        throw std::runtime_error("this Mesh was valid until the next update() of its Terrain");
+    return terrain->held.read();
 }
 
 void bind_meshes(py::module_& module) {
     py::class_<Mesh>(
         module, "Mesh",
-        R"(A frame's mesh. Its arrays can be asked for until the next update() of its Triangulator, which is a
+        R"(A frame's mesh of a camera. Its arrays can be asked for until the next update() of its Terrain, which is a
 RuntimeError afterwards; arrays that were asked for stay valid. Numbers can always be read.)")
         .def_property_readonly(
             "vertices",
@@ -175,41 +150,7 @@ RuntimeError afterwards; arrays that were asked for stay valid. Numbers can alwa
             "Whether the mesh meets its target, and why not: MeshStatus.")
         .def_property_readonly(
             "error_px", [](const Mesh& mesh) { return mesh.mesh.error_px; },
-            "Certified bound of the displayed surface's distance from the true one, pixels.")
-        .def_property_readonly(
-            "threshold_px", [](const Mesh& mesh) { return mesh.mesh.threshold_px; },
-            "Vertices of at most this priority are not in the mesh, pixels: for Camera.");
-    const TriangulatorSettings defaults;
-    py::class_<MeshMaker, std::shared_ptr<MeshMaker>>(
-        module, "Triangulator",
-        R"(Continuous level of detail over resident chunks, within a triangle budget.
-
-One thread at a time, else RuntimeError; a closed one is a ValueError. A context manager.)")
-        .def(py::init(&make_triangulator), py::arg("source"), py::kw_only(),
-             py::arg("triangle_budget") = defaults.triangle_budget,
-             py::arg("max_error_px") = defaults.max_error_px,
-             py::arg("morph_ratio") = defaults.morph_ratio,
-             py::arg("worker_count") = defaults.worker_count,
-             py::arg("open_chunks") = defaults.open_chunks,
-             R"(A triangulator of a source.
-
-triangle_budget  hard limit, at least 2 for each root square
-max_error_px     refinement stops below this, pixels, > 0
-morph_ratio      1 (no morphing) to 16
-worker_count     threads of update(), 1 to 64
-open_chunks      refined chunks that it can process without allocating
-
-Raises ValueError for a setting out of range.)")
-        .def("update", &update_mesh, py::arg("resident"), py::arg("view"),
-             "The Mesh of a View over a ResidentSet of its source. Without the lock.")
-        .def(
-            "close", [](MeshMaker& maker) { maker.held.close(); },
-            "Frees its buffers. Nothing where it is closed.")
-        .def_property_readonly(
-            "closed", [](const MeshMaker& maker) { return maker.held.is_closed(); },
-            "Whether close() was called.")
-        .def("__enter__", [](py::object self) { return self; })
-        .def("__exit__", [](MeshMaker& maker, const py::args&) { maker.held.close(); });
+            "Certified bound of the displayed surface's distance from the true one, pixels.");
 }
 
 }  // namespace terrane::python

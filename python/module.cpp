@@ -14,8 +14,8 @@ PYBIND11_MODULE(_terrane, module) {
     python::bind_resident(module);
     python::bind_ground(module);
     python::bind_batches(module);
-    python::bind_pager(module);
     python::bind_meshes(module);
+    python::bind_terrain(module);
     python::bind_shapes(module);
     python::bind_ground_queries(module);
     python::bind_pairs(module);

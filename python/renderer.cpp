@@ -61,21 +61,19 @@ private:
 
 Colour read_colour(const std::array<float, 3>& colour) { return {colour[0], colour[1], colour[2]}; }
 
-std::unique_ptr<HeldRenderer> make_renderer(int width_px, int height_px,
-                                            const py::object& sun_direction, double haze_distance,
-                                            bool wireframe, int sample_count, double tint_low,
-                                            double tint_high, const std::array<float, 3>& horizon,
-                                            const std::array<float, 3>& zenith,
-                                            double shadow_distance, int shadow_texels,
-                                            std::optional<double> water_level) {
+std::unique_ptr<HeldRenderer> make_renderer(
+    int width_px, int height_px, const py::object& sun_direction, double haze_distance,
+    bool wireframe, int sample_count, double tint_low, double tint_high,
+    const std::array<float, 3>& horizon_colour, const std::array<float, 3>& zenith_colour,
+    double shadow_distance, int shadow_texels, std::optional<double> water_level) {
     const RendererSettings settings{.sun_direction = read_vector(sun_direction, "sun_direction"),
                                     .haze_distance = haze_distance,
                                     .wireframe = wireframe,
                                     .sample_count = sample_count,
                                     .tint_low = tint_low,
                                     .tint_high = tint_high,
-                                    .horizon = read_colour(horizon),
-                                    .zenith = read_colour(zenith),
+                                    .horizon_colour = read_colour(horizon_colour),
+                                    .zenith_colour = read_colour(zenith_colour),
                                     .shadow_distance = shadow_distance,
                                     .shadow_texels = shadow_texels,
                                     .water_level = water_level};
@@ -86,13 +84,13 @@ std::unique_ptr<HeldRenderer> make_renderer(int width_px, int height_px,
         Drawing{std::move(context), value_or_raise(std::move(renderer))});
 }
 
-// Balls and boxes: (kind, position, half extents or radius, rotation, colour).
+// Solids: (form, position, half extents, rotation, colour).
 using SolidArgument =
     std::tuple<std::string, py::object, py::object, py::object, std::array<float, 3>>;
 constexpr std::array<std::pair<const char*, DrawnObject::Form>, 3> kForms{
     {{"box", DrawnObject::Form::box},
-     {"ball", DrawnObject::Form::ball},
-     {"tube", DrawnObject::Form::tube}}};
+     {"ellipsoid", DrawnObject::Form::ellipsoid},
+     {"cylinder", DrawnObject::Form::cylinder}}};
 
 std::vector<DrawnObject> read_solids(const std::vector<SolidArgument>& arguments) {
     std::vector<DrawnObject> solids;
@@ -140,8 +138,8 @@ one is a ValueError. A context manager: close it on its thread, or its memory is
              py::arg("wireframe") = defaults.wireframe,
              py::arg("sample_count") = defaults.sample_count,
              py::arg("tint_low") = defaults.tint_low, py::arg("tint_high") = defaults.tint_high,
-             py::arg("horizon") = colour(defaults.horizon),
-             py::arg("zenith") = colour(defaults.zenith),
+             py::arg("horizon_colour") = colour(defaults.horizon_colour),
+             py::arg("zenith_colour") = colour(defaults.zenith_colour),
              py::arg("shadow_distance") = defaults.shadow_distance,
              py::arg("shadow_texels") = defaults.shadow_texels, py::arg("water_level") = py::none(),
              R"(A renderer of pictures of one size.
@@ -151,7 +149,7 @@ haze_distance    metres at which haze absorbs two thirds of the light
 wireframe        draws the edges of the triangles
 sample_count     per pixel, 1 to 16
 tint_low, tint_high  heights of the tints of low and high ground, metres
-horizon, zenith  colours of the sky: red, green, blue, 0 to 1
+horizon_colour, zenith_colour  colours of the sky: red, green, blue, 0 to 1
 shadow_distance  within which the sun casts shadows, metres; 0: none
 shadow_texels    along a shadow map, 256 to 8192
 water_level      metres; None: no water
@@ -162,9 +160,9 @@ Raises RuntimeError where no OpenGL device opens, ValueError for a setting out o
             py::arg("solids") = std::vector<SolidArgument>(),
             R"(Draws a frame: uint8 of shape (height, width, 3), red, green, blue, row 0 at the top. Without the lock.
 
-mesh    of the view, before its Triangulator's next update()
+mesh    of the view, before its Terrain's next update()
 view    a View of the renderer's size
-solids  a list of (form, position, extents, rotation, colour): "box", "ball" or "tube"; half extents of shape (3,), metres)")
+solids  a list of (form, position, extents, rotation, colour): "box", "ellipsoid" or "cylinder"; half extents of shape (3,), metres)")
         .def_property_readonly(
             "device", [](HeldRenderer& held) { return held.use().context.renderer_name(); },
             "Name of the OpenGL device.")

@@ -12,7 +12,7 @@ namespace terrane::python {
 namespace {
 
 HeldShape checked(Shape shape) {
-    value_or_raise(check(shape));
+    value_or_raise(validate(shape));
     return {std::move(shape)};
 }
 

@@ -3,14 +3,13 @@
 
 #include "guarded.h"
 
-#include <terrane/terrain/height_source.h>
-#include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/terrain.h>
 
 #include <pybind11/pybind11.h>
 
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -29,9 +28,7 @@ void bind_sources(py::module_& module);
 /// Adds open_dem(), open_store() and bake().
 void bind_files(py::module_& module);
 
-namespace py = pybind11;
-
-/// Bodies that need ground, as arguments of a pager. Their trajectories are not stored.
+/// Bodies that need ground, as arguments of a terrain. Their trajectories are not stored.
 struct BodyNeeds {
     std::vector<BodyNeed> needs;
 };
@@ -49,34 +46,36 @@ void bind_resident(py::module_& module);
 void bind_ground(py::module_& module);
 /// Adds GroundBatch.
 void bind_batches(py::module_& module);
-/// Adds Camera, BodyNeeds and Pager.
-void bind_pager(py::module_& module);
 
-/// A triangulator with the source that it reads.
-struct HeldTriangulator {
-    std::shared_ptr<const HeightSource> source;
-    Triangulator triangulator;
+/// A terrain, with the regions that it keeps resident until Python releases them.
+struct HeldTerrain {
+    Terrain terrain;
+    std::map<std::uint64_t, RequiredRegion> regions = {};
+    std::uint64_t last_region = 0;  ///< largest key of regions so far
 };
 
-/// A triangulator, as held by Python.
-struct MeshMaker {
-    Guarded<HeldTriangulator> held;
-    std::atomic<std::uint64_t> updates{0};  ///< calls of update()
+/// A terrain, as held by Python.
+struct TerrainUse {
+    Guarded<HeldTerrain> held;
+    std::atomic<std::uint64_t> updates{0};  ///< calls of update() and load()
 };
 
-/// A frame's mesh: a view of its triangulator's buffers, and its arrays once they have been requested.
+/// Adds Camera, BodyNeeds, RequiredRegion and Terrain.
+void bind_terrain(py::module_& module);
+
+/// A frame's mesh: a view of its terrain's buffers, and its arrays once they have been requested.
 struct Mesh {
-    std::shared_ptr<MeshMaker> maker;
-    std::uint64_t update = 0;  ///< value of MeshMaker::updates that made it
+    std::shared_ptr<TerrainUse> terrain;
+    std::uint64_t update = 0;  ///< value of TerrainUse::updates that made it
     TerrainMesh mesh;
-    py::object vertices, triangles;  ///< arrays, or null
+    py::object vertices = {}, triangles = {};  ///< arrays, or null
 
-    /// Access to the mesh while nothing changes its triangulator.
-    /// Fails: RuntimeError after a later update(), ValueError if the triangulator is closed
-    Guarded<HeldTriangulator>::Use use() const;
+    /// Access to the mesh while nothing changes its terrain.
+    /// Fails: RuntimeError after a later update(), ValueError if the terrain is closed
+    Guarded<HeldTerrain>::Use use() const;
 };
 
-/// Adds Triangulator and Mesh.
+/// Adds Mesh.
 void bind_meshes(py::module_& module);
 
 /// Adds Renderer.

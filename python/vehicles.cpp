@@ -14,10 +14,6 @@
 namespace terrane::python {
 namespace {
 
-py::object condition_of(const BodyState& state) {
-    return make_answer("BodyCondition", static_cast<int>(state.condition));
-}
-
 // The vehicle with a number. Fails: ValueError if there is none.
 const VehicleState& vehicle_of(const World& world, std::uint64_t body) {
     const VehicleState* vehicle = world.vehicle(body_of(body));

@@ -262,11 +262,8 @@ except_body           is not seen)")
 
 namespace {
 
-constexpr std::array<std::pair<const char*, BroadphaseKind>, 4> kBroadphases{
-    {{"sap", BroadphaseKind::sap},
-     {"grid", BroadphaseKind::grid},
-     {"two_scene", BroadphaseKind::two_scene},
-     {"brute", BroadphaseKind::brute}}};
+constexpr std::array<std::pair<const char*, BroadphaseKind>, 2> kBroadphases{
+    {{"sap", BroadphaseKind::sap}, {"grid", BroadphaseKind::grid}}};
 
 std::shared_ptr<HeldWorld> make_world(const py::object& gravity, double max_substep,
                                       bool allow_sleep, bool collide_bodies, bool report_contacts,
@@ -300,6 +297,34 @@ BodyNeeds needs(HeldWorld& world) {
     BodyNeeds copy{{found.begin(), found.end()}};
     for (BodyNeed& need : copy.needs) need.trajectory = {};
     return copy;
+}
+
+// Fails: ValueError if there is no body with this number
+void check_body(const World& world, std::uint64_t body) {
+    if (!world.contains(body_of(body)))
+        throw py::value_error("body " + std::to_string(body) + " is no body of this world");
+}
+
+py::object state(HeldWorld& world, std::uint64_t body) {
+    const auto use = world.read();
+    check_body(*use, body);
+    const BodyState& state = use->state(body_of(body));
+    return make_answer("BodyState", to_array(state.pose.translation), to_array(state.pose.rotation),
+                       to_array(state.velocity), to_array(state.angular_velocity),
+                       condition_of(state));
+}
+
+py::object settings(HeldWorld& world, std::uint64_t body) {
+    const auto use = world.read();
+    check_body(*use, body);
+    const BodySettings& settings = use->settings(body_of(body));
+    const char* type = "";
+    for (const auto& [name, value] : kTypes)
+        if (value == settings.type) type = name;
+    return make_answer("BodySettings", HeldShape{settings.shape}, type, settings.mass,
+                       settings.friction, settings.restitution, settings.contact_tolerance,
+                       settings.filter.layers, settings.filter.collides_with, settings.is_sensor,
+                       settings.rotates);
 }
 
 py::object states(HeldWorld& world) {
@@ -369,7 +394,7 @@ allow_sleep      bodies at rest are not stepped
 collide_bodies   False: bodies pass through each other
 report_contacts  True: step() makes contact_events()
 measure_depth    step() measures StepReport.max_depth_m and too_deep
-broadphase       "sap", "grid" (bodies of similar size), "two_scene" or "brute"
+broadphase       "sap" or "grid" (bodies of similar size)
 worker_count     threads of step(), 1 to 64
 
 Raises ValueError for a setting out of range.)")
@@ -378,8 +403,10 @@ Raises ValueError for a setting out of range.)")
             R"(Moves every body by dt seconds, 0 < dt <= 10, without the lock: StepReport. ValueError for another dt.
 
 ground  the Ground of now: a body without resident ground is parked, not dropped)")
-        .def("states", &states, "Every body that there ever was: BodyStates, copies.")
-        .def("needs", &needs, "What a pager must keep resident for the bodies: BodyNeeds.")
+        .def("state", &state, py::arg("body"), "Of a body: BodyState, copies.")
+        .def("settings", &settings, py::arg("body"), "Of a body: BodySettings.")
+        .def("states", &states, "All states, by the index of ids: BodyStates, copies.")
+        .def("needs", &needs, "What a Terrain must keep resident for the bodies: BodyNeeds.")
         .def_property_readonly(
             "state_hash", [](HeldWorld& self) { return self.read()->state_hash(); },
             "Hash of every state's bits.")

@@ -65,7 +65,7 @@ double box_separation(const Aabb& a, const Aabb& b) {
     return is_apart ? length(apart) : -kInfinity;
 }
 
-void BodyTree::take(std::span<const Aabb> bounds) {
+void BodyTree::set_bounds(std::span<const Aabb> bounds) {
     const Aabb empty = empty_box();
     boxes_.resize(bounds.size());
     for (std::size_t i = 0; i < bounds.size(); ++i) {
@@ -74,13 +74,13 @@ void BodyTree::take(std::span<const Aabb> bounds) {
 }
 
 void BodyTree::build(std::span<const Aabb> bounds) {
-    take(bounds);
+    set_bounds(bounds);
     build_aabb_tree(boxes_, order_, nodes_);
 }
 
 void BodyTree::refit(std::span<const Aabb> bounds) {
     TERRANE_ASSERT(bounds.size() == slot_count(), "as many boxes as the tree was built of");
-    take(bounds);
+    set_bounds(bounds);
     refit_aabb_tree(boxes_, nodes_);
 }
 
@@ -135,12 +135,12 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
     RayQueryAnswer answer;
     const Eigen::Vector3d displacement = to - from;
     if (!is_valid_place(from) || !is_valid_place(to)) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     const Ground* ground = seen_ground(scene, filter);
     const RayAnswer below = ground == nullptr      ? RayAnswer{}
                             : scene.fan != nullptr ? scene.fan->ray(from, to)
                                                    : ground->ray(from, to);
-    if (below.status == GroundStatus::ok) {
+    if (below.status == QueryStatus::ok) {
         answer.hit = true;
         answer.fraction = below.fraction;
         answer.point_world = below.point_world;
@@ -163,11 +163,11 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
         answer.part = ray.part;
         return best.value;
     });
-    if (below.status != GroundStatus::not_resident) return answer;
+    if (below.status != QueryStatus::not_resident) return answer;
     // Absent ground precedes any hit of the ground, but possibly not the hit of a body.
     const bool is_known =
         answer.hit && (answer.fraction == 0.0 ||
-                       ground->ray(from, answer.point_world).status != GroundStatus::not_resident);
+                       ground->ray(from, answer.point_world).status != QueryStatus::not_resident);
     if (!is_known) {
         answer = {};
         answer.status = QueryStatus::not_resident;
@@ -181,7 +181,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
     const CastSettings settings{.skip_separating = true};
     CastQueryAnswer answer;
     if (!is_valid_query(shape, motion) || !is_resolved(motion, settings.tolerance)) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     if (const Ground* ground = seen_ground(scene, filter); ground != nullptr) {
         const CastAnswer below = cast(shape, motion, *ground, settings);
         answer.status = below.status;
@@ -203,7 +203,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
         TERRANE_ASSERT(met.count > 0, "shapes that meet have a contact");
         best = {met.fraction, slot};
         const PairContact& contact = met.contacts[0];
-        answer.status = QueryStatus::complete;
+        answer.status = QueryStatus::ok;
         answer.hit = true;
         answer.fraction = met.fraction;
         answer.body = body.id;
@@ -242,12 +242,11 @@ OverlapQueryAnswer query_overlaps(const QueryScene& scene, const Shape& shape,
     });
     const std::span<BodyId> heap = kept();
     std::sort_heap(heap.begin(), heap.end());
-    answer.status =
-        answer.count < answer.touching_count ? QueryStatus::truncated : QueryStatus::complete;
+    answer.status = answer.count < answer.touching_count ? QueryStatus::truncated : QueryStatus::ok;
     if (const Ground* ground = seen_ground(scene, filter); ground != nullptr) {
         const TestAnswer below = test_contact(shape, world_from_shape, *ground);
         answer.touches_ground = below.is_touching;
-        if (below.status != QueryStatus::complete) answer.status = below.status;
+        if (below.status != QueryStatus::ok) answer.status = below.status;
     }
     return answer;
 }
@@ -259,7 +258,7 @@ NearestQueryAnswer query_nearest(const QueryScene& scene, const Shape& shape,
     constexpr double kLess = 1.0 - 4.0 * kTouchShare;
     NearestQueryAnswer answer;
     if (!is_valid_query(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     Best best{max_distance};
     const Aabb bounds = compute_aabb(shape, world_from_shape);
     scene.tree->visit_near(bounds, best.value / kLess, [&](std::uint32_t slot) {
@@ -267,7 +266,7 @@ NearestQueryAnswer query_nearest(const QueryScene& scene, const Shape& shape,
         if (!is_seen(body, filter)) return best.value / kLess;
         const PairDistanceAnswer found =
             signed_distance(shape, world_from_shape, *body.shape, body.world_from_shape);
-        if (found.status != QueryStatus::complete || !best.is_after(found.distance, slot)) {
+        if (found.status != QueryStatus::ok || !best.is_after(found.distance, slot)) {
             return best.value / kLess;
         }
         best = {found.distance, slot};

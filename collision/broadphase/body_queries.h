@@ -61,11 +61,11 @@ public:
     /// Number of slots.
     std::size_t slot_count() const { return boxes_.size(); }
 
-    /// Calls take(slot) for each box that overlaps or touches a finite box, in no particular order.
-    template <class Take>
-    void visit_overlaps(const Aabb& box, const Take& take) const {
+    /// Calls visitor(slot) for each box that overlaps or touches a finite box, in no particular order.
+    template <class Visitor>
+    void visit_overlaps(const Aabb& box, const Visitor& visitor) const {
         visit_leaves(
-            nodes_, [&](const Aabb& bounds) { return overlap(bounds, box, 0.0); }, take);
+            nodes_, [&](const Aabb& bounds) { return overlap(bounds, box, 0.0); }, visitor);
     }
 
     /// Calls visit(slot) for each box touched by the sweep up to the fraction `limit`, roughly nearest first; visit
@@ -88,7 +88,7 @@ public:
     }
 
 private:
-    void take(std::span<const Aabb> bounds);
+    void set_bounds(std::span<const Aabb> bounds);
 
     std::vector<Aabb> boxes_;  ///< by slot; the empty box for none
     std::vector<std::uint32_t> order_;

@@ -111,9 +111,10 @@ public:
     float start(std::size_t place) const { return start_[place]; }
     float end(std::size_t place) const { return end_[place]; }
 
-    /// Calls take(i) for the boxes i in [first, last) that overlap box `place` along the other two axes.
-    template <class Take>
-    void visit_across(std::size_t place, std::size_t first, std::size_t last, Take&& take) const {
+    /// Calls visitor(i) for the boxes i in [first, last) that overlap box `place` along the other two axes.
+    template <class Visitor>
+    void visit_across(std::size_t place, std::size_t first, std::size_t last,
+                      Visitor&& visitor) const {
         const float low_u = low_u_[place], high_u = high_u_[place];
         const float low_v = low_v_[place], high_v = high_v_[place];
         const auto meets = [&](std::size_t i) {
@@ -133,11 +134,11 @@ public:
             }
             if (any == 0) continue;
             for (std::size_t k = 0; k < kBlock; ++k) {
-                if (are_met[k] != 0) take(first + k);
+                if (are_met[k] != 0) visitor(first + k);
             }
         }
         for (; first < last; ++first) {
-            if (meets(first) != 0) take(first);
+            if (meets(first) != 0) visitor(first);
         }
     }
 

@@ -19,17 +19,17 @@ public:
     explicit RowGrid(double margin) : margin_(margin) {}
 
     void update(std::span<const Aabb> boxes);
-    template <class Take>
-    void visit_pairs(Take&& take) {
+    template <class Visitor>
+    void visit_pairs(Visitor&& visitor) {
         sort_rows();
         candidate_count_ = 0;
         for (const Row& row : rows_) {
             for (std::uint32_t i = row.first; i < row.last; ++i) {
-                visit(entries_[i], i + 1, row.last, take);
+                visit(entries_[i], i + 1, row.last, visitor);
             }
             for (const auto& [y, z] : {Step{1, 0}, Step{-1, 1}, Step{0, 1}, Step{1, 1}}) {
                 if (const Row* const other = find_row(row.y + y, row.z + z)) {
-                    sweep(row, *other, take);
+                    sweep(row, *other, visitor);
                 }
             }
         }
@@ -64,8 +64,8 @@ private:
     const Row* find_row(std::int32_t y, std::int32_t z) const;
 
     // Visits the pairs of boxes of two rows that overlap along x.
-    template <class Take>
-    void sweep(const Row& from, const Row& to, Take&& take) {
+    template <class Visitor>
+    void sweep(const Row& from, const Row& to, Visitor&& visitor) {
         std::uint32_t first = to.first;
         for (std::uint32_t i = from.first; i < from.last; ++i) {
             const Entry& entry = entries_[i];
@@ -73,16 +73,16 @@ private:
             const float earliest = entry.box.start - longest_;
             while (first < to.last && entries_[first].box.start < earliest) ++first;
             if (first == to.last) return;
-            visit(entry, first, to.last, take);
+            visit(entry, first, to.last, visitor);
         }
     }
-    template <class Take>
-    void visit(const Entry& entry, std::uint32_t first, std::uint32_t last, Take&& take) {
+    template <class Visitor>
+    void visit(const Entry& entry, std::uint32_t first, std::uint32_t last, Visitor&& visitor) {
         for (; first < last && entries_[first].box.start <= entry.box.end; ++first) {
             const Entry& other = entries_[first];
             if (other.box.end < entry.box.start) continue;
             ++candidate_count_;
-            if (entry.box.overlaps_across(other.box)) take(entry.body, other.body);
+            if (entry.box.overlaps_across(other.box)) visitor(entry.body, other.body);
         }
     }
 

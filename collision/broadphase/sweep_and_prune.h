@@ -14,9 +14,9 @@ public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}
 
     void update(std::span<const Aabb> boxes);
-    /// Calls take(i, j) once for each pair of boxes that overlap when rounded outwards.
-    template <class Take>
-    void visit_pairs(Take&& take) {
+    /// Calls visitor(i, j) once for each pair of boxes that overlap when rounded outwards.
+    template <class Visitor>
+    void visit_pairs(Visitor&& visitor) {
         candidate_count_ = 0;
         const std::size_t count = order_.size();
         for (std::size_t place = 0; place + 1 < count; ++place) {
@@ -25,7 +25,7 @@ public:
             while (last < count && columns_.start(last) <= end) ++last;
             candidate_count_ += last - place - 1;
             columns_.visit_across(place, place + 1, last, [&](std::size_t other) {
-                take(columns_.body(place), columns_.body(other));
+                visitor(columns_.body(place), columns_.body(other));
             });
         }
     }

@@ -68,8 +68,7 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     if (near.is_missing) return answer;
     answer.error_m = query.surface().error(query.box(margin));
     const std::span<const Contact> found = patches.finish();
-    answer.status =
-        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
+    answer.status = found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::ok;
     answer.count = std::min(found.size(), contacts_out.size());
     for (std::size_t i = 0; i < answer.count; ++i) {
         contacts_out[i] = found[i];
@@ -97,7 +96,7 @@ void find_distance(const MeshQuery& query, double max_distance, double offset,
                 return !query.surface().is_empty({centre - half, centre + half});
             },
             [&](const LocalShape& shape, std::uint32_t index) {
-                const MeshPart part(shape, index, offset);
+                const ErodedPart part(shape, index, offset);
                 const bool is_resident = query.surface().visit(
                     part.box(best.distance), [&](const SurfaceTriangle& triangle) {
                         if (part.bound_distance(triangle, 2.0 * best.distance).distance >
@@ -117,7 +116,7 @@ void find_distance(const MeshQuery& query, double max_distance, double offset,
         answer.error_m = query.surface().error(query.box(reach));
         if (!is_known) return;
         if (is_found || reach >= most) {
-            answer.status = QueryStatus::complete;
+            answer.status = QueryStatus::ok;
             answer.has_ground = is_found;
             answer.distance = is_found ? std::max(0.0, best.distance - shift) : max_distance;
             answer.distance_lower_bound = answer.distance;
@@ -152,7 +151,7 @@ DistanceAnswer find_distance_on_mesh(const Shape& shape, const Pose& pose, const
     const MeshTranslation out = find_separating_translation(query, overlap);
     if (!out.is_found) return answer;
     const Contact contact = contact_of_translation(query, out.d);
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     answer.has_ground = true;
     answer.distance = -contact.depth;
     answer.normal = contact.normal;
@@ -166,7 +165,7 @@ LiftAnswer find_lift_on_mesh(const Shape& shape, const Pose& pose, const Ground&
     const MeshQuery query(shape, pose, ground);
     const MeshOverlap overlap =
         find_overlap_offset(query.surface(), query.body(), kMeshTouch, kFine);
-    answer.status = overlap.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
+    answer.status = overlap.is_missing ? QueryStatus::not_resident : QueryStatus::ok;
     answer.lift = overlap.offset;
     answer.error_m = query.surface().error(query.box(0.0));
     if (overlap.is_missing) return answer;
@@ -210,11 +209,11 @@ MeshContactAnswer find_contacts_at_offset(const Shape& shape, const Pose& world_
     if (near.is_missing) return answer;
     const std::span<const Contact> found = patches.finish();
     const std::size_t most = std::min(contacts_out.size(), answer.openings.size());
-    answer.contacts.status = found.size() > most ? QueryStatus::truncated : QueryStatus::complete;
+    answer.contacts.status = found.size() > most ? QueryStatus::truncated : QueryStatus::ok;
     answer.contacts.count = std::min(found.size(), most);
     LocalHull hull;
     std::optional<LocalShape> shape_of_part;
-    std::optional<MeshPart> part;
+    std::optional<ErodedPart> part;
     for (std::size_t i = 0; i < answer.contacts.count; ++i) {
         contacts_out[i] = found[i];
         contacts_out[i].point_world = query.local().to_world(found[i].point_world);
@@ -274,7 +273,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
             find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
         const bool is_way_out =
             field.has_ground && field.distance < 0.0 &&
-            !(joined.status == QueryStatus::complete && joined.distance > field.distance);
+            !(joined.status == QueryStatus::ok && joined.distance > field.distance);
         return is_way_out ? field : joined;
     }
     return find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
@@ -298,7 +297,7 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
     const MeshNearness near =
         find_nearness(query.surface(), query.body(), 0.0, 2.0 * kMeshTouch, 2.0 * kMeshTouch);
     answer.is_touching = !near.is_missing && near.distance <= kMeshTouch;
-    answer.status = near.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
+    answer.status = near.is_missing ? QueryStatus::not_resident : QueryStatus::ok;
     answer.error_m = query.surface().error(query.box(0.0));
     return answer;
 }
@@ -331,7 +330,7 @@ CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& 
     const MeshOverlap overlap =
         find_overlap_offset(query.surface(), query.body(), kCastTouch, kAccuracy);
     if (overlap.is_missing) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     answer.started_in_contact = overlap.offset > 0.0 || overlap.distance <= kCastTouch;
     answer.error_m = query.surface().error(query.box(settings.tolerance));
     std::array<Contact, 1> contact;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "ground/eroded_part.h"
 #include "ground/heightfield/contact_patches.h"
-#include "ground/mesh_part.h"
 
 #include <terrane/collision/ground_queries.h>
 #include <terrane/collision/query.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "ground/column/column.h"
+#include "ground/eroded_part.h"
 #include "ground/heightfield/contact_patches.h"
 #include "ground/joined_queries.h"
-#include "ground/mesh_part.h"
 #include "pairs/manifold.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace terrane::internal {
 class FaceContacts {
 public:
     /// @param margin gaps of the whole part up to this are contacts, metres
-    FaceContacts(const MeshPart& part, double margin) : part_(part), margin_(margin) {}
+    FaceContacts(const ErodedPart& part, double margin) : part_(part), margin_(margin) {}
 
     struct Found {
         /// Largest depth of the whole part, metres; minus infinity if part and triangle do not overlap in projection.
@@ -40,7 +40,7 @@ private:
     }
 
     static constexpr std::size_t kMostOuter = 64, kMostInner = 12;
-    const MeshPart& part_;
+    const ErodedPart& part_;
     double margin_;
     // Not initialised beyond the counts.
     union {
@@ -291,8 +291,9 @@ struct ConeTest {
 /// Pairs one part with one triangle at a time.
 class MeshPairing {
 public:
-    MeshPairing(const SurfaceTriangles& surface, const MeshPart& part, double offset, double margin,
-                double exact_below, NearestTriangle& nearest, ContactPatches* patches)
+    MeshPairing(const SurfaceTriangles& surface, const ErodedPart& part, double offset,
+                double margin, double exact_below, NearestTriangle& nearest,
+                ContactPatches* patches)
         : surface_(surface),
           part_(part),
           offset_(offset),
@@ -334,7 +335,7 @@ public:
             }
         }
         const MeshPair pair = part_.closest(triangle, enough);
-        take(triangle, pair);
+        visit(triangle, pair);
         if (pair.lower > reach() || !(pair.distance > 0.0)) return;
         const double facing = dot(pair.normal, triangle.normal);
         if (!(facing > 0.0)) return;  // behind it
@@ -359,9 +360,9 @@ private:
             nearest_ = {bound, false, false};
             return;
         }
-        take(triangle, part_.closest(triangle, nearest_.distance));
+        visit(triangle, part_.closest(triangle, nearest_.distance));
     }
-    void take(const SurfaceTriangle& triangle, const MeshPair& pair) {
+    void visit(const SurfaceTriangle& triangle, const MeshPair& pair) {
         const double distance = pair.lower;
         if (!(distance < nearest_.distance)) return;
         const double facing = dot(pair.normal, triangle.normal);
@@ -399,7 +400,7 @@ private:
     }
 
     const SurfaceTriangles& surface_;
-    const MeshPart& part_;
+    const ErodedPart& part_;
     double offset_;
     double margin_;
     double exact_below_;
@@ -423,12 +424,12 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
     NearestTriangle nearest;
     nearest.distance = reach;
     SurfaceSide side = SurfaceSide::air;
-    const auto find_side = [&](const MeshPart& part) {
-        if (side == SurfaceSide::air) side = surface.side_of(part.inside(), part.ball());
+    const auto find_side = [&](const ErodedPart& part) {
+        if (side == SurfaceSide::air) side = surface.side_of(part.inside(), part.inner_radius());
     };
     const double around = std::max(reach, margin);
-    const auto take = [&](const LocalShape& shape, std::uint32_t index) {
-        const MeshPart part(shape, index, offset);
+    const auto visit_part = [&](const LocalShape& shape, std::uint32_t index) {
+        const ErodedPart part(shape, index, offset);
         MeshPairing pairing(surface, part, offset, margin, exact_below, nearest, patches);
         const bool is_known = surface.visit(
             part.box(around),
@@ -449,13 +450,13 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
             const Eigen::Vector3d half = bounds + Eigen::Vector3d::Constant(around);
             return !surface.is_empty({centre - half, centre + half});
         },
-        take);
+        visit_part);
     result.distance = nearest.distance;
     if (result.is_missing || !(nearest.distance > 0.0)) return result;
     if (body.is_compound()) {
         LocalHull hull;
         const LocalShape first = body.part(0, hull);
-        find_side(MeshPart(first, 0, offset));
+        find_side(ErodedPart(first, 0, offset));
     }
     if (side == SurfaceSide::unknown) result.is_missing = true;
     if (side == SurfaceSide::solid) result.distance = -kInfinity;

@@ -106,8 +106,8 @@ double rise_over_all(const MeshQuery& query) {
     const CellRange cells = local.cells(box.low[0], box.low[1], box.high[0], box.high[1]);
     if (cells.east < cells.west || cells.north < cells.south) return 0.0;
     const RangeAnswer range = local.ground().range(cells);
-    if (range.status == GroundStatus::outside) return 0.0;
-    if (range.status == GroundStatus::not_resident) return kInfinity;
+    if (range.status == QueryStatus::outside) return 0.0;
+    if (range.status == QueryStatus::not_resident) return kInfinity;
     constexpr double kHair = 1e-6;  // for rounding, metres
     const Eigen::Vector3d origin = local.to_world(Eigen::Vector3d::Zero());
     const Eigen::Vector3d wider = Eigen::Vector3d::Constant(kHair);
@@ -131,7 +131,7 @@ MeshTranslation find_separating_translation(const MeshQuery& query, const MeshOv
     const double rise = rise_over_all(query);
     LocalHull hull;
     const LocalShape first = query.body().part(0, hull);
-    const Eigen::Vector3d inside = MeshPart(first, 0, 0.0).inside();
+    const Eigen::Vector3d inside = ErodedPart(first, 0, 0.0).inside();
     double around = query.body().whole().bounds.maxCoeff() + query.local().spacing();
     for (int search = 0; search < kSearches; ++search, around *= 2.0) {
         Candidates candidates;

@@ -104,7 +104,7 @@ private:
             [&](const LocalShape& first, std::uint32_t index) {
                 LocalHull hull;
                 const LocalShape last = end.part(index, hull);
-                const MeshPart at_start(first, index, offset_), at_end(last, index, offset_);
+                const ErodedPart at_start(first, index, offset_), at_end(last, index, offset_);
                 const Eigen::Vector3d origin =
                     local.to_local(motion_.start.translation + from * motion_.translation);
                 arm_ = find_arm(first, origin);
@@ -141,13 +141,13 @@ private:
     double sagitta(double turn) const { return 0.125 * turn * turn * arm_; }
 
     /// Whether a plane separates the part from a triangle at both ends of an interval, and so within it.
-    bool is_clear(const SurfaceTriangle& triangle, const Eigen::Vector3d& n, const MeshPart& from,
-                  const MeshPart& to, double turn, double rest) const {
+    bool is_clear(const SurfaceTriangle& triangle, const Eigen::Vector3d& n, const ErodedPart& from,
+                  const ErodedPart& to, double turn, double rest) const {
         const double top = highest(triangle, n);
         return std::min(from.lowest(n), to.lowest(n)) - top - sagitta(turn) >= rest;
     }
 
-    void meet(const SurfaceTriangle& triangle, const MeshPart& from, const MeshPart& to,
+    void meet(const SurfaceTriangle& triangle, const ErodedPart& from, const ErodedPart& to,
               double begin, double end, double& limit) {
         const double turn = spin_ * (end - begin);
         if (is_clear(triangle, triangle.normal, from, to, turn, stop_gap_)) return;
@@ -157,7 +157,7 @@ private:
         advance(triangle, from, begin, limit);
     }
     /// Whether a plane orthogonal to an axis of a box at the start of a piece separates throughout the piece.
-    bool is_beside(const SurfaceTriangle& triangle, const MeshPart& from, const MeshPart& to,
+    bool is_beside(const SurfaceTriangle& triangle, const ErodedPart& from, const ErodedPart& to,
                    double turn) const {
         for (const Eigen::Vector3d& axis : from.whole().axes) {
             if (is_clear(triangle, axis, from, to, turn, stop_gap_) ||
@@ -169,15 +169,15 @@ private:
     }
 
     /// Conservative advancement against one triangle, limited by the earliest hit so far.
-    void advance(const SurfaceTriangle& triangle, const MeshPart& first, double begin,
+    void advance(const SurfaceTriangle& triangle, const ErodedPart& first, double begin,
                  double& limit) {
         double t = begin;
         std::optional<LocalBody> body;
         LocalHull hull;
         std::optional<LocalShape> shape;
-        std::optional<MeshPart> part;
+        std::optional<ErodedPart> part;
         for (int step = 0; step < kMaxSteps; ++step) {
-            const MeshPart& now = step == 0 ? first : *part;
+            const ErodedPart& now = step == 0 ? first : *part;
             const MeshPair pair = now.closest(triangle, kInfinity);
             const double gap = pair.lower;
             const Eigen::Vector3d& n = pair.normal;
@@ -235,7 +235,7 @@ private:
         return dot(pair.normal, velocity) < -rounding;
     }
 
-    void stop(double t, const MeshPair& pair, const MeshPart& part, double& limit) {
+    void stop(double t, const MeshPair& pair, const ErodedPart& part, double& limit) {
         limit = t;
         answer_.hit = true;
         answer_.normal = pair.normal;

@@ -44,7 +44,7 @@ bool has_contour(const SolidSurface& solid, const Aabb& box) {
 double field_height(const Ground& ground, const WorldPos& point) {
     const std::int64_t column = ground.column_at(point.x()), row = ground.row_at(point.y());
     const GroundCell cell = ground.cell(column, row);
-    if (cell.status != GroundStatus::ok) return -kInfinity;
+    if (cell.status != QueryStatus::ok) return -kInfinity;
     const LocalGround local(ground, point);
     const std::array<Triangle, 2> both = local.triangles(cell, column, row);
     const Eigen::Vector3d p = local.to_local(point);
@@ -91,7 +91,7 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     if (!is_touched) return false;
     const RangeAnswer range = ground.range(cells);
     const double quantum = ground.lattice().quantum;
-    const double high = range.status == GroundStatus::outside ? -kInfinity : quantum * range.high;
+    const double high = range.status == QueryStatus::outside ? -kInfinity : quantum * range.high;
     if (box_world.low.z() > std::max(high, top)) return false;  // above everything
     if (meets) return true;
     // No contour is in the box, and no mouth is over or under it. If the heightfield passes through the box, it is the
@@ -119,7 +119,7 @@ bool SurfaceTriangles::is_empty(const Aabb& box) const {
             is_any = is_any || prism.high >= box.low[2];
             return !is_any;
         }
-        void take(const GroundCell&, std::int64_t column, std::int64_t row) {
+        void visit(const GroundCell&, std::int64_t column, std::int64_t row) {
             const SolidSurface* const solid = triangles.local_.ground().solid(column, row);
             const auto index = static_cast<std::size_t>((row & (kChunkCells - 1)) * kChunkCells +
                                                         (column & (kChunkCells - 1)));
@@ -140,9 +140,9 @@ SurfaceSide SurfaceTriangles::side_of(const Eigen::Vector3d& inside, double reac
     for (const Eigen::Vector3d& point : points) {
         const WorldPos p = local_.to_world(point);
         const HeightAnswer below = local_.ground().height_below(p.x(), p.y(), p.z());
-        if (below.status == GroundStatus::not_resident) return SurfaceSide::unknown;
-        const bool is_solid = below.status == GroundStatus::miss ||
-                              (below.status == GroundStatus::ok && below.normal.z() < 0.0);
+        if (below.status == QueryStatus::not_resident) return SurfaceSide::unknown;
+        const bool is_solid = below.status == QueryStatus::miss ||
+                              (below.status == QueryStatus::ok && below.normal.z() < 0.0);
         if (!is_solid) return SurfaceSide::air;
     }
     return SurfaceSide::solid;

@@ -37,22 +37,22 @@ public:
 
     const LocalGround& local() const { return local_; }
 
-    /// Visits the triangles that may overlap a box, `take(const SurfaceTriangle&)`, in a deterministic order. False if
-    /// ground that is not resident may reach the box.
-    template <class Take>
-    bool visit(const Aabb& box, Take&& take) const {
+    /// Visits the triangles that may overlap a box, `visitor(const SurfaceTriangle&)`, in a deterministic order. False
+    /// if ground that is not resident may reach the box.
+    template <class Visitor>
+    bool visit(const Aabb& box, Visitor&& visitor) const {
         return visit(
-            box, [](const std::array<Eigen::Vector3d, 3>&) { return true; }, take);
+            box, [](const std::array<Eigen::Vector3d, 3>&) { return true; }, visitor);
     }
     /// As above, with a filter `wants(corners)` that applies to the triangles of volumes only.
-    template <class Wants, class Take>
-    bool visit(const Aabb& box, const Wants& wants, Take&& take) const {
+    template <class Wants, class Visitor>
+    bool visit(const Aabb& box, const Wants& wants, Visitor&& visitor) const {
         const CellRange cells = local_.cells(box.low[0], box.low[1], box.high[0], box.high[1]);
         if (cells.east < cells.west || cells.north < cells.south) return true;
-        FieldVisitor<Take> field{*this, box, take};
+        FieldVisitor<Visitor> field{*this, box, visitor};
         visit_cells(local_, cells, field);
         visit_solids(local_.ground(), cells, [&](const SolidSurface& solid, const CellRange&) {
-            visit_solid(solid, box, wants, take);
+            visit_solid(solid, box, wants, visitor);
         });
         return !field.is_missing;
     }
@@ -77,9 +77,9 @@ private:
             Eigen::Vector3d::Constant(1e-9 * (1.0 + 1e-6 * origin.cwiseAbs().maxCoeff()));
         return {box.low + origin - hair, box.high + origin + hair};
     }
-    template <class Wants, class Take>
+    template <class Wants, class Visitor>
     void visit_solid(const SolidSurface& solid, const Aabb& box, const Wants& wants,
-                     Take&& take) const {
+                     Visitor&& visitor) const {
         const Aabb box_world = to_world(box);
         std::array<std::uint32_t, 32> found;
         std::uint32_t cursor = 0;
@@ -93,16 +93,16 @@ private:
                 const Eigen::Vector3d n = cross(v[1] - v[0], v[2] - v[0]);
                 const double size = length(n);
                 // A triangle without area is an edge of its neighbours.
-                if (size > 0.0) take(SurfaceTriangle{v, n / size});
+                if (size > 0.0) visitor(SurfaceTriangle{v, n / size});
             }
         }
     }
 
-    template <class Take>
+    template <class Visitor>
     struct FieldVisitor {
         const SurfaceTriangles& triangles;
         const Aabb& box;
-        Take& take_triangle;
+        Visitor& visit_triangle;
         bool is_missing = false;
         const SolidSurface* solid = nullptr;  // solid of the chunk of the last cell
         std::int64_t chunk_column = 0, chunk_row = 0;
@@ -115,7 +115,7 @@ private:
             is_missing = is_missing || prism.high >= box.low[2];
             return true;
         }
-        void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
             if (!has_chunk || column >> kChunkLog2 != chunk_column ||
                 row >> kChunkLog2 != chunk_row) {
                 solid = triangles.local_.ground().solid(column, row);
@@ -128,7 +128,7 @@ private:
             const std::array<Triangle, 2> both = triangles.local_.triangles(cell, column, row);
             for (const bool is_north : {false, true}) {
                 if (solid != nullptr && solid->is_replaced(index, is_north)) continue;
-                take_triangle(both[is_north ? 1 : 0]);
+                visit_triangle(both[is_north ? 1 : 0]);
             }
         }
     };

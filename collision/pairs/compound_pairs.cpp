@@ -240,7 +240,7 @@ private:
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
         bool is_solved = false;
-        const auto take = [&](const HalfSpace& plane) {
+        const auto add_plane = [&](const HalfSpace& plane) {
             if (!(dot(plane.normal, found.translation) < plane.depth)) return;
             HalfSpaces spaces = found.spaces;
             spaces.add(plane);
@@ -256,17 +256,17 @@ private:
         };
         // Candidates: the pair's separating plane at this translation, that at the start, or else the one at the exit
         // along the translation.
-        take(half_space(gap.gap.normal, gap.gap.distance, found.translation));
+        add_plane(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
             if (at_start.distance < 0.0) {
-                take(half_space(at_start.normal, at_start.distance, Eigen::Vector3d::Zero()));
+                add_plane(half_space(at_start.normal, at_start.distance, Eigen::Vector3d::Zero()));
             }
             if (!is_solved) {
                 const Eigen::Vector3d ahead = found.translation / length(found.translation);
                 const double far = bound_distance(ahead) + 4.0 * touch_;
                 const double exit = exit_of(gap.part_a, gap.part_b, ahead, far);
-                take(plane_between(gap.part_a, gap.part_b, exit * ahead));
+                add_plane(plane_between(gap.part_a, gap.part_b, exit * ahead));
             }
         }
         if (!is_solved) return false;
@@ -518,7 +518,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
     }
     const Eigen::Vector3d& translation = separation.translation;
     const PlacedShape separated = a.moved(translation);
-    const double room = length(translation);
+    const double distance = length(translation);
     Patches patches;
     // Adds the contacts of a pair found after the separating translation, with the depths before it.
     const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
@@ -539,16 +539,18 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
                      [&](std::uint32_t i, std::uint32_t j, double) {
                          const Gap gap = find_gap(a.part(i), b.part(j));
                          if (gap.distance <= reported) {
-                             add(i, j, room == 0.0 ? gap : find_gap(separated.part(i), b.part(j)));
+                             add(i, j,
+                                 distance == 0.0 ? gap : find_gap(separated.part(i), b.part(j)));
                          }
                          return reported;
                      });
-    if (room == 0.0) return patches.finish(contacts_out);
+    if (distance == 0.0) return patches.finish(contacts_out);
     // Adds contacts for active planes that have none after the translation, as with round parts and at corners.
     bool is_all = separation.spaces.count > 0;
     for (std::size_t k = 0; k < separation.spaces.count; ++k) {
         const HalfSpace& plane = separation.spaces.planes[k];
-        const bool is_active = dot(plane.normal, translation) <= plane.depth + 1e-9 * room + touch;
+        const bool is_active =
+            dot(plane.normal, translation) <= plane.depth + 1e-9 * distance + touch;
         if (!is_active || patches.has(plane, touch)) continue;
         const auto [i, j] = separation.parts[k];
         if (plane.depth >= -reported) {
@@ -558,7 +560,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
         }
     }
     // If an active plane still has no contact, one contact along the translation itself represents all.
-    const HalfSpace whole{translation / room, room};
+    const HalfSpace whole{translation / distance, distance};
     if (!is_all && !patches.has(whole, touch)) {
         patches.add(deepest_contact(a, least.part_a, b, least.part_b, whole));
     }

@@ -170,7 +170,7 @@ Eigen::Vector3d edge_between(const Simplex& y, std::size_t i, std::size_t j) {
     return (y[j].on_a - y[i].on_a) - (y[j].on_b - y[i].on_b);
 }
 
-void take(const BarycentricPoint& mix, BarycentricPoint& best) {
+void keep_nearer(const BarycentricPoint& mix, BarycentricPoint& best) {
     if (mix.square < best.square) best = mix;
 }
 
@@ -192,8 +192,8 @@ BarycentricPoint nearest_of_edge(const Simplex& y, std::size_t i, std::size_t j)
 
 BarycentricPoint nearest_of_face(const Simplex& y, std::size_t i, std::size_t j, std::size_t k) {
     BarycentricPoint best = nearest_of_edge(y, i, j);
-    take(nearest_of_edge(y, j, k), best);
-    take(nearest_of_edge(y, k, i), best);
+    keep_nearer(nearest_of_edge(y, j, k), best);
+    keep_nearer(nearest_of_edge(y, k, i), best);
     // Uses the two shorter edges, because the longer ones of a sliver are nearly parallel.
     std::array<std::size_t, 3> which = {i, j, k};
     const auto square_of = [&](std::size_t a, std::size_t b) {
@@ -224,7 +224,7 @@ BarycentricPoint nearest_of_face(const Simplex& y, std::size_t i, std::size_t j,
         }
         if (inside.share[a] <= 0.0) return best;
     }
-    take(inside, best);
+    keep_nearer(inside, best);
     return best;
 }
 
@@ -253,7 +253,7 @@ bool find_nearest(const Simplex& y, std::size_t count, double rounding, Barycent
         for (const std::size_t* f : kFaces) {
             if (!is_outside(y, f[0], f[1], f[2], f[3], rounding)) continue;
             is_found = true;
-            take(nearest_of_face(y, f[0], f[1], f[2]), best);
+            keep_nearer(nearest_of_face(y, f[0], f[1], f[2]), best);
         }
         return is_found;
     }
@@ -463,11 +463,11 @@ private:
         m -= (dot(m, e) / ee) * e;
         m /= length(m);
         if (dot(m, towards) < 0.0) m = -m;
-        take(m, p, q_y, best);
+        offer(m, p, q_y, best);
     }
 
-    void take(const Eigen::Vector3d& m, const Eigen::Vector3d& p, const Eigen::Vector3d& q_y,
-              Candidate& best) const {
+    void offer(const Eigen::Vector3d& m, const Eigen::Vector3d& p, const Eigen::Vector3d& q_y,
+               Candidate& best) const {
         const Eigen::Vector3d q = rotated(pair_.x_from_y, q_y) + pair_.offset;
         const double gap = dot(m, q - p);
         if (gap > best.gap + preference_) best = {m, gap, pair_.is_x_first};

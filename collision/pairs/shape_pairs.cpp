@@ -78,7 +78,7 @@ TestAnswer test_contact(const Shape& a, const Pose& world_from_a, const Shape& b
                         const Pose& world_from_b) {
     const PlacedPair pair(a, world_from_a, b, world_from_b, 0.0);
     if (!pair.is_valid) return {};
-    TestAnswer answer{QueryStatus::complete, false, 0.0};
+    TestAnswer answer{QueryStatus::ok, false, 0.0};
     if (pair.is_beyond) return answer;
     if (pair.is_single) {
         answer.is_touching = is_touching(pair.a.part(0), pair.b.part(0));
@@ -99,7 +99,7 @@ PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const 
     PairContactAnswer answer;
     const PlacedPair pair(a, world_from_a, b, world_from_b, margin);
     if (!pair.is_valid || !(margin >= 0.0)) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     if (pair.is_beyond) {
         answer.least_distance =
             length(world_from_b.translation - world_from_a.translation) - pair.reach - pair.touch();
@@ -133,7 +133,7 @@ PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, con
     PairDistanceAnswer answer;
     const PlacedPair pair(a, world_from_a, b, world_from_b);
     if (!pair.is_valid) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     const PartGap least = pair.is_single ? PartGap{0, 0, find_gap(pair.a.part(0), pair.b.part(0))}
                                          : find_least_gap(pair.a, pair.b);
     if (pair.is_single || least.gap.distance >= -pair.touch()) {
@@ -159,7 +159,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
     Axis least;
     if (pair.is_single) {
         least = find_pseudodistance(pair.a.part(0), pair.b.part(0));
-        return {QueryStatus::complete, least.gap, least.normal, 0.0};
+        return {QueryStatus::ok, least.gap, least.normal, 0.0};
     }
     least.gap = kInfinity;
     visit_part_pairs(pair.view_a.tree(), pair.view_b.tree(), kInfinity, BoundGaps(pair.a, pair.b),
@@ -169,7 +169,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
                          if (axis.gap < least.gap) least = axis;
                          return least.gap;
                      });
-    return {QueryStatus::complete, least.gap, least.normal, 0.0};
+    return {QueryStatus::ok, least.gap, least.normal, 0.0};
 }
 
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,
@@ -179,7 +179,7 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
         !(settings.tolerance > 0.0) || !std::isfinite(settings.tolerance)) {
         return answer;
     }
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     ShapeView view_a(a);
     ShapeView view_b(b);
     Motion moving_a = motion_a;
@@ -229,7 +229,7 @@ ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const 
     if (!is_valid_query(shape, world_from_shape) || !is_valid_place(from) || !is_valid_place(to)) {
         return answer;
     }
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     const ShapeView view(shape);
     const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),
                              Eigen::Vector3d::Zero()};

@@ -56,9 +56,10 @@ ConvexRay enter_sphere(const Eigen::Vector3d& centre, double radius, const Eigen
     // Measures from the foot of the perpendicular, so that distant starts cause no cancellation.
     const double foot = -dot(d, displacement) / square;
     const Eigen::Vector3d nearest = d + foot * displacement;
-    const double room = radius * radius - dot(nearest, nearest);
-    if (room < -1e-15 * radius * radius || (room < 0.0 && radius == 0.0)) return {};
-    const double t = foot - std::sqrt(std::max(0.0, room) / square);
+    const double square_half_chord = radius * radius - dot(nearest, nearest);
+    if (square_half_chord < -1e-15 * radius * radius || (square_half_chord < 0.0 && radius == 0.0))
+        return {};
+    const double t = foot - std::sqrt(std::max(0.0, square_half_chord) / square);
     if (t < 0.0 || t > 1.0) return {};
     const Eigen::Vector3d n = d + t * displacement;
     const double size = length(n);
@@ -70,7 +71,7 @@ ConvexRay cast_at(const PlacedSphere& sphere, const Eigen::Vector3d& from,
     return enter_sphere(sphere.centre, sphere.radius, from, displacement);
 }
 
-void take(const ConvexRay& ray, ConvexRay& best) {
+void keep_nearer(const ConvexRay& ray, ConvexRay& best) {
     if (ray.hit && (!best.hit || ray.fraction < best.fraction)) best = ray;
 }
 
@@ -79,7 +80,7 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     const Eigen::Vector3d low = capsule.centre - capsule.half_axis;
     const Eigen::Vector3d high = capsule.centre + capsule.half_axis;
     ConvexRay best = enter_sphere(low, capsule.radius, from, displacement);
-    take(enter_sphere(high, capsule.radius, from, displacement), best);
+    keep_nearer(enter_sphere(high, capsule.radius, from, displacement), best);
     const double half = length(capsule.half_axis);
     if (half == 0.0) return best;
     // Cylinder: a ray against a disc in the plane orthogonal to the axis.
@@ -88,11 +89,11 @@ ConvexRay cast_at(const PlacedCapsule& capsule, const Eigen::Vector3d& from,
     const double along = dot(d, axis);
     const double rate = dot(displacement, axis);
     const auto is_beside = [&](double t) { return std::abs(along + t * rate) <= half; };
-    ConvexRay tube = enter_sphere(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis,
+    ConvexRay side = enter_sphere(Eigen::Vector3d::Zero(), capsule.radius, d - along * axis,
                                   displacement - rate * axis);
-    if (tube.hit && is_beside(tube.fraction)) {
-        if (tube.fraction == 0.0) tube.normal = against(displacement);
-        take(tube, best);
+    if (side.hit && is_beside(side.fraction)) {
+        if (side.fraction == 0.0) side.normal = against(displacement);
+        keep_nearer(side, best);
     }
     return best;
 }

@@ -144,7 +144,7 @@ Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
     if (const Result<void> good = check_proxy_settings(settings); !good) {
         return passed_on(good.error());
     }
-    if (const Result<void> good = check(mesh); !good) return passed_on(good.error());
+    if (const Result<void> good = mesh.validate(); !good) return passed_on(good.error());
     const SolidMesh solid = internal::make_solid_mesh(mesh);
     if (solid.triangles.empty()) {
         return fail(ErrorCode::invalid_argument,

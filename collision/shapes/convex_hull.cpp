@@ -307,8 +307,6 @@ std::span<const std::uint32_t> ConvexHull::face(std::size_t index) const {
     return std::span(data_->loops).subspan(face.first, face.count);
 }
 
-Result<void> check(const ConvexHull&) { return {}; }
-
 double bounding_radius(const ConvexHull& hull) { return internal::hull_data(hull).bounding_radius; }
 
 double smallest_half_extent(const ConvexHull& hull) {

@@ -192,12 +192,11 @@ Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
 }  // namespace
 
 Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points) {
-    Result<ConvexHull> hull = ConvexHull::create(points);
-    if (!hull) return tl::unexpected<Error>(hull.error());
+    TERRANE_TRY(ConvexHull hull, ConvexHull::create(points));
     Aabb bounds = empty_box();
-    for (const Eigen::Vector3d& vertex : hull->vertices()) include(vertex, 0.0, bounds);
-    const double volume = volume_of(*hull);
-    return ProxyPart{*std::move(hull), bounds, volume, {}};
+    for (const Eigen::Vector3d& vertex : hull.vertices()) include(vertex, 0.0, bounds);
+    const double volume = volume_of(hull);
+    return ProxyPart{std::move(hull), bounds, volume, {}};
 }
 
 Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
@@ -207,11 +206,10 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
     const auto finish = [&](Cell& cell) -> Result<void> {
         const std::vector<Eigen::Vector3d> points = extreme_points(solid, cell);
         if (points.empty()) return {};
-        Result<ProxyPart> part = make_part(points);
-        if (!part) return tl::unexpected<Error>(part.error());
-        cell.box = part->bounds;
-        part->distance = distance_outside(solid, part->hull, error, precision, kInfinity);
-        cell.part.emplace(*std::move(part));
+        TERRANE_TRY(ProxyPart part, make_part(points));
+        cell.box = part.bounds;
+        part.distance = distance_outside(solid, part.hull, error, precision, kInfinity);
+        cell.part.emplace(std::move(part));
         return {};
     };
     std::vector<Cell> cells(1);
@@ -222,9 +220,7 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
         cells[0].surface.emplace_back(corners.begin(), corners.end());
         for (const Eigen::Vector3d& corner : corners) include(corner, 0.0, cells[0].box);
     }
-    if (const Result<void> done = finish(cells[0]); !done) {
-        return tl::unexpected<Error>(done.error());
-    }
+    TERRANE_TRY(finish(cells[0]));
     while (cells.size() < max_parts) {
         const auto worst =
             std::max_element(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
@@ -236,9 +232,7 @@ Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error
         const Cut cut = choose_cut(solid, cell, error);
         for (const double sign : {-1.0, 1.0}) {
             Cell side = side_of(cell, cut, sign);
-            if (const Result<void> done = finish(side); !done) {
-                return tl::unexpected<Error>(done.error());
-            }
+            TERRANE_TRY(finish(side));
             if (side.part) cells.push_back(std::move(side));
         }
     }
@@ -279,7 +273,7 @@ public:
         pairs_ = {};
         margin_ = only_neighbours ? std::max(0.5 * error, 1e-9 * solid_.extent) : kInfinity;
         for (std::size_t i = 0; i < parts_.size(); ++i) {
-            if (const Result<void> added = add_pairs(i); !added) return added;
+            TERRANE_TRY(add_pairs(i));
         }
         while (!pairs_.empty() && count_ > enough) {
             MergedPair pair = pairs_.top();
@@ -294,7 +288,7 @@ public:
             parts_.emplace_back(std::move(pair.part));
             --count_;
             drop_contained(parts_.size() - 1);
-            if (const Result<void> added = add_pairs(parts_.size() - 1); !added) return added;
+            TERRANE_TRY(add_pairs(parts_.size() - 1));
         }
         return {};
     }
@@ -333,10 +327,9 @@ private:
             const ProxyPart& a = *parts_[first];
             std::vector<Eigen::Vector3d> points(a.hull.vertices().begin(), a.hull.vertices().end());
             points.insert(points.end(), b.hull.vertices().begin(), b.hull.vertices().end());
-            Result<ProxyPart> made = make_part(points);
-            if (!made) return tl::unexpected<Error>(made.error());
-            const double added = made->volume - a.volume - b.volume;
-            pairs_.push({added, first, second, *std::move(made)});
+            TERRANE_TRY(ProxyPart made, make_part(points));
+            const double added = made.volume - a.volume - b.volume;
+            pairs_.push({added, first, second, std::move(made)});
         }
         return {};
     }
@@ -353,12 +346,8 @@ private:
 Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<ProxyPart> parts,
                                            double error, std::size_t max_parts) {
     PartMerger merger(solid, std::move(parts));
-    if (const Result<void> done = merger.run(error, 1, true); !done) {
-        return tl::unexpected<Error>(done.error());
-    }
-    if (const Result<void> done = merger.run(kInfinity, max_parts, false); !done) {
-        return tl::unexpected<Error>(done.error());
-    }
+    TERRANE_TRY(merger.run(error, 1, true));
+    TERRANE_TRY(merger.run(kInfinity, max_parts, false));
     return merger.take();
 }
 

@@ -166,7 +166,7 @@ bool is_valid_place(const WorldPos& point_world) { return is_within(point_world,
 
 bool is_valid_query(const Shape& shape, const Pose& pose) {
     constexpr double kOrthonormal = 1e-6;
-    if (!check(shape) || !is_valid_place(pose.translation)) return false;
+    if (!validate(shape) || !is_valid_place(pose.translation)) return false;
     const Eigen::Matrix3d& m = pose.rotation;
     return is_finite(m.col(0)) && is_finite(m.col(1)) && is_finite(m.col(2)) &&
            column_error(m) <= kOrthonormal && determinant(m) > 0.0;

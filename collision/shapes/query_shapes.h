@@ -61,7 +61,7 @@ inline constexpr double kMostRotation = 1e7;
 
 /// Whether a point is within kFarthestPlace of the origin along each axis; false for NaN.
 bool is_valid_place(const WorldPos& point_world);
-/// Whether check(shape) succeeds, the place is valid, and the rotation is orthonormal to 1e-6 with determinant 1.
+/// Whether validate(shape) succeeds, the place is valid, and the rotation is orthonormal to 1e-6 with determinant 1.
 bool is_valid_query(const Shape& shape, const Pose& pose);
 /// The same for the start of a motion whose translation is at most kFarthestPlace and whose rotation is at most
 /// kMostRotation.

@@ -54,7 +54,7 @@ double support_of(const ConvexShape& shape, const Eigen::Vector3d& direction) {
 Result<void> check_part(const CompoundPart& part, std::size_t index) {
     constexpr double kOrthonormal = 1e-6;
     char text[240];
-    const auto check_each = [](const auto& each) { return check(each); };
+    const auto check_each = [](const auto& each) { return each.validate(); };
     if (Result<void> shape = std::visit(check_each, part.shape); !shape) {
         return fail(ErrorCode::invalid_argument,
                     "compound part " + std::to_string(index) + ": " + shape.error().message);
@@ -117,12 +117,10 @@ Result<void> check_count(std::size_t count, const char* what) {
 Compound::Compound(std::shared_ptr<const internal::CompoundData> data) : data_(std::move(data)) {}
 
 Result<Compound> Compound::create(std::span<const CompoundPart> parts) {
-    if (Result<void> count = check_count(parts.size(), "parts"); !count) {
-        return tl::unexpected(count.error());
-    }
+    TERRANE_TRY(check_count(parts.size(), "parts"));
     auto data = std::make_shared<internal::CompoundData>();
     for (std::size_t i = 0; i < parts.size(); ++i) {
-        if (Result<void> part = check_part(parts[i], i); !part) return tl::unexpected(part.error());
+        TERRANE_TRY(check_part(parts[i], i));
         add_part(parts[i], *data);
     }
     data->tree = internal::make_aabb_tree(data->bounds);
@@ -131,9 +129,7 @@ Result<Compound> Compound::create(std::span<const CompoundPart> parts) {
 
 Result<Compound> Compound::from_triangles(std::span<const Eigen::Vector3d> vertices,
                                           std::span<const std::array<std::uint32_t, 3>> triangles) {
-    if (Result<void> count = check_count(triangles.size(), "triangles"); !count) {
-        return tl::unexpected(count.error());
-    }
+    TERRANE_TRY(check_count(triangles.size(), "triangles"));
     auto data = std::make_shared<internal::CompoundData>();
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const std::string name = "triangle " + std::to_string(i);
@@ -163,8 +159,6 @@ std::span<const internal::AabbNode> internal::part_tree(const Compound& compound
     return compound_data(compound).tree;
 }
 
-Result<void> check(const Compound&) { return {}; }
-
 double bounding_radius(const Compound& compound) { return compound.data_->bounding_radius; }
 
 double smallest_half_extent(const Compound& compound) {
@@ -193,20 +187,6 @@ Result<void> check_size(const char* name, double value) {
     return fail(ErrorCode::invalid_argument, text);
 }
 
-Result<void> check(const Sphere& sphere) { return check_size("sphere radius", sphere.radius); }
-
-Result<void> check(const Capsule& capsule) {
-    if (Result<void> radius = check_size("capsule radius", capsule.radius); !radius) return radius;
-    return check_size("capsule half_height", capsule.half_height);
-}
-
-Result<void> check(const Box& box) {
-    const Eigen::Vector3d& half = box.half_extents;
-    if (Result<void> x = check_size("box half_extents x", half.x()); !x) return x;
-    if (Result<void> y = check_size("box half_extents y", half.y()); !y) return y;
-    return check_size("box half_extents z", half.z());
-}
-
 double bounding_radius(const Sphere& sphere) { return sphere.radius; }
 double bounding_radius(const Capsule& capsule) { return capsule.radius + capsule.half_height; }
 double bounding_radius(const Box& box) {
@@ -233,9 +213,22 @@ double support_distance(const Box& box, const Eigen::Vector3d& direction_body) {
 
 }  // namespace
 
+Result<void> Sphere::validate() const { return check_size("sphere radius", radius); }
+
+Result<void> Capsule::validate() const {
+    TERRANE_TRY(check_size("capsule radius", radius));
+    return check_size("capsule half_height", half_height);
+}
+
+Result<void> Box::validate() const {
+    TERRANE_TRY(check_size("box half_extents x", half_extents.x()));
+    TERRANE_TRY(check_size("box half_extents y", half_extents.y()));
+    return check_size("box half_extents z", half_extents.z());
+}
+
 // Dispatch to the functions of the alternatives.
-Result<void> check(const Shape& shape) {
-    return std::visit([](const auto& each) { return check(each); }, shape);
+Result<void> validate(const Shape& shape) {
+    return std::visit([](const auto& each) { return each.validate(); }, shape);
 }
 
 double bounding_radius(const Shape& shape) {

@@ -15,7 +15,7 @@ namespace {
 constexpr double kTouchingGroundGap = 1.0 / 8.0;
 
 bool has_moved(Mobility mobility) {
-    return mobility == Mobility::moving || mobility == Mobility::driving;
+    return mobility == Mobility::moving || mobility == Mobility::prescribed;
 }
 
 /// Orders by index, the ground last, then by generation.
@@ -87,7 +87,7 @@ void ContactTracker::find_ground(const Bodies& bodies) {
     for (std::uint32_t a = 0; a < bodies.bodies.size(); ++a) {
         if (bodies.mobility[a] != Mobility::moving) continue;
         const RigidBody& body = bodies.bodies[a];
-        GroundContactCache& cache = bodies.ground_contacts[a];
+        GroundContactCache& cache = bodies.gates[a].contacts();
         cache.follow(body);
         Contact contact{
             .a = a, .b = kNone, .first_point = static_cast<std::uint32_t>(points_.size())};

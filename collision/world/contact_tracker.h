@@ -26,7 +26,7 @@ public:
     struct Bodies {
         const SlotIds& ids;
         std::span<const RigidBody> bodies;
-        std::span<GroundContactCache> ground_contacts;
+        std::span<GroundGate> gates;
         std::span<const Mobility> mobility;  ///< of the last collision step
     };
 

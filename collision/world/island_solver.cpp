@@ -110,7 +110,7 @@ constexpr std::size_t kLeastCrowdPairs = 4096;
 constexpr std::uint8_t kMaxPartnersInCrowd = 64;
 
 bool is_moved_by_none(Mobility mobility) {
-    return mobility != Mobility::moving && mobility != Mobility::driving;
+    return mobility != Mobility::moving && mobility != Mobility::prescribed;
 }
 
 /// Half extents of a shape's bounding box in world axes, metres, valid for all rotations that move no point by more
@@ -148,7 +148,6 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
                                  std::span<const Mobility> mobility, const StepSpan& span) {
     const double duration = span.duration;
     bounds_.resize(bodies.size());
-    spheres_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         // Excludes dynamic bodies that are parked or recover from the ground: their state may change.
@@ -159,7 +158,6 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
         has_bounds_[i] = is_still ? 1 : 0;
         if (mobility[i] == Mobility::absent) {
             bounds_[i] = empty_box();
-            spheres_[i] = {};
             continue;
         }
         const RigidBody& body = bodies[i];
@@ -175,7 +173,6 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
             bounds_[i].high[axis] =
                 centre[axis] + half[axis] + margin + std::max(0.0, translation[axis]);
         }
-        spheres_[i] = {centre, body.radius + margin + length(translation)};
     }
 }
 
@@ -292,7 +289,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     const double duration = span.duration;
     if (collide_bodies_ && bodies.size() > 1) {
         update_bounds(bodies, mobility, span);
-        broadphase_->update(bounds_, spheres_);
+        broadphase_->update(bounds_);
         collect_pairs(bodies, mobility, duration);
     }
     team.run_blocks(manifolds_.size(), kBodyBlock, [&](std::size_t i) {
@@ -334,22 +331,23 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     find_drivers(bodies, mobility, span);
 }
 
-/// Computes the poses of the driving bodies of links in each substep.
+/// Computes the poses of the prescribed bodies of links in each substep.
 void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
                                 std::span<const Mobility> mobility, const StepSpan& span) {
-    later_drivers_.clear();
-    driver_index_.resize(bodies.size());
-    for (const BodyPair& link : links_) driver_index_[link.a] = driver_index_[link.b] = kNone;
+    later_prescribed_.clear();
+    prescribed_index_.resize(bodies.size());
+    for (const BodyPair& link : links_)
+        prescribed_index_[link.a] = prescribed_index_[link.b] = kNone;
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
-            if (mobility[i] != Mobility::driving || driver_index_[i] != kNone) continue;
-            driver_index_[i] = static_cast<std::uint32_t>(later_drivers_.size());
+            if (mobility[i] != Mobility::prescribed || prescribed_index_[i] != kNone) continue;
+            prescribed_index_[i] = static_cast<std::uint32_t>(later_prescribed_.size());
             RigidBody later = bodies[i];
             for (int substep = 1; substep < span.substep_count; ++substep) {
                 const Motion motion{later.pose, later.velocity.linear * span.substep(),
                                     later.velocity.angular * span.substep()};
                 later.pose = motion.at(1.0);
-                later_drivers_.push_back(later);
+                later_prescribed_.push_back(later);
             }
         }
     }

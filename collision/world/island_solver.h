@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/worker_team.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_gate.h"
 #include "world/solver/pair_manifolds.h"
 #include "world/vehicle/drive_forces.h"
 
@@ -45,10 +45,10 @@ private:
 };
 
 enum class Mobility : std::uint8_t {
-    absent,   ///< no body has this index
-    fixed,    ///< does not move, even if touched
-    driving,  ///< moves unaffected by contacts, or was placed anew: wakes sleepers that it touches
-    asleep,   ///< at rest until a moving or driving body touches it
+    absent,      ///< no body has this index
+    fixed,       ///< does not move, even if touched
+    prescribed,  ///< moves unaffected by contacts, or was placed anew: wakes sleepers that it touches
+    asleep,      ///< at rest until a moving or prescribed body touches it
     moving,
 };
 
@@ -56,7 +56,7 @@ enum class Mobility : std::uint8_t {
 using PairFilter = std::function<bool(std::uint32_t a, std::uint32_t b)>;
 
 /// [bodies] Wheels or feet of each body, or null; empty if no body has any.
-struct BodyDrives {
+struct BodyActuators {
     std::span<WheelSet* const> wheels;
     std::span<const FootDrive* const> feet;
 };
@@ -76,7 +76,7 @@ public:
           pair_filter_(std::move(pair_filter)) {}
 
     /// Finds the pairs that touch or may touch within the step, and the islands of moving bodies. If a moving or
-    /// driving body touches a sleeping one, the whole sleep group of the sleeper becomes `moving`.
+    /// prescribed body touches a sleeping one, the whole sleep group of the sleeper becomes `moving`.
     ///
     /// @param groups      [bodies] sleep group: sleepers with equal numbers wake together
     /// @param wheel_links pairs of a vehicle and a body under its wheels
@@ -86,10 +86,10 @@ public:
 
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The resulting poses are not
     /// yet proved clear of the ground.
-    /// @param ground_contacts [bodies]
-    /// @param drives          of the bodies that have wheels or feet
-    void step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-              const BodyDrives& drives, const StepSpan& span, WorkerTeam& team);
+    /// @param gates  [bodies] begun, for the ground contacts
+    /// @param actuators of the bodies that have wheels or feet
+    void step(std::span<RigidBody> bodies, std::span<GroundGate> gates,
+              const BodyActuators& actuators, const StepSpan& span, WorkerTeam& team);
 
     /// Makes the next find() recompute the body's box; required after changing a body that does not move.
     void forget_bounds(std::size_t body) {
@@ -98,11 +98,11 @@ public:
 
     /// Islands of the last find(); sleepers belong to none.
     const Islands& islands() const { return islands_; }
-    /// Whether a driving body touches an island of the last find().
+    /// Whether a prescribed body touches an island of the last find().
     bool is_driven(std::size_t island) const {
         for (const std::uint32_t link : islands_.links(island)) {
             for (const std::uint32_t body : {links_[link].a, links_[link].b}) {
-                if (moves_[body] == 0 && driver_index_[body] != kNone) return true;
+                if (moves_[body] == 0 && prescribed_index_[body] != kNone) return true;
             }
         }
         return false;
@@ -149,9 +149,13 @@ private:
     /// The arguments of step().
     struct Scene {
         std::span<RigidBody> bodies;
-        std::span<GroundContactCache> ground_contacts;
-        const BodyDrives& drives;
+        std::span<GroundGate> gates;
+        const BodyActuators& actuators;
         const StepSpan& span;
+
+        GroundContactCache& ground_contacts(std::uint32_t body) const {
+            return gates[body].contacts();
+        }
     };
 
     void update_bounds(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
@@ -200,7 +204,6 @@ private:
     std::vector<std::uint8_t> partner_count_;  // [bodies] number of pairs so far, in a crowd
     std::vector<BodyPair> sensor_pairs_;
     std::size_t skipped_pair_count_ = 0;
-    std::vector<BoundingSphere> spheres_;
     std::vector<PairManifold> manifolds_, previous_manifolds_;  // ascending by pair
     SeparatedPairs separated_;
     // For each pair's first manifold: index in previous_manifolds_, or kNone.
@@ -211,9 +214,9 @@ private:
     std::vector<std::uint8_t> wakes_;            // [groups]
     std::vector<std::uint8_t> moves_;
     Islands islands_;
-    std::vector<SolverBody> solver_bodies_;    // [bodies]
-    std::vector<RigidBody> later_drivers_;     // driving bodies of links, in later substeps
-    std::vector<std::uint32_t> driver_index_;  // [bodies] in later_drivers_, or kNone
+    std::vector<SolverBody> solver_bodies_;        // [bodies]
+    std::vector<RigidBody> later_prescribed_;      // prescribed bodies of links, in later substeps
+    std::vector<std::uint32_t> prescribed_index_;  // [bodies] in later_prescribed_, or kNone
     std::vector<Eigen::Vector3d> pair_impulses_, ground_impulses_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()
     std::vector<Scratch> scratch_;      // [workers]

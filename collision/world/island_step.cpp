@@ -59,8 +59,8 @@ StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, do
 
 }  // namespace
 
-void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCache> ground_contacts,
-                        const BodyDrives& drives, const StepSpan& span, WorkerTeam& team) {
+void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundGate> gates,
+                        const BodyActuators& actuators, const StepSpan& span, WorkerTeam& team) {
     solver_bodies_.resize(bodies.size());
     struck_.assign(bodies.size(), 0);
     scratch_.resize(static_cast<std::size_t>(team.size()));
@@ -72,11 +72,12 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundContactCach
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
-            const bool is_driving = driver_index_[i] != kNone;
-            solver_bodies_[i].set_fixed(bodies[i].pose, is_driving ? bodies[i].velocity : Twist{});
+            const bool is_prescribed = prescribed_index_[i] != kNone;
+            solver_bodies_[i].set_fixed(bodies[i].pose,
+                                        is_prescribed ? bodies[i].velocity : Twist{});
         }
     }
-    const Scene scene{bodies, ground_contacts, drives, span};
+    const Scene scene{bodies, gates, actuators, span};
     const std::size_t count = islands_.count();
     team.run((count + kIslandBlock - 1) / kIslandBlock, [&](std::size_t block, int worker) {
         const std::size_t end = std::min(count, (block + 1) * kIslandBlock);
@@ -93,9 +94,9 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     const StepSpan& span = scene.span;
     const double substep = span.substep();
     const std::size_t contact_count = count_contacts(island, scene);
-    const bool has_wheels = !scene.drives.wheels.empty() &&
+    const bool has_wheels = !scene.actuators.wheels.empty() &&
                             std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
-                                return scene.drives.wheels[member] != nullptr;
+                                return scene.actuators.wheels[member] != nullptr;
                             });
     if (contact_count == 0 && !has_wheels) {
         for (const std::uint32_t member : members) {
@@ -127,7 +128,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
     mean_speed /= static_cast<double>(members.size());
     const StoppingRule rule =
         stopping_rule(members.size(), contact_count, mean_speed, is_conjugate);
-    const double least_bounce = bounce_speed(acceleration, substep);
+    const double least_bounce = least_bounce_speed(acceleration, substep);
     for (const std::uint32_t member : members) {
         solver_bodies_[member].set(bodies[member].mass, bodies[member].pose, {});
     }
@@ -174,7 +175,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             bodies[member].velocity = solver_bodies_[member].velocity;
         }
         for (const std::uint32_t member : members) {
-            const bool is_flying = links.empty() && !scene.ground_contacts[member].has_contacts();
+            const bool is_flying = links.empty() && !scene.ground_contacts(member).has_contacts();
             integrate(bodies[member], substep, is_flying);
         }
         const bool is_last = i + 1 == span.substep_count;
@@ -201,11 +202,11 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
 /// @param b kNone: the ground
 void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
                               const Scene& scene) {
-    if (scene.drives.feet.empty()) return;
+    if (scene.actuators.feet.empty()) return;
     const double substep = scene.span.substep();
-    if (const FootDrive* const feet = scene.drives.feet[a]) feet->drive(contact, 1.0, substep);
+    if (const FootDrive* const feet = scene.actuators.feet[a]) feet->drive(contact, 1.0, substep);
     if (b == kNone) return;
-    if (const FootDrive* const feet = scene.drives.feet[b]) feet->drive(contact, -1.0, substep);
+    if (const FootDrive* const feet = scene.actuators.feet[b]) feet->drive(contact, -1.0, substep);
 }
 
 /// Closing speed of a contact due to wheel forces of the substep, m/s, >= 0.
@@ -223,7 +224,7 @@ double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int su
                                   const Scene& scene) {
     double added = 0.0;
     for (const std::uint32_t member : members) {
-        WheelSet* const wheels = scene.drives.wheels[member];
+        WheelSet* const wheels = scene.actuators.wheels[member];
         if (wheels == nullptr) continue;
         for (WheelContact& contact : wheels->contacts()) {
             if (!contact.touches || contact.body == kNone) continue;
@@ -241,11 +242,11 @@ double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int su
     return added;
 }
 
-/// A body of a link in a substep; islands do not step driving bodies.
+/// A body of a link in a substep; islands do not step prescribed bodies.
 const RigidBody& IslandSolver::body_at(std::uint32_t body, int substep, const Scene& scene) const {
-    const bool is_later = substep > 0 && moves_[body] == 0 && driver_index_[body] != kNone;
+    const bool is_later = substep > 0 && moves_[body] == 0 && prescribed_index_[body] != kNone;
     if (!is_later) return scene.bodies[body];
-    return later_drivers_[driver_index_[body] + static_cast<std::size_t>(substep - 1)];
+    return later_prescribed_[prescribed_index_[body] + static_cast<std::size_t>(substep - 1)];
 }
 
 std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene) const {
@@ -254,7 +255,7 @@ std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene)
         count += contact_count(link);
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
-        count += scene.ground_contacts[member].count();
+        count += scene.ground_contacts(member).count();
     }
     return count;
 }
@@ -285,7 +286,7 @@ void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scrat
     }
     // The ground is last, so that its constraints are satisfied best.
     for (const std::uint32_t member : members) {
-        const GroundContactCache& cache = scene.ground_contacts[member];
+        const GroundContactCache& cache = scene.ground_contacts(member);
         // No warm start for a lone body with changed contacts: redistributing old impulses would take many sweeps.
         const bool is_warm = members.size() > 1 || !links.empty() || cache.has_same_contacts();
         for (std::size_t i = 0; i < cache.count(); ++i) {
@@ -311,7 +312,7 @@ void IslandSolver::follow(std::size_t island, int substep, ContactSolver& solver
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
-        GroundContactCache& cache = scene.ground_contacts[member];
+        GroundContactCache& cache = scene.ground_contacts(member);
         cache.follow(scene.bodies[member]);
         for (std::size_t i = 0; i < cache.count(); ++i) solver.set_gap(row++, cache.gap(i));
     }
@@ -325,7 +326,7 @@ bool IslandSolver::begin_impacts(std::size_t contact_count, const ContactSolver&
         Impact& impact = scratch.impacts[i];
         impact.gap = std::max(0.0, solver.gap_to_rest(i));
         impact.pushed_speed =
-            scene.drives.wheels.empty() ? 0.0 : pushed_speed(i, impact, solver, scene);
+            scene.actuators.wheels.empty() ? 0.0 : pushed_speed(i, impact, solver, scene);
         overlaps = overlaps || solver.is_below_target(i);
     }
     return overlaps;
@@ -341,7 +342,7 @@ void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solve
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
-        GroundContactCache& cache = scene.ground_contacts[member];
+        GroundContactCache& cache = scene.ground_contacts(member);
         for (std::size_t i = 0; i < cache.count(); ++i) cache.set_impulse(i, solver.impulse(row++));
     }
 }
@@ -356,7 +357,7 @@ void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solv
         }
     }
     for (const std::uint32_t member : islands_.bodies(island)) {
-        for (std::size_t i = 0; i < scene.ground_contacts[member].count(); ++i) {
+        for (std::size_t i = 0; i < scene.ground_contacts(member).count(); ++i) {
             ground_impulses_[member] += solver.impulse(row++);
         }
     }

@@ -40,22 +40,15 @@ Result<std::vector<Eigen::Vector3d>> make_lidar_grid(const LidarGridSettings& se
     constexpr int kMostCount = 1 << 20;
     constexpr std::int64_t kMostDirections = std::int64_t{1} << 26;
     const auto check = [&]() -> Result<void> {
-        if (auto ok = check_range("azimuth_count", settings.azimuth_count, 1, kMostCount); !ok)
-            return ok;
-        if (auto ok = check_range("first_azimuth", settings.first_azimuth, -2.0 * kPi, 2.0 * kPi);
-            !ok)
-            return ok;
-        if (auto ok = check_range("azimuth_step", settings.azimuth_step, -2.0 * kPi, 2.0 * kPi);
-            !ok)
-            return ok;
-        if (auto ok = check_range("elevation_count", settings.elevation_count, 1, kMostCount); !ok)
-            return ok;
+        TERRANE_TRY(check_range("azimuth_count", settings.azimuth_count, 1, kMostCount));
+        TERRANE_TRY(check_range("first_azimuth", settings.first_azimuth, -2.0 * kPi, 2.0 * kPi));
+        TERRANE_TRY(check_range("azimuth_step", settings.azimuth_step, -2.0 * kPi, 2.0 * kPi));
+        TERRANE_TRY(check_range("elevation_count", settings.elevation_count, 1, kMostCount));
         if (auto ok =
                 check_range("first_elevation", settings.first_elevation, -0.5 * kPi, 0.5 * kPi);
             !ok)
             return ok;
-        if (auto ok = check_range("elevation_step", settings.elevation_step, -kPi, kPi); !ok)
-            return ok;
+        TERRANE_TRY(check_range("elevation_step", settings.elevation_step, -kPi, kPi));
         const double last =
             settings.first_elevation + settings.elevation_step * (settings.elevation_count - 1);
         // up to rounding of the product
@@ -67,7 +60,7 @@ Result<std::vector<Eigen::Vector3d>> make_lidar_grid(const LidarGridSettings& se
                            std::int64_t{settings.azimuth_count} * settings.elevation_count,
                            std::int64_t{1}, kMostDirections);
     };
-    if (auto ok = check(); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check());
     std::vector<Turn> azimuths;
     for (int i = 0; i < settings.azimuth_count; ++i)
         azimuths.push_back(turn_of(wrapped(settings.first_azimuth + settings.azimuth_step * i)));
@@ -98,7 +91,7 @@ bool is_pose(const Pose& pose) {
 
 LidarStatus status_of(const RayQueryAnswer& answer, const Ground& ground, const WorldPos& end) {
     if (answer.status == QueryStatus::not_resident) return LidarStatus::not_resident;
-    if (answer.status != QueryStatus::complete) return LidarStatus::invalid;
+    if (answer.status != QueryStatus::ok) return LidarStatus::invalid;
     if (answer.hit) return answer.hits_ground() ? LidarStatus::ground : LidarStatus::body;
     return ground.extent().contains(end.x(), end.y()) ? LidarStatus::miss : LidarStatus::outside;
 }
@@ -120,13 +113,11 @@ Result<void> check_entries(const char* name, std::size_t length, std::size_t cou
 }
 
 Result<void> check_arrays(const LidarArrays& out, std::size_t count) {
-    if (auto ok = check_entries("ranges", out.ranges.size(), count); !ok) return ok;
-    if (auto ok = check_entries("points_world", out.points_world.size(), count, 3); !ok) return ok;
-    if (auto ok = check_entries("normals_world", out.normals_world.size(), count, 3); !ok) {
-        return ok;
-    }
-    if (auto ok = check_entries("bodies", out.bodies.size(), count); !ok) return ok;
-    if (auto ok = check_entries("parts", out.parts.size(), count); !ok) return ok;
+    TERRANE_TRY(check_entries("ranges", out.ranges.size(), count));
+    TERRANE_TRY(check_entries("points_world", out.points_world.size(), count, 3));
+    TERRANE_TRY(check_entries("normals_world", out.normals_world.size(), count, 3));
+    TERRANE_TRY(check_entries("bodies", out.bodies.size(), count));
+    TERRANE_TRY(check_entries("parts", out.parts.size(), count));
     return check_entries("statuses", out.statuses.size(), count);
 }
 
@@ -160,18 +151,14 @@ struct Lidar::State {
 
 Result<Lidar> Lidar::create(const LidarSettings& settings,
                             std::span<const Eigen::Vector3d> directions_sensor) {
-    if (auto ok = check_range("min_range", settings.min_range, 0.0, 1e6); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_range("min_range", settings.min_range, 0.0, 1e6));
     if (!(settings.max_range > settings.min_range && settings.max_range <= 1e6)) {
         return fail(ErrorCode::invalid_argument,
                     "max_range must be above min_range, " + number_text(settings.min_range) +
                         ", and at most 1e+06, got " + number_text(settings.max_range));
     }
-    if (auto ok = check_range("worker_count", settings.worker_count, 1, 64); !ok) {
-        return tl::unexpected(ok.error());
-    }
-    if (auto ok = check_directions(directions_sensor); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("worker_count", settings.worker_count, 1, 64));
+    TERRANE_TRY(check_directions(directions_sensor));
     return Lidar(std::make_unique<State>(settings, directions_sensor));
 }
 
@@ -184,7 +171,7 @@ std::size_t Lidar::count() const { return state_->directions_sensor.size(); }
 
 Result<void> Lidar::scan(const Ground& ground, const World* world, const Pose& world_from_sensor,
                          const LidarArrays& out, const QueryFilter& filter) {
-    if (auto ok = check_arrays(out, count()); !ok) return ok;
+    TERRANE_TRY(check_arrays(out, count()));
     const double min_range = state_->settings.min_range, max_range = state_->settings.max_range;
     const bool is_valid = is_pose(world_from_sensor);
     const WorldPos& origin = world_from_sensor.translation;

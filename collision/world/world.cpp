@@ -41,17 +41,14 @@ struct MadeBody {
 };
 
 Result<MadeBody> make_body(const BodySettings& settings, const BodyPlacement& placement) {
-    if (auto ok = internal::check_body(settings, placement); !ok) {
-        return tl::unexpected<Error>(ok.error());
-    }
+    TERRANE_TRY(internal::check_body(settings, placement));
     MadeBody made{settings, {settings.shape, {}}};
     if (settings.contact_tolerance == 0.0) {
         made.settings.contact_tolerance = default_contact_tolerance(settings.shape);
     }
     if (settings.type != BodyType::dynamic_body) return made;
-    Result<internal::CentredShape> centred = internal::make_centred(settings.shape);
-    if (!centred) return tl::unexpected<Error>(centred.error());
-    made.shape = std::move(*centred);
+    TERRANE_TRY(internal::CentredShape centred, internal::make_centred(settings.shape));
+    made.shape = std::move(centred);
     return made;
 }
 
@@ -63,14 +60,13 @@ World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 Result<World> World::create(const WorldSettings& settings) {
-    if (auto ok = internal::check_world(settings); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_world(settings));
     return World(std::make_unique<State>(settings));
 }
 
 Result<BodyId> World::add(const BodySettings& settings, const BodyPlacement& placement) {
-    Result<MadeBody> made = make_body(settings, placement);
-    if (!made) return tl::unexpected<Error>(made.error());
-    return state_->add(made->settings, std::move(made->shape), placement);
+    TERRANE_TRY(MadeBody made, make_body(settings, placement));
+    return state_->add(made.settings, std::move(made.shape), placement);
 }
 
 Result<void> World::State::check_body_id(BodyId body) const {
@@ -85,7 +81,7 @@ Result<void> World::State::check_body_id(BodyId body) const {
 }
 
 Result<void> World::State::check_dynamic(BodyId body) const {
-    if (auto ok = check_body_id(body); !ok) return ok;
+    TERRANE_TRY(check_body_id(body));
     if (type(body.index) == BodyType::dynamic_body) return {};
     return fail(ErrorCode::invalid_argument, "body must be dynamic, got a " +
                                                  internal::to_string(type(body.index)) +
@@ -93,13 +89,12 @@ Result<void> World::State::check_dynamic(BodyId body) const {
 }
 
 Result<BodyId> World::add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis) {
-    if (auto ok = internal::check_vehicle(settings); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_vehicle(settings));
     auto vehicle = std::make_unique<internal::Vehicle>(settings);
-    Result<Compound> shape = internal::make_chassis_shape(settings, vehicle->wheels());
-    if (!shape) return tl::unexpected<Error>(shape.error());
+    TERRANE_TRY(Compound shape, internal::make_chassis_shape(settings, vehicle->wheels()));
     const double tolerance = std::min(default_contact_tolerance(Box{settings.chassis_half_extents}),
                                       default_contact_tolerance(Sphere{settings.wheel_radius}));
-    const BodySettings body{.shape = *shape,
+    const BodySettings body{.shape = shape,
                             .mass = settings.mass,
                             .friction = settings.friction,
                             .restitution = settings.restitution,
@@ -107,12 +102,12 @@ Result<BodyId> World::add_vehicle(const VehicleSettings& settings, const Pose& w
                             .filter = settings.filter};
     BodyState state;
     state.pose = world_from_chassis;
-    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
-    return state_->add_vehicle(std::move(vehicle), body, std::move(*shape), state);
+    TERRANE_TRY(internal::check_body(body, state));
+    return state_->add_vehicle(std::move(vehicle), body, std::move(shape), state);
 }
 
 Result<void> World::set_controls(BodyId vehicle, const VehicleControls& controls) {
-    if (auto ok = state_->check_body_id(vehicle); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(vehicle));
     internal::Vehicle* const driven = state_->vehicle(vehicle);
     if (driven == nullptr) {
         return fail(ErrorCode::invalid_argument, "body must be a vehicle, got the body of index " +
@@ -124,9 +119,7 @@ Result<void> World::set_controls(BodyId vehicle, const VehicleControls& controls
 
 Result<BodyId> World::add_character(const CharacterSettings& settings,
                                     const WorldPos& place_world) {
-    if (auto ok = internal::check_character(settings); !ok) {
-        return tl::unexpected<Error>(ok.error());
-    }
+    TERRANE_TRY(internal::check_character(settings));
     const Capsule capsule{settings.radius, settings.half_height};
     BodySettings body{.shape = capsule,
                       .mass = settings.mass,
@@ -138,12 +131,12 @@ Result<BodyId> World::add_character(const CharacterSettings& settings,
     if (body.contact_tolerance == 0.0) body.contact_tolerance = default_contact_tolerance(capsule);
     BodyState state;
     state.pose.translation = place_world;
-    if (auto ok = internal::check_body(body, state); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_body(body, state));
     return state_->add_character(settings, body, state);
 }
 
 Result<void> World::set_controls(BodyId character, const CharacterControls& controls) {
-    if (auto ok = state_->check_body_id(character); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(character));
     internal::Character* const driven = state_->character(character);
     if (driven == nullptr) {
         return fail(
@@ -175,13 +168,13 @@ const VehicleSettings* World::vehicle_settings(BodyId body) const {
 }
 
 Result<void> World::remove(BodyId body) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(body));
     state_->remove(body);
     return {};
 }
 
 Result<void> World::change(BodyId body, const BodySettings& settings) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(body));
     if (state_->vehicle(body) != nullptr || state_->character(body) != nullptr) {
         return fail(ErrorCode::invalid_argument,
                     "body must be neither a vehicle nor a character, got that of index " +
@@ -192,44 +185,42 @@ Result<void> World::change(BodyId body, const BodySettings& settings) {
         state.velocity = state.angular_velocity = Eigen::Vector3d::Zero();
     }
     if (!settings.rotates) state.angular_velocity.setZero();
-    Result<MadeBody> made = make_body(settings, state);
-    if (!made) return tl::unexpected<Error>(made.error());
-    state_->change(body.index, made->settings, std::move(made->shape), state);
+    TERRANE_TRY(MadeBody made, make_body(settings, state));
+    state_->change(body.index, made.settings, std::move(made.shape), state);
     return {};
 }
 
 Result<void> World::teleport(BodyId body, const BodyPlacement& placement) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
-    if (auto ok = internal::check_body(state_->body_settings[body.index], placement); !ok)
-        return ok;
+    TERRANE_TRY(state_->check_body_id(body));
+    TERRANE_TRY(internal::check_body(state_->body_settings[body.index], placement));
     state_->place(body.index, placement);
     return {};
 }
 
 Result<BodyMove> World::move_to(BodyId body, const Pose& world_from_shape, const Ground& ground) {
-    if (auto ok = state_->check_dynamic(body); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(state_->check_dynamic(body));
     BodyState state;
     state.pose = world_from_shape;
-    if (auto ok = internal::check_state(state); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_state(state));
     return state_->move_to(body.index, world_from_shape, ground);
 }
 
 Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, double dt) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(body));
     if (state_->type(body.index) != BodyType::kinematic_body) {
         return fail(ErrorCode::invalid_argument, "body must be kinematic, got a " +
                                                      internal::to_string(state_->type(body.index)) +
                                                      " body of index " +
                                                      std::to_string(body.index));
     }
-    if (auto ok = check_value("dt", dt, 1e-6, kMostStep, "s"); !ok) return ok;
+    TERRANE_TRY(check_value("dt", dt, 1e-6, kMostStep, "s"));
     BodyState state;
     state.pose = world_from_shape;
     const Pose& now = state_->bodies[body.index].pose;
     state.velocity = (world_from_shape.translation - now.translation) / dt;
-    if (auto ok = internal::check_state(state); !ok) return ok;
+    TERRANE_TRY(internal::check_state(state));
     state.angular_velocity = rotation_vector_between(now.rotation, world_from_shape.rotation) / dt;
-    if (auto ok = internal::check_state(state); !ok) return ok;
+    TERRANE_TRY(internal::check_state(state));
     state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
     if (state.velocity.isZero(0.0) && state.angular_velocity.isZero(0.0)) {
         // Already there up to rounding: it does not move, and sleepers on it stay asleep.
@@ -237,37 +228,34 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
         state_->island_solver.forget_bounds(body.index);
         return {};
     }
-    state_->targets[body.index] = world_from_shape;
-    state_->target_times[body.index] = dt;
+    state_->records[body.index].target = {world_from_shape, dt};
     return {};
 }
 
 Result<void> World::set_velocity(BodyId body, const Eigen::Vector3d& velocity,
                                  const Eigen::Vector3d& angular_velocity) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(body));
     BodyState state = state_->states[body.index];
     state.velocity = velocity;
     state.angular_velocity = angular_velocity;
-    if (auto ok = internal::check_body(state_->body_settings[body.index], state); !ok) return ok;
+    TERRANE_TRY(internal::check_body(state_->body_settings[body.index], state));
     state_->set_velocity(body.index, {velocity, angular_velocity});
     return {};
 }
 
 Result<void> World::apply_impulse(BodyId body, const WorldPos& point_world,
                                   const Eigen::Vector3d& impulse) {
-    if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    if (auto ok = check_vector("point_world", point_world, kMostArmPlace, "m"); !ok) return ok;
-    if (auto ok = check_vector("impulse", impulse, kMostImpulse, "N s"); !ok) return ok;
+    TERRANE_TRY(state_->check_dynamic(body));
+    TERRANE_TRY(check_vector("point_world", point_world, kMostArmPlace, "m"));
+    TERRANE_TRY(check_vector("impulse", impulse, kMostImpulse, "N s"));
     const RigidBody& rigid = state_->bodies[body.index];
     return state_->push(body, impulse,
                         internal::cross(point_world - rigid.pose.translation, impulse));
 }
 
 Result<void> World::apply_angular_impulse(BodyId body, const Eigen::Vector3d& angular_impulse) {
-    if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    if (auto ok = check_vector("angular_impulse", angular_impulse, kMostImpulse, "N m s"); !ok) {
-        return ok;
-    }
+    TERRANE_TRY(state_->check_dynamic(body));
+    TERRANE_TRY(check_vector("angular_impulse", angular_impulse, kMostImpulse, "N m s"));
     return state_->push(body, Eigen::Vector3d::Zero(), angular_impulse);
 }
 
@@ -279,20 +267,20 @@ Result<void> World::State::push(BodyId body, const Eigen::Vector3d& impulse,
     pushed.angular_velocity =
         rigid.velocity.angular +
         internal::apply_tensor(rigid.pose.rotation, rigid.mass.inverse_inertia, angular_impulse);
-    if (auto ok = internal::check_state(pushed); !ok) return ok;
+    TERRANE_TRY(internal::check_state(pushed));
     set_velocity(body.index, {pushed.velocity, pushed.angular_velocity});
     return {};
 }
 
 Result<void> World::add_force(BodyId body, const WorldPos& point_world,
                               const Eigen::Vector3d& force) {
-    if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    if (auto ok = check_vector("point_world", point_world, kMostArmPlace, "m"); !ok) return ok;
+    TERRANE_TRY(state_->check_dynamic(body));
+    TERRANE_TRY(check_vector("point_world", point_world, kMostArmPlace, "m"));
     const Eigen::Vector3d arm = point_world - state_->bodies[body.index].pose.translation;
-    const Eigen::Vector3d before = state_->forces[body.index];
-    if (auto ok = add_force(body, force); !ok) return ok;
+    const Eigen::Vector3d before = state_->records[body.index].force;
+    TERRANE_TRY(add_force(body, force));
     auto ok = add_torque(body, internal::cross(arm, force));
-    if (!ok) state_->forces[body.index] = before;  // leave everything unchanged
+    if (!ok) state_->records[body.index].force = before;  // leave everything unchanged
     return ok;
 }
 
@@ -311,25 +299,25 @@ Result<void> World::State::check_torque(std::size_t index, const Eigen::Vector3d
 }
 
 Result<void> World::add_force(BodyId body, const Eigen::Vector3d& force) {
-    if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    const Eigen::Vector3d sum = state_->forces[body.index] + force;
-    if (auto ok = state_->check_force(body.index, sum); !ok) return ok;
-    state_->forces[body.index] = sum;
+    TERRANE_TRY(state_->check_dynamic(body));
+    const Eigen::Vector3d sum = state_->records[body.index].force + force;
+    TERRANE_TRY(state_->check_force(body.index, sum));
+    state_->records[body.index].force = sum;
     state_->wake(body.index);
     return {};
 }
 
 Result<void> World::add_torque(BodyId body, const Eigen::Vector3d& torque) {
-    if (auto ok = state_->check_dynamic(body); !ok) return ok;
-    const Eigen::Vector3d sum = state_->torques[body.index] + torque;
-    if (auto ok = state_->check_torque(body.index, sum); !ok) return ok;
-    state_->torques[body.index] = sum;
+    TERRANE_TRY(state_->check_dynamic(body));
+    const Eigen::Vector3d sum = state_->records[body.index].torque + torque;
+    TERRANE_TRY(state_->check_torque(body.index, sum));
+    state_->records[body.index].torque = sum;
     state_->wake(body.index);
     return {};
 }
 
 Result<void> World::wake(BodyId body) {
-    if (auto ok = state_->check_body_id(body); !ok) return ok;
+    TERRANE_TRY(state_->check_body_id(body));
     state_->wake(body.index);
     return {};
 }
@@ -376,7 +364,7 @@ std::span<const BodyNeed> World::needs() {
         state_->needs.push_back({.centre_world = body.pose.translation,
                                  .velocity = body.velocity.linear,
                                  .radius = state_->reach(i) + kReachTime * speed,
-                                 .is_waiting = state_->is_parked[i] != 0});
+                                 .is_waiting = state_->steps[i].is_parked});
     }
     return state_->needs;
 }
@@ -414,32 +402,33 @@ constexpr int kMaxRefits = 32;
 }  // namespace
 
 internal::QueryScene World::State::scene(const Ground& ground) const {
-    if (!is_scene_current.load(std::memory_order_acquire)) {
-        const std::lock_guard lock(scene_mutex);
-        if (!is_scene_current.load(std::memory_order_relaxed)) {
-            update_scene();
-            is_scene_current.store(true, std::memory_order_release);
+    if (!queries.is_current.load(std::memory_order_acquire)) {
+        const std::lock_guard lock(queries.mutex);
+        if (!queries.is_current.load(std::memory_order_relaxed)) {
+            queries.update(ids, bodies);
+            queries.is_current.store(true, std::memory_order_release);
         }
     }
-    return {query_bodies, &tree, &ground};
+    return {queries.bodies, &queries.tree, &ground};
 }
 
-void World::State::update_scene() const {
-    query_bodies.resize(bodies.size());
-    query_bounds.resize(bodies.size());
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-        query_bodies[i] = {};
-        query_bounds[i] = internal::empty_box();
-        if (!ids.is_used(i)) continue;
-        const internal::RigidBody& body = bodies[i];
-        query_bodies[i] = {&body_shapes[i], body.pose,      ids.id(i),
-                           body.filter,     body.is_sensor, body.friction};
-        query_bounds[i] = internal::compute_aabb(body_shapes[i], body.pose);
+void World::State::QueryCache::update(const internal::SlotIds& slots,
+                                      std::span<const RigidBody> of_world) {
+    bodies.resize(of_world.size());
+    bounds.resize(of_world.size());
+    for (std::size_t i = 0; i < of_world.size(); ++i) {
+        bodies[i] = {};
+        bounds[i] = internal::empty_box();
+        if (!slots.is_used(i)) continue;
+        const RigidBody& body = of_world[i];
+        bodies[i] = {body.shape,  body.pose,      slots.id(i),
+                     body.filter, body.is_sensor, body.friction};
+        bounds[i] = internal::compute_aabb(*body.shape, body.pose);
     }
-    if (tree.slot_count() == bodies.size() && ++refit_count < kMaxRefits) {
-        tree.refit(query_bounds);
+    if (tree.slot_count() == of_world.size() && ++refit_count < kMaxRefits) {
+        tree.refit(bounds);
     } else {
-        tree.build(query_bounds);
+        tree.build(bounds);
         refit_count = 0;
     }
 }

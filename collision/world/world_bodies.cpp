@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "world/solver/body_step.h"
 #include "world/world_state.h"
 
 #include <algorithm>
@@ -35,27 +34,14 @@ World::State::State(const WorldSettings& world_settings)
       team(world_settings.worker_count) {}
 
 void World::State::resize(std::size_t count) {
-    while (body_shapes.size() < count) body_shapes.emplace_back();
-    bodies.resize(count);
     states.resize(count);
     body_settings.resize(count);
-    forces.resize(count, Eigen::Vector3d::Zero());
-    torques.resize(count, Eigen::Vector3d::Zero());
-    targets.resize(count);
-    target_times.resize(count);
-    frames.resize(count);
-    ground_contacts.resize(count);
-    quiet_times.resize(count);
-    sleep_groups.resize(count);
-    is_placed_anew.resize(count);
-    vehicles.resize(count);
-    characters.resize(count);
-    before.resize(count);
-    totals.resize(count);
-    starts.resize(count);
+    bodies.resize(count);
+    gates.resize(count);
     mobility.resize(count, internal::Mobility::absent);
-    is_parked.resize(count);
-    lifts.resize(count);
+    sleep_groups.resize(count);
+    records.resize(count);
+    steps.resize(count);
 }
 
 BodyId World::State::add(const BodySettings& own_settings, internal::CentredShape&& shape,
@@ -75,10 +61,10 @@ BodyId World::State::add_vehicle(std::unique_ptr<internal::Vehicle> vehicle,
     const internal::MassProperties mass = vehicle->mass();
     const BodyId id = add(own_settings, {std::move(shape), {}}, placement, &mass);
     bodies[id.index].first_wheel_part = vehicle->first_wheel_part();
-    vehicles[id.index] = std::move(vehicle);
-    vehicles[id.index]->place(states[id.index]);
-    vehicle_slots.insert(std::lower_bound(vehicle_slots.begin(), vehicle_slots.end(), id.index),
-                         id.index);
+    vehicle->place(states[id.index]);
+    records[id.index].vehicle = std::move(vehicle);
+    actuators.vehicles.insert(
+        std::lower_bound(actuators.vehicles.begin(), actuators.vehicles.end(), id.index), id.index);
     return id;
 }
 
@@ -86,21 +72,23 @@ BodyId World::State::add_character(const CharacterSettings& character,
                                    const BodySettings& own_settings,
                                    const BodyPlacement& placement) {
     const BodyId id = add(own_settings, {own_settings.shape, {}}, placement);
-    characters[id.index] = std::make_unique<internal::Character>(character);
-    characters[id.index]->place(states[id.index]);
-    character_slots.insert(
-        std::lower_bound(character_slots.begin(), character_slots.end(), id.index), id.index);
+    records[id.index].character = std::make_unique<internal::Character>(character);
+    records[id.index].character->place(states[id.index]);
+    actuators.characters.insert(
+        std::lower_bound(actuators.characters.begin(), actuators.characters.end(), id.index),
+        id.index);
     return id;
 }
 
 void World::State::set_up(std::size_t index, const BodySettings& own_settings,
                           internal::CentredShape&& shape, const internal::MassProperties* mass) {
-    body_shapes[index] = std::move(shape.shape);
-    const Shape& centred = body_shapes[index];
-    frames[index] = shape.body_from_centred;
+    BodyRecord& record = records[index];
+    record.shape = std::move(shape.shape);
+    record.body_from_centred = shape.body_from_centred;
     body_settings[index] = own_settings;
+    const Shape& centred = record.shape;
     RigidBody& body = bodies[index];
-    body.shape = &body_shapes[index];
+    body.shape = &centred;
     body.radius = bounding_radius(centred);
     body.thickness = smallest_half_extent(centred);
     body.mass = mass != nullptr ? *mass : mass_of(own_settings, centred);
@@ -110,7 +98,7 @@ void World::State::set_up(std::size_t index, const BodySettings& own_settings,
     body.filter = own_settings.filter;
     body.is_sensor = own_settings.is_sensor;
     body.first_wheel_part =
-        vehicles[index] != nullptr ? vehicles[index]->first_wheel_part() : RigidBody::kNoPart;
+        record.vehicle != nullptr ? record.vehicle->first_wheel_part() : RigidBody::kNoPart;
 }
 
 void World::State::remove(BodyId body) {
@@ -118,19 +106,14 @@ void World::State::remove(BodyId body) {
     wake(index);
     forget_contacts(index);
     ids.release(body);
-    body_shapes[index] = {};
+    if (records[index].vehicle != nullptr) std::erase(actuators.vehicles, body.index);
+    if (records[index].character != nullptr) std::erase(actuators.characters, body.index);
+    records[index] = {};
     bodies[index] = {};
     states[index] = {};
     states[index].condition = BodyCondition::removed;
     body_settings[index] = {};
-    forces[index] = torques[index] = Eigen::Vector3d::Zero();
-    targets[index].reset();
-    ground_contacts[index] = {};
-    is_placed_anew[index] = 0;
-    if (vehicles[index] != nullptr) std::erase(vehicle_slots, body.index);
-    vehicles[index].reset();
-    if (characters[index] != nullptr) std::erase(character_slots, body.index);
-    characters[index].reset();
+    gates[index] = {};
     mobility[index] = internal::Mobility::absent;
     touch();
 }
@@ -138,7 +121,7 @@ void World::State::remove(BodyId body) {
 void World::State::change(std::size_t index, const BodySettings& own_settings,
                           internal::CentredShape&& shape, const BodyPlacement& placement) {
     wake(index);
-    forces[index] = torques[index] = Eigen::Vector3d::Zero();
+    records[index].force = records[index].torque = Eigen::Vector3d::Zero();
     set_up(index, own_settings, std::move(shape), nullptr);
     place(index, placement);
 }
@@ -146,18 +129,19 @@ void World::State::change(std::size_t index, const BodySettings& own_settings,
 void World::State::place(std::size_t index, const BodyPlacement& placement) {
     wake(index);
     forget_contacts(index);
-    Pose pose = internal::to_centred(placement.pose, frames[index]);
+    BodyRecord& record = records[index];
+    Pose pose = internal::to_centred(placement.pose, record.body_from_centred);
     pose.rotation = orthonormalized(pose.rotation);
     static_cast<internal::BodyMotion&>(bodies[index]) = {
         .pose = pose, .velocity = {placement.velocity, placement.angular_velocity}};
-    ground_contacts[index].reset();
-    targets[index].reset();
-    is_placed_anew[index] = 1;
+    gates[index].reset();
+    record.target.reset();
+    record.is_placed_anew = true;
     static_cast<BodyPlacement&>(states[index]) = placement;
     states[index].condition =
         type(index) == BodyType::static_body ? BodyCondition::fixed : BodyCondition::awake;
-    if (vehicles[index] != nullptr) vehicles[index]->place(states[index]);
-    if (characters[index] != nullptr) characters[index]->place(states[index]);
+    if (record.vehicle != nullptr) record.vehicle->place(states[index]);
+    if (record.character != nullptr) record.character->place(states[index]);
     touch();
 }
 
@@ -165,35 +149,37 @@ void World::State::place(std::size_t index, const BodyPlacement& placement) {
 void World::State::forget_contacts(std::size_t index) {
     island_solver.forget_contacts(static_cast<std::uint32_t>(index),
                                   [this](std::uint32_t other) { wake(other); });
-    for (const std::uint32_t vehicle : vehicle_slots) {
-        if (vehicles[vehicle]->stands_on(static_cast<std::uint32_t>(index))) wake(vehicle);
+    for (const std::uint32_t vehicle : actuators.vehicles) {
+        if (records[vehicle].vehicle->stands_on(static_cast<std::uint32_t>(index))) wake(vehicle);
     }
 }
 
 void World::State::wake(std::size_t index) {
     if (is_asleep(index)) wake_group(sleep_groups[index]);
-    quiet_times[index] = 0.0;
+    records[index].quiet_time = 0.0;
     touch();
 }
 
 double World::State::reach(std::size_t index) const {
     const RigidBody& body = bodies[index];
     double travel = 0.0;
-    if (vehicles[index] != nullptr) travel = vehicles[index]->settings().suspension_travel;
-    if (characters[index] != nullptr) travel = characters[index]->settings().max_step;
+    const BodyRecord& record = records[index];
+    if (record.vehicle != nullptr) travel = record.vehicle->settings().suspension_travel;
+    if (record.character != nullptr) travel = record.character->settings().max_step;
     return body.radius + travel + body.tolerance;
 }
 
 void World::State::set_velocity(std::size_t index, const internal::Twist& velocity) {
     wake(index);
     bodies[index].velocity = velocity;
-    targets[index].reset();
+    records[index].target.reset();
     states[index].velocity = velocity.linear;
     states[index].angular_velocity = velocity.angular;
 }
 
 void World::State::publish(std::size_t index) {
-    states[index].pose = internal::from_centred(bodies[index].pose, frames[index]);
+    states[index].pose =
+        internal::from_centred(bodies[index].pose, records[index].body_from_centred);
     states[index].velocity = bodies[index].velocity.linear;
     states[index].angular_velocity = bodies[index].velocity.angular;
 }
@@ -203,26 +189,26 @@ BodyMove World::State::move_to(std::size_t index, const Pose& world_from_shape,
     wake(index);
     RigidBody& body = bodies[index];
     const Pose start = body.pose;
-    Pose end = internal::to_centred(world_from_shape, frames[index]);
+    Pose end = internal::to_centred(world_from_shape, records[index].body_from_centred);
     end.rotation = orthonormalized(end.rotation);
     const internal::Twist whole{end.translation - start.translation,
                                 rotation_vector_between(start.rotation, end.rotation)};
     const double pieces = std::max(1.0, std::ceil(internal::length(whole.angular) / kMaxTurn));
     const internal::Twist piece{whole.linear / pieces, whole.angular / pieces};
-    internal::GroundContactCache& cache = ground_contacts[index];
-    cache.reset();
+    internal::GroundGate& gate = gates[index];
+    gate.reset();
     BodyMove answer;
     for (double done = 0.0; done < pieces; done += 1.0) {
-        const internal::MoveAnswer moved = internal::move_body(body, cache, ground, piece);
+        const internal::MoveAnswer moved = gate.move(body, ground, piece);
         if (!moved.resident) {
             body.pose = start;
-            cache.reset();
+            gate.reset();
             return {.is_resident = false, .fraction = 0.0};
         }
         answer.fraction = (done + moved.fraction) / pieces;
         if (moved.fraction < 1.0) break;
     }
-    cache.reset();
+    gate.reset();
     island_solver.forget_bounds(index);
     publish(index);
     return answer;

@@ -15,7 +15,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kMostStoredSize = 1e5;  // metres; check(Shape) has the same limit
+constexpr double kMostStoredSize = 1e5;  // metres; validate(Shape) has the same limit
 constexpr std::uint32_t kLastConvexKind = std::variant_size_v<ConvexShape> - 1;
 constexpr std::uint32_t kLastKind = std::variant_size_v<Shape> - 1;
 constexpr std::size_t kVertexBytes = 24, kLeastPartBytes = 104;
@@ -173,7 +173,8 @@ void list_world_settings(Stream& stream, auto& settings) {
     stream.flag("collide_bodies", settings.collide_bodies);
     stream.flag("report_contacts", settings.report_contacts);
     stream.flag("measure_depth", settings.measure_depth);
-    stream.choice("broadphase", settings.broadphase, BroadphaseKind::brute);
+    // Values 2 and 3 are former kinds, which found the same pairs.
+    stream.choice("broadphase", settings.broadphase, BroadphaseKind{3});
 }
 
 /// Without the shape. Ranges are those of check_body().
@@ -195,6 +196,7 @@ template <class Stream>
 void list_body_state(Stream& stream, auto& world, std::size_t index) {
     auto& body = world.bodies[index];
     auto& state = world.states[index];
+    auto& record = world.records[index];
     stream.pose("pose", state.pose);
     stream.choice("condition", state.condition, BodyCondition::fixed);
     stream.pose("centred pose", body.pose);
@@ -204,21 +206,20 @@ void list_body_state(Stream& stream, auto& world, std::size_t index) {
     stream.flag("started_deep", body.started_deep);
     stream.flag("is_fresh", body.is_fresh);
     stream.place("escape_translation", body.escape_translation);
-    stream.choice("is_placed_anew", world.is_placed_anew[index], std::uint8_t{1});
-    stream.number("quiet time", world.quiet_times[index], 0.0, internal::kMostStoredLength);
+    stream.flag("is_placed_anew", record.is_placed_anew);
+    stream.number("quiet time", record.quiet_time, 0.0, internal::kMostStoredLength);
     stream.integer("sleep group", world.sleep_groups[index],
                    static_cast<std::uint32_t>(world.bodies.size() - 1));
-    stream.impulse("force", world.forces[index]);
-    stream.impulse("torque", world.torques[index]);
-    internal::GroundContactCache::list_fields(stream, world.ground_contacts[index]);
+    stream.impulse("force", record.force);
+    stream.impulse("torque", record.torque);
+    internal::GroundContactCache::list_fields(stream, world.gates[index].contacts());
 
-    auto& target = world.targets[index];
-    bool has_target = target.has_value();
+    bool has_target = record.target.has_value();
     stream.flag("has target", has_target);
     if (!has_target) return;
-    if constexpr (Stream::kReads) target.emplace();
-    stream.pose("target", *target);
-    stream.number("time to the target", world.target_times[index], 0.0, kMostStep);
+    if constexpr (Stream::kReads) record.target.emplace();
+    stream.pose("target", record.target->pose);
+    stream.number("time to the target", record.target->time_left, 0.0, kMostStep);
 }
 
 template <class Stream>
@@ -374,8 +375,8 @@ std::vector<std::byte> World::State::save() const {
 
 /// Writes the role of a body, and the settings and state of a vehicle or character.
 void World::State::save_role(std::size_t index, FieldWriter& out) const {
-    const internal::Vehicle* const vehicle = vehicles[index].get();
-    const internal::Character* const character = characters[index].get();
+    const internal::Vehicle* const vehicle = records[index].vehicle.get();
+    const internal::Character* const character = records[index].character.get();
     const BodyRole role = vehicle != nullptr     ? BodyRole::vehicle
                           : character != nullptr ? BodyRole::character
                                                  : BodyRole::plain;
@@ -419,10 +420,11 @@ void World::State::load_vehicle(std::size_t index, const BodySettings& own, Fiel
     if (auto ok = internal::check_vehicle(made); !ok) {
         return in.fail("vehicle", ok.error().message);
     }
-    vehicles[index] = std::make_unique<internal::Vehicle>(made);
-    internal::Vehicle::list_fields(in, *vehicles[index]);
-    vehicles[index]->restore();
-    vehicle_slots.push_back(static_cast<std::uint32_t>(index));
+    auto vehicle = std::make_unique<internal::Vehicle>(made);
+    internal::Vehicle::list_fields(in, *vehicle);
+    vehicle->restore();
+    records[index].vehicle = std::move(vehicle);
+    actuators.vehicles.push_back(static_cast<std::uint32_t>(index));
 }
 
 void World::State::load_character(std::size_t index, const BodySettings& own, FieldReader& in) {
@@ -440,9 +442,10 @@ void World::State::load_character(std::size_t index, const BodySettings& own, Fi
     if (auto ok = internal::check_character(made); !ok) {
         return in.fail("character", ok.error().message);
     }
-    characters[index] = std::make_unique<internal::Character>(made);
-    internal::Character::list_fields(in, *characters[index]);
-    character_slots.push_back(static_cast<std::uint32_t>(index));
+    auto character = std::make_unique<internal::Character>(made);
+    internal::Character::list_fields(in, *character);
+    records[index].character = std::move(character);
+    actuators.characters.push_back(static_cast<std::uint32_t>(index));
 }
 
 void World::State::load_body(std::size_t index, FieldReader& in, internal::ShapeReader& shapes) {
@@ -462,17 +465,18 @@ void World::State::load_body(std::size_t index, FieldReader& in, internal::Shape
     }
     load_role(index, own, in);
     if (in.has_failed()) return;
+    const BodyRecord& record = records[index];
     internal::MassProperties mass;
-    if (vehicles[index] != nullptr) {
-        mass = vehicles[index]->mass();
+    if (record.vehicle != nullptr) {
+        mass = record.vehicle->mass();
         shape = {own.shape, {}};
     }
-    set_up(index, own, std::move(shape), vehicles[index] != nullptr ? &mass : nullptr);
+    set_up(index, own, std::move(shape), record.vehicle != nullptr ? &mass : nullptr);
     list_body_state(in, *this, index);
     check_condition(in, own.type, bodies[index], states[index].condition);
-    if (auto ok = check_force(index, forces[index]); !ok) in.fail("force", ok.error().message);
-    if (auto ok = check_torque(index, torques[index]); !ok) in.fail("torque", ok.error().message);
-    fail_unless(in, !targets[index] || own.type == BodyType::kinematic_body, "target",
+    if (auto ok = check_force(index, record.force); !ok) in.fail("force", ok.error().message);
+    if (auto ok = check_torque(index, record.torque); !ok) in.fail("torque", ok.error().message);
+    fail_unless(in, !record.target || own.type == BodyType::kinematic_body, "target",
                 "must be of a kinematic body");
     states[index].velocity = bodies[index].velocity.linear;
     states[index].angular_velocity = bodies[index].velocity.angular;
@@ -481,20 +485,18 @@ void World::State::load_body(std::size_t index, FieldReader& in, internal::Shape
 
 Result<World> World::load(std::span<const std::byte> bytes, const WorldCallbacks& callbacks,
                           int worker_count) {
-    const Result<std::span<const std::byte>> fields = open_bytes(bytes);
-    if (!fields) return tl::unexpected<Error>(fields.error());
-    FieldReader in(*fields);
+    TERRANE_TRY(const std::span<const std::byte> fields, open_bytes(bytes));
+    FieldReader in(fields);
     CallbackFlags flags;
     WorldSettings settings{.worker_count = worker_count, .callbacks = callbacks};
     list_callbacks(in, flags);
     list_world_settings(in, settings);
+    if (settings.broadphase > BroadphaseKind::grid) settings.broadphase = BroadphaseKind::sap;
     const auto bad_data = [](const std::string& message) {
         return fail(ErrorCode::bad_data, message);
     };
     if (in.has_failed()) return bad_data(in.error());
-    if (auto ok = internal::check_value("worker_count", worker_count, 1, 64); !ok) {
-        return tl::unexpected<Error>(ok.error());
-    }
+    TERRANE_TRY(internal::check_value("worker_count", worker_count, 1, 64));
     if (auto ok = internal::check_world(settings); !ok) {
         return bad_data("saved world: " + ok.error().message);
     }

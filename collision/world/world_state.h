@@ -5,7 +5,7 @@
 #include "world/contact_tracker.h"
 #include "world/island_solver.h"
 #include "world/solver/body_checks.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_gate.h"
 #include "world/vehicle/character_parts.h"
 #include "world/vehicle/vehicle_parts.h"
 
@@ -23,10 +23,55 @@ namespace internal {
 class FieldReader;
 class FieldWriter;
 class ShapeReader;
+
+/// Motion of a kinematic body to a pose.
+struct KinematicTarget {
+    Pose pose;
+    double time_left = 0.0;  // s
+};
 }  // namespace internal
 
-/// Arrays indexed by slot, and shared data.
+/// The bodies of a world and what steps and queries need of them.
 struct World::State {
+    /// What the world alone keeps of a body.
+    struct BodyRecord {
+        Shape shape;                                       // centred: RigidBody::shape points to it
+        Pose body_from_centred;                            // the frame of the settings' shape
+        Eigen::Vector3d force = Eigen::Vector3d::Zero();   // of the next step, N
+        Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // of the next step, N m
+        std::optional<internal::KinematicTarget> target;   // none: the body keeps its velocity
+        double quiet_time = 0.0;                           // slow and supported for so long, s
+        bool is_placed_anew = false;                       // since the last step
+        std::unique_ptr<internal::Vehicle> vehicle;        // null: not a vehicle
+        std::unique_ptr<internal::Character> character;    // null: not a character
+    };
+    /// A body's part in the last step.
+    struct BodyStep {
+        internal::BodyMotion before;  // to which a body that parks returns
+        internal::GateAnswer total;
+        double lift = 0.0;  // after the step, metres
+        bool is_parked = false;
+    };
+    /// Vehicles and characters, and their wheels and feet in a collision step.
+    struct Actuators {
+        std::vector<std::uint32_t> vehicles, characters;  // slots, ascending
+        // [slots], empty without vehicles, or without characters; null: exerts no forces.
+        std::vector<internal::WheelSet*> wheels;
+        std::vector<const internal::FootDrive*> feet;
+        std::vector<BodyPair> wheel_links;  // vehicles and bodies under their wheels
+    };
+    /// The bodies as queries see them, built by the first query after a change.
+    struct QueryCache {
+        void update(const internal::SlotIds& slots, std::span<const internal::RigidBody> of_world);
+
+        std::mutex mutex;
+        std::atomic<bool> is_current{false};
+        std::vector<internal::QueryBody> bodies;
+        std::vector<Aabb> bounds;
+        internal::BodyTree tree;
+        int refit_count = 0;
+    };
+
     explicit State(const WorldSettings& settings);
 
     // ---- Bodies (world_bodies.cpp) ----
@@ -60,15 +105,15 @@ struct World::State {
     BodyId add_character(const CharacterSettings& settings, const BodySettings& body_settings,
                          const BodyPlacement& placement);
     internal::Character* character(BodyId body) const {
-        return ids.contains(body) ? characters[body.index].get() : nullptr;
+        return ids.contains(body) ? records[body.index].character.get() : nullptr;
     }
     internal::Vehicle* vehicle(BodyId body) const {
-        return ids.contains(body) ? vehicles[body.index].get() : nullptr;
+        return ids.contains(body) ? records[body.index].vehicle.get() : nullptr;
     }
     Result<void> check_force(std::size_t index, const Eigen::Vector3d& force) const;
     Result<void> check_torque(std::size_t index, const Eigen::Vector3d& torque) const;
 
-    // ---- Steps (world_step.cpp, world_step.cpp) ----
+    // ---- Steps (world_step.cpp) ----
 
     StepReport step(const Ground& ground, double dt);
 
@@ -87,33 +132,38 @@ struct World::State {
 
     /// The bodies at their current poses.
     internal::QueryScene scene(const Ground& ground) const;
-    /// Invalidates the query scene; call after changing anything that queries read.
+    /// Call after changing anything that steps or queries read.
     void touch() {
-        is_idle = false;
-        is_scene_current.store(false, std::memory_order_relaxed);
+        idle_report.reset();
+        queries.is_current.store(false, std::memory_order_relaxed);
     }
+
+    // ---- Data ----
 
     WorldSettings settings;
     internal::SlotIds ids;
-    std::vector<internal::RigidBody> bodies;
+
+    // [slots], each an array of its own for speed: callers and the island solver get it as a span, and loops over all
+    // bodies read few of them.
     std::vector<BodyState> states;
     std::vector<BodySettings> body_settings;
-    std::vector<BodyNeed> needs;
-    std::vector<Eigen::Vector3d> forces, torques;  // of the next step; N, N m
-    std::vector<std::optional<Pose>> targets;      // of kinematic bodies that move to a pose
-    std::vector<double> target_times;              // seconds until the target is reached
-    std::vector<Pose> frames;                      // body_from_centred
-    std::vector<internal::GroundContactCache> ground_contacts;
-    std::vector<double> quiet_times;  // time for which a body has been slow and supported, s
+    std::vector<internal::RigidBody> bodies;
+    std::vector<internal::GroundGate> gates;
+    std::vector<internal::Mobility> mobility;  // in the last collision step
     std::vector<std::uint32_t> sleep_groups;   // lowest body of the group that fell asleep together
-    std::vector<std::uint8_t> is_placed_anew;  // since the last step
-    std::vector<std::unique_ptr<internal::Vehicle>> vehicles;      // null: not a vehicle
-    std::vector<std::unique_ptr<internal::Character>> characters;  // null: not a character
+    // [slots]
+    std::deque<BodyRecord> records;  // which keeps the addresses of shapes
+    std::vector<BodyStep> steps;
+
+    Actuators actuators;
     internal::ContactTracker contacts;
     internal::IslandSolver island_solver;
-
-    bool is_idle = false;    ///< nothing moves and nothing has changed since the last step
-    StepReport idle_report;  ///< report of a step of an idle world
+    internal::WorkerTeam team;
+    mutable QueryCache queries;
+    std::vector<BodyNeed> needs;            // the answer of needs()
+    std::uint64_t failed_callbacks = 0;     // in the last step
+    std::optional<Ground> ground_before;    // of the last collision step; keeps its chunks alive
+    std::optional<StepReport> idle_report;  // of every step until something moves or changes
 
     // ---- Helpers of steps ----
 
@@ -122,11 +172,12 @@ struct World::State {
     void forget_contacts(std::size_t index);
 
     void begin_step();
-    void take_collision_step(const Ground& ground, const internal::StepSpan& span);
+    void enter_step(std::size_t index, const Eigen::Vector3d& acceleration);
+    void step_colliding(const Ground& ground, const internal::StepSpan& span);
     void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void set_mobility(std::size_t index);
     void find_islands(const Ground& ground, const internal::StepSpan& span);
-    void begin_drives(const Ground& ground, double duration);
+    void begin_actuators(const Ground& ground, double duration);
     void cast_wheels(const internal::QueryScene& scene);
     void choose_drives();
     /// Copies the state of a vehicle's or character's body to it.
@@ -138,7 +189,6 @@ struct World::State {
     void finish_dynamic(std::size_t index, const Ground& ground, StepReport& report);
     Eigen::Vector3d gravity_of(const internal::RigidBody& body);
     bool may_collide(std::uint32_t a, std::uint32_t b);
-    void update_scene() const;
     void fall_asleep(double dt);
     void put_to_sleep(std::size_t index, std::uint32_t group);
     void wake_group(std::uint32_t group);
@@ -147,37 +197,14 @@ struct World::State {
     }
     bool is_stepped(std::size_t index) const {
         return mobility[index] != internal::Mobility::absent &&
-               type(index) == BodyType::dynamic_body && !is_asleep(index) && is_parked[index] == 0;
+               type(index) == BodyType::dynamic_body && !is_asleep(index) &&
+               !steps[index].is_parked;
     }
-    bool drives(std::size_t index) const {
+    bool is_prescribed(std::size_t index) const {
         const internal::Twist& velocity = bodies[index].velocity;
-        return is_placed_anew[index] != 0 ||
+        return records[index].is_placed_anew ||
                !(velocity.linear.isZero(0.0) && velocity.angular.isZero(0.0));
     }
-
-    std::vector<std::uint32_t> character_slots;    // ascending
-    std::vector<const internal::FootDrive*> feet;  // as wheel_sets
-    std::vector<std::uint32_t> vehicle_slots;      // ascending
-    std::vector<internal::WheelSet*> wheel_sets;  // those that exert forces; empty without vehicles
-    std::vector<BodyPair> wheel_links;            // vehicles and bodies under their wheels
-    std::deque<Shape> body_shapes;                // centred; bodies point to them
-    std::vector<internal::BodyMotion> before;  // state before the step, for bodies that park in it
-    std::vector<internal::SubstepAnswer> totals;  // of the step
-    std::vector<internal::StepStart> starts;      // of the collision step
-    std::vector<internal::Mobility> mobility;
-    std::vector<std::uint8_t> is_parked;  // parked in this step
-    std::optional<Ground> ground_before;  // of the last collision step; keeps its chunks alive
-    std::vector<double> lifts;            // after the step
-    std::uint64_t failed_callbacks = 0;   // in this step
-    internal::WorkerTeam team;
-
-    // The scene of queries, built by the first query after a change.
-    mutable std::mutex scene_mutex;
-    mutable std::atomic<bool> is_scene_current{false};
-    mutable std::vector<internal::QueryBody> query_bodies;
-    mutable std::vector<Aabb> query_bounds;
-    mutable internal::BodyTree tree;
-    mutable int refit_count = 0;
 };
 
 }  // namespace terrane

@@ -18,10 +18,10 @@ def constant(file, name):
 
 
 # Heights of the offset surfaces below the contact surface, and gaps, in tolerances.
-FIRST_OFFSET = constant("body_step.h", "kFirstOffset")
+FIRST_OFFSET = constant("ground_contact_cache.h", "kFirstOffset")
 OFFSET_RATIO = constant("ground_contact_cache.cpp", "kOffsetRatio")
-OFFSET_COUNT = int(constant("body_step.h", "kOffsetCount"))
-STOP_GAP = constant("body_step.h", "kStopGap")
+OFFSET_COUNT = int(constant("ground_contact_cache.h", "kOffsetCount"))
+STOP_GAP = constant("ground_contact_cache.h", "kStopGap")
 SEPARATION_GAP = 0.5 * FIRST_OFFSET
 OFFSETS = [1.0 - (1.0 - FIRST_OFFSET) * OFFSET_RATIO ** i for i in range(OFFSET_COUNT)]
 

@@ -24,27 +24,26 @@ def open_terrain(path):
 def drop_balls(source, region, count, seconds):
     """Drops balls on a region of a source. Returns the ground, and the states before and after."""
     west, south, east, north = region
-    with terrane.Pager(source, worker_count=2) as pager:
-        ticket = pager.require(region)
-        pager.update(0.0)
-        pager.finish()
-        if not pager.is_ready(ticket):
-            raise SystemExit(f"the ground of the region cannot be loaded: {pager.last_failure}")
+    with terrane.Terrain(source, worker_count=2) as terrain:
+        required = terrain.require(region)
+        ground = terrain.load([], None, 0.0).ground
+        if not required.is_ready:
+            raise SystemExit(f"the ground of the region cannot be loaded: {terrain.last_failure}")
         random = np.random.default_rng(1)
         margin = 0.1 * (east - west)
         x = random.uniform(west + margin, east - margin, count)
         y = random.uniform(south + margin, north - margin, count)
-        height = pager.ground().heights(x, y).height
+        height = ground.heights(x, y).height
         on_ground = np.isfinite(height)
         world = terrane.World(collide_bodies=True, worker_count=2)
         start = np.column_stack([x, y, height + 10.0])[on_ground]
         world.add(terrane.Shape.sphere(0.5), start, mass=10.0, restitution=0.4, friction=0.2)
         too_deep, step = 0, 1 / 30
         for i in range(int(seconds / step)):
-            pager.update(i * step, bodies=world)
-            too_deep += world.step(pager.ground(), step).too_deep
+            ground = terrain.update([], world.needs(), i * step).ground
+            too_deep += world.step(ground, step).too_deep
         print(f"{on_ground.sum()} balls, {too_deep} steps of a ball too deep in the ground")
-        return pager.ground(), start, world.states()
+        return ground, start, world.states()
 
 
 def plot(ground, region, start, states, path):

@@ -6,12 +6,15 @@ is read in place, others are copied once. Errors are ValueError, OSError, Memory
 one line that names the thing and the value.
 
     import terrane
-    source = terrane.fractal(seed=7)
-    with terrane.Pager(source, worker_count=0) as pager:
-        pager.require((-60, -60, 60, 60))
-        pager.update(0.0)
-        pager.finish()
-        print(pager.ground().heights(0.0, 0.0))
+    terrain = terrane.Terrain(terrane.fractal(seed=7))
+    world = terrane.World()
+    ball = world.add(terrane.Shape.sphere(0.5), (0, 0, 800), mass=10)
+    camera = terrane.Camera(terrane.look_at((0, -30, 800), (0, 0, 780)))
+    terrain.load([camera], world.needs(), 0.0)                          # blocks; update() does not
+    for i in range(1, 120):
+        frame = terrain.update([camera], world.needs(), i / 60)
+        world.step(frame.ground, 1 / 60)                                # draw frame.meshes[0]
+    print(world.state(ball).position, frame.meshes[0].triangles.shape)
 """
 from . import answers as _answers
 from .answers import *  # noqa: F401,F403

@@ -2,31 +2,26 @@
 """What calls of terrane answer: enumerations of statuses, and named tuples of arrays.
 
 (S) is the shape of the question: that of x for heights, (n,) for n rows, () where every argument was a single one.
-Lengths are metres, world axes: x east, y north, z up. Where a status is not ok or complete, numbers are NaN.
+Lengths are metres, world axes: x east, y north, z up. Where a status is not ok, numbers are NaN.
 """
 from enum import IntEnum, IntFlag
-from typing import NamedTuple, Tuple
+from typing import TYPE_CHECKING, NamedTuple, Tuple
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from . import Ground, Mesh, Shape
 
-class GroundStatus(IntEnum):
-    """Whether there is an answer of the ground, and why not."""
+
+class QueryStatus(IntEnum):
+    """Whether a query has an answer, and why not. An answer that is not_resident must not move a body."""
 
     ok = 0
     miss = 1
     outside = 2
-    not_resident = 3
-    invalid = 4
-
-
-class QueryStatus(IntEnum):
-    """How complete an answer of contact is. One that is not_resident must not move a body."""
-
-    complete = 0
-    truncated = 1
-    not_resident = 2
-    invalid = 3
+    truncated = 3
+    not_resident = 4
+    invalid = 5
 
 
 class MeshStatus(IntEnum):
@@ -40,7 +35,7 @@ class MeshStatus(IntEnum):
 
 
 class RegionState(IntEnum):
-    """The state of a region that Pager.require() asks for."""
+    """The state of a RequiredRegion."""
 
     loading = 0
     ready = 1
@@ -137,7 +132,7 @@ class StoreInfo(NamedTuple):
 
 
 class PagerStats(NamedTuple):
-    """Counts since a pager was made; the first six and bytes_awaited are present values."""
+    """Counts since a Terrain was made; the first six and bytes_awaited are present values."""
 
     resident_bytes: int
     in_flight_bytes: int
@@ -161,6 +156,15 @@ class PagerStats(NamedTuple):
     bytes_awaited: int
 
 
+class Frame(NamedTuple):
+    """The terrain at one moment: the ground to stand on, and a mesh for each camera."""
+
+    ground: "Ground"  # the contact surface of the resident chunks: a snapshot
+    meshes: Tuple["Mesh", ...]  # of the cameras, in their order; valid until the next update
+    late_chunks: int  # needed now, and absent
+    groundless_bodies: int  # bodies whose ground is not resident yet
+
+
 class Heights(NamedTuple):
     """The surface over places."""
 
@@ -168,7 +172,7 @@ class Heights(NamedTuple):
     normal: np.ndarray  # float64 (S, 3), unit, out of the solid
     error_m: np.ndarray  # float64 (S), certified: the true surface is within this, metres
     filled: np.ndarray  # bool (S): over an enclosed void that was filled
-    status: np.ndarray  # int8 (S), GroundStatus
+    status: np.ndarray  # int8 (S), QueryStatus
 
 
 class Rays(NamedTuple):
@@ -179,7 +183,7 @@ class Rays(NamedTuple):
     normal: np.ndarray  # float64 (S, 3), unit, out of the solid
     error_m: np.ndarray  # float64 (S), bound of the true surface's vertical distance, metres
     filled: np.ndarray  # bool (S)
-    status: np.ndarray  # int8 (S), GroundStatus
+    status: np.ndarray  # int8 (S), QueryStatus
 
 
 class Contacts(NamedTuple):
@@ -231,6 +235,31 @@ class PairDistances(NamedTuple):
     part_a: np.ndarray  # uint32 (S), of a compound: the part of the point
     part_b: np.ndarray  # uint32 (S)
     status: np.ndarray  # int8 (S), QueryStatus
+
+
+class BodyState(NamedTuple):
+    """A body after a step."""
+
+    position: np.ndarray  # float64 (3,), world, metres
+    rotation: np.ndarray  # float64 (3, 3), world from shape
+    velocity: np.ndarray  # float64 (3,), of the centre of mass, m/s
+    angular_velocity: np.ndarray  # float64 (3,), world axes, rad/s
+    condition: BodyCondition
+
+
+class BodySettings(NamedTuple):
+    """What a body is made of: arguments of World.add()."""
+
+    shape: "Shape"
+    type: str
+    mass: float  # kilograms
+    friction: float
+    restitution: float
+    contact_tolerance: float  # metres; 0: Shape.contact_tolerance
+    layers: int
+    collides_with: int
+    is_sensor: bool
+    rotates: bool
 
 
 class BodyStates(NamedTuple):

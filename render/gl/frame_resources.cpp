@@ -60,9 +60,7 @@ int count_samples(const GlTexture& texture) {
 }  // namespace
 
 Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_samples) {
-    if (const Result<void> good = check_size(width_px, height_px); !good) {
-        return tl::unexpected(good.error());
-    }
+    TERRANE_TRY(check_size(width_px, height_px));
     GLint colour_samples = 1, depth_samples = 1;
     glGetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour_samples);
     glGetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &depth_samples);
@@ -101,9 +99,7 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
         }
         if (drawn_status == GL_FRAMEBUFFER_COMPLETE) break;
     }
-    if (const Result<void> good = check_gl("make the picture"); !good) {
-        return tl::unexpected(good.error());
-    }
+    TERRANE_TRY(check_gl("make the picture"));
     if (status == GL_FRAMEBUFFER_COMPLETE) status = drawn_status;
     if (status != GL_FRAMEBUFFER_COMPLETE) {
         return fail(ErrorCode::device_unavailable,

@@ -194,7 +194,7 @@ Result<void> check_image(const Image& image, const std::string& path) {
 }  // namespace
 
 Result<void> write_png(const Image& image, const std::string& path) {
-    if (const Result<void> good = check_image(image, path); !good) return good;
+    TERRANE_TRY(check_image(image, path));
     // beside the file, so that the rename stays on one file system
     const std::string part = path + ".part";
     const auto refuse = [&](const std::string& why) -> Result<void> {

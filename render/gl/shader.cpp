@@ -58,14 +58,12 @@ std::string light_text(const LightFeatures& features) {
 
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                                std::string_view fragment) {
-    Result<GlShader> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);
-    if (!vertex_shader) return tl::unexpected(vertex_shader.error());
-    Result<GlShader> fragment_shader = compile(name, GL_FRAGMENT_SHADER, fragment);
-    if (!fragment_shader) return tl::unexpected(fragment_shader.error());
+    TERRANE_TRY(GlShader vertex_shader, compile(name, GL_VERTEX_SHADER, vertex));
+    TERRANE_TRY(GlShader fragment_shader, compile(name, GL_FRAGMENT_SHADER, fragment));
 
     GlProgram program(glCreateProgram());
-    glAttachShader(program.name(), vertex_shader->name());
-    glAttachShader(program.name(), fragment_shader->name());
+    glAttachShader(program.name(), vertex_shader.name());
+    glAttachShader(program.name(), fragment_shader.name());
     glLinkProgram(program.name());
     GLint is_good = 0;
     glGetProgramiv(program.name(), GL_LINK_STATUS, &is_good);

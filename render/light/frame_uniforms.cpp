@@ -84,8 +84,8 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
     frame.up = pack(Eigen::Vector3d(view.up * half_height));
     frame.forward = pack(view.forward);
     frame.sun = pack(Eigen::Vector3d(settings.sun_direction / settings.sun_direction.norm()));
-    frame.horizon = pack(settings.horizon);
-    frame.zenith = pack(settings.zenith);
+    frame.horizon = pack(settings.horizon_colour);
+    frame.zenith = pack(settings.zenith_colour);
     frame.remainder = pack(Eigen::Vector3d(eye.remainder_x, eye.remainder_y, eye.remainder_z));
     const SplitInteger height = split(eye.height, kHeightBits);
     frame.eye_height = {height.high, height.low, 0, 0};

@@ -250,10 +250,9 @@ Result<GroundShade> GroundShade::create(int sample_count, const std::string& lig
     for (const bool has_overlay : {false, true}) {
         const std::string defines = "#define SAMPLES " + std::to_string(sample_count) +
                                     "\n#define OVERLAY " + (has_overlay ? "1\n" : "0\n");
-        Result<GlProgram> program =
-            make_program("the light", shade_vert, defines + lighting + std::string(shade_frag));
-        if (!program) return tl::unexpected(program.error());
-        (has_overlay ? made.with_overlay_ : made.plain_) = std::move(*program);
+        TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
+                                                    defines + lighting + std::string(shade_frag)));
+        (has_overlay ? made.with_overlay_ : made.plain_) = std::move(program);
     }
     made.noise_ = make_ground_noise();
     made.no_layout_ = make_vertex_array();

@@ -227,7 +227,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
     const auto light = [&](std::size_t index) {
         Record& record = *record_of_[index];
         const Chunk& chunk = *resident.chunks()[index];
-        if (record.layer < 0 && !take_layer(record)) {
+        if (record.layer < 0 && !allocate_layer(record)) {
             starved_level_ = chunk.key.level;
             return false;
         }
@@ -254,7 +254,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
 }
 
 // Takes a free layer, or one of a chunk not lit in the previous frame.
-bool LightLevels::take_layer(Record& record) {
+bool LightLevels::allocate_layer(Record& record) {
     if (free_layers_.empty()) {
         for (Record* other : record_of_) {
             if (other->layer < 0 || other->lit_frame + 1 >= frame_) continue;

@@ -101,7 +101,7 @@ private:
     void follow(const std::shared_ptr<const ResidentSet>& resident, const View& view);
     void fade(const ResidentSet& resident);
     void choose(const ResidentSet& resident, const View& view);
-    bool take_layer(Record& record);
+    bool allocate_layer(Record& record);
     float presence_at(const ResidentSet& resident, const ChunkKey& key) const;
     LightNodes make_nodes(const ResidentSet& resident, const LitChunk& lit) const;
 

@@ -56,9 +56,9 @@ bool SunCascade::meets(const Aabb& box_world) const {
            from_centre.z() >= -half_side - extent.z();
 }
 
-bool SunCascade::meets(const BoundingSphere& ball_world) const {
-    const Eigen::Vector3d from_centre = axes * ball_world.centre - centre;
-    const double limit = half_side + ball_world.radius;
+bool SunCascade::meets(const BoundingSphere& sphere_world) const {
+    const Eigen::Vector3d from_centre = axes * sphere_world.centre - centre;
+    const double limit = half_side + sphere_world.radius;
     return std::abs(from_centre.x()) <= limit && std::abs(from_centre.y()) <= limit &&
            from_centre.z() >= -limit;
 }

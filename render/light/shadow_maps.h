@@ -32,7 +32,7 @@ struct SunCascade {
     /// Whether a caster with this bounding volume can cast a shadow into the map. Conservative: the map's volume is
     /// extended to the sun.
     bool meets(const Aabb& box_world) const;
-    bool meets(const BoundingSphere& ball_world) const;
+    bool meets(const BoundingSphere& sphere_world) const;
 
     /// Centre minus the eye along the axes.
     Eigen::Vector3d centre_from(const WorldPos& eye_world) const;

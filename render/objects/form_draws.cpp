@@ -87,7 +87,7 @@ ObjectMesh make_cube() {
     return upload(vertices, indices);
 }
 
-ObjectMesh make_ball() {
+ObjectMesh make_unit_sphere() {
     constexpr int kParallels = 16;
     return make_round(kParallels, [](int parallel) {
         const double latitude =
@@ -98,36 +98,33 @@ ObjectMesh make_ball() {
     });
 }
 
-ObjectMesh make_tube() {
+ObjectMesh make_unit_cylinder() {
     return make_round(1, [](int end) { return Outline{1.0, end == 0 ? -1.0 : 1.0, 1.0, 0.0}; });
 }
 
 Result<FormDraws::Program> FormDraws::make_program(const std::string& name,
                                                    const std::string& fragment) {
-    Result<GlProgram> made = internal::make_program(name, object_vert, fragment);
-    if (!made) return tl::unexpected(made.error());
+    TERRANE_TRY(GlProgram made, internal::make_program(name, object_vert, fragment));
     Program program;
-    program.axes = glGetUniformLocation(made->name(), "axes");
-    program.extents = glGetUniformLocation(made->name(), "extents");
-    program.centre = glGetUniformLocation(made->name(), "centre");
-    program.colour = glGetUniformLocation(made->name(), "colour");
-    program.program = std::move(*made);
+    program.axes = glGetUniformLocation(made.name(), "axes");
+    program.extents = glGetUniformLocation(made.name(), "extents");
+    program.centre = glGetUniformLocation(made.name(), "centre");
+    program.colour = glGetUniformLocation(made.name(), "colour");
+    program.program = std::move(made);
     return program;
 }
 
 Result<FormDraws> FormDraws::create(const std::string& lighting, bool has_shadows) {
     FormDraws made;
-    Result<Program> lit = make_program("objects", lighting + std::string(object_frag));
-    if (!lit) return tl::unexpected(lit.error());
-    made.lit_ = *std::move(lit);
+    TERRANE_TRY(Program lit, make_program("objects", lighting + std::string(object_frag)));
+    made.lit_ = std::move(lit);
     if (has_shadows) {
-        Result<Program> depths = make_program("objects' shadows", std::string(depth_frag));
-        if (!depths) return tl::unexpected(depths.error());
-        made.depths_ = *std::move(depths);
+        TERRANE_TRY(Program depths, make_program("objects' shadows", std::string(depth_frag)));
+        made.depths_ = std::move(depths);
     }
     made.cube_ = make_cube();
-    made.ball_ = make_ball();
-    made.tube_ = make_tube();
+    made.ellipsoid_ = make_unit_sphere();
+    made.cylinder_ = make_unit_cylinder();
     made.layout_ = make_vertex_array();
     const GLuint layout = made.layout_.name();
     for (GLuint attribute = 0; attribute < 2; ++attribute) {
@@ -162,8 +159,8 @@ void FormDraws::draw(const Program& program, const View& view, std::span<const D
         }
     };
     draw_all(DrawnObject::Form::box, cube_);
-    draw_all(DrawnObject::Form::ball, ball_);
-    draw_all(DrawnObject::Form::tube, tube_);
+    draw_all(DrawnObject::Form::ellipsoid, ellipsoid_);
+    draw_all(DrawnObject::Form::cylinder, cylinder_);
 }
 
 void FormDraws::draw(const View& view, std::span<const DrawnObject> objects) const {

@@ -22,9 +22,9 @@ struct ObjectMesh {
 /// A cube from -1 to 1 along each axis.
 ObjectMesh make_cube();
 /// A sphere of radius 1 around the origin.
-ObjectMesh make_ball();
+ObjectMesh make_unit_sphere();
 /// An open cylinder of radius 1 about z, from z = -1 to 1.
-ObjectMesh make_tube();
+ObjectMesh make_unit_cylinder();
 
 /// Draws DrawnObjects: boxes, ellipsoids and cylinders.
 class FormDraws {
@@ -53,7 +53,7 @@ private:
 
     Program lit_, depths_;
     GlVertexArray layout_;
-    ObjectMesh cube_, ball_, tube_;
+    ObjectMesh cube_, ellipsoid_, cylinder_;
 };
 
 }  // namespace terrane::internal

@@ -71,7 +71,7 @@ Result<void> add_view(TerrainRenderer& renderer, const View& view, const Pair& p
         SceneDraws{.instances = instances, .meshes = {&shifted, 1}}};
     std::array<Image, 4> images;
     for (std::size_t i = 0; i < draws.size(); ++i) {
-        if (auto drawn = renderer.draw({}, view, {}, draws[i]); !drawn) return drawn;
+        TERRANE_TRY(renderer.draw({}, view, {}, draws[i]));
         images[i] = renderer.read();
     }
     add_pixels(images[1], images[2], images[0], of_impostor);
@@ -118,16 +118,12 @@ Result<ImpostorError> measure_impostor(TerrainRenderer& renderer, const Triangle
                 const double azimuth = kTurn * i, level = std::cos(elevation);
                 const Eigen::Vector3d back(level * std::cos(azimuth), level * std::sin(azimuth),
                                            std::sin(elevation));
-                const Result<View> view = look_at(centre + distance * back, centre, kFieldOfView,
-                                                  last.width, last.height);
-                if (!view) return tl::unexpected(view.error());
+                TERRANE_TRY(const View view, look_at(centre + distance * back, centre, kFieldOfView,
+                                                     last.width, last.height));
                 const double pixel = distance / pixels_per_radian;
-                const Eigen::Vector3d shift = (view->right() + view->up) * (pixel / std::sqrt(2.0));
-                if (auto ok = add_view(renderer, *view, {mesh_id, impostor}, shift, of_impostor,
-                                       of_shift);
-                    !ok) {
-                    return tl::unexpected(ok.error());
-                }
+                const Eigen::Vector3d shift = (view.right() + view.up) * (pixel / std::sqrt(2.0));
+                TERRANE_TRY(
+                    add_view(renderer, view, {mesh_id, impostor}, shift, of_impostor, of_shift));
             }
         }
         const double displacement = of_shift.mean() > 0.0 ? of_impostor.mean() / of_shift.mean()

@@ -93,10 +93,10 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh) {
 
 Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                               const MeshMaterial& material) {
-    if (auto ok = check(mesh); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(mesh.validate());
     const MeshLevel whole = {.triangles = mesh.triangles};
     if (levels.empty()) levels = {&whole, 1};
-    if (auto ok = check_levels(mesh, levels); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_levels(mesh, levels));
     StoredMesh stored;
     stored.vertices = make_vertices(mesh, material);
     stored.bounds = bounding_box(mesh.positions);
@@ -116,10 +116,10 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLeve
         made.first_index = static_cast<std::uint32_t>(3 * indices.size());
         made.index_count = static_cast<std::uint32_t>(3 * level.triangles.size());
         if (!stored.is_two_sided && level.triangles.size() >= kLeastClustered) {
-            Result<MeshClusters> clusters = MeshClusters::create(mesh.positions, level.triangles);
-            if (!clusters) return tl::unexpected(clusters.error());
-            for (const std::uint32_t i : clusters->order()) indices.push_back(level.triangles[i]);
-            made.clusters = *std::move(clusters);
+            TERRANE_TRY(MeshClusters clusters,
+                        MeshClusters::create(mesh.positions, level.triangles));
+            for (const std::uint32_t i : clusters.order()) indices.push_back(level.triangles[i]);
+            made.clusters = std::move(clusters);
         } else {
             indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
         }
@@ -132,8 +132,7 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLeve
     stored.vertex_buffer =
         upload(stored.vertices.data(), stored.vertices.size() * sizeof(ObjectVertex));
     stored.index_buffer = upload(indices.data(), indices.size() * sizeof(Triangle));
-    if (auto ok = check_gl("keep a mesh of " + number_text(indices.size()) + " triangles"); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_gl("keep a mesh of " + number_text(indices.size()) + " triangles"));
     const MeshId id{next_++};
     meshes_.emplace(id, std::move(stored));
     return id;
@@ -205,9 +204,9 @@ constexpr int kOversampling = 4;
 constexpr int kOversamplingLevel = 2;
 
 Result<void> check_impostor(const StoredMesh& mesh, const ImpostorSettings& settings) {
-    if (auto ok = check_range("views_around", settings.views_around, 4, 64); !ok) return ok;
-    if (auto ok = check_range("views_above", settings.views_above, 1, 16); !ok) return ok;
-    if (auto ok = check_range("texels", settings.texels, 8, 512); !ok) return ok;
+    TERRANE_TRY(check_range("views_around", settings.views_around, 4, 64));
+    TERRANE_TRY(check_range("views_above", settings.views_above, 1, 16));
+    TERRANE_TRY(check_range("texels", settings.texels, 8, 512));
     if (mesh.levels.empty() || mesh.levels[0].index_count == 0)
         return fail(ErrorCode::invalid_argument, "an impostor needs a mesh with triangles");
     return {};
@@ -286,19 +285,18 @@ struct BakeTarget {
 
 Result<void> ImpostorStore::make_program() {
     if (program_.name() != 0) return {};
-    Result<GlProgram> made =
-        internal::make_program("impostors' views", impostor_bake_vert, impostor_bake_frag);
-    if (!made) return tl::unexpected(made.error());
-    centre_ = glGetUniformLocation(made->name(), "centre");
-    axes_ = glGetUniformLocation(made->name(), "axes");
-    program_ = std::move(*made);
+    TERRANE_TRY(GlProgram made,
+                internal::make_program("impostors' views", impostor_bake_vert, impostor_bake_frag));
+    centre_ = glGetUniformLocation(made.name(), "centre");
+    axes_ = glGetUniformLocation(made.name(), "axes");
+    program_ = std::move(made);
     layout_ = make_object_layout();
     return {};
 }
 
 Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSettings& settings) {
-    if (auto ok = check_impostor(mesh, settings); !ok) return tl::unexpected(ok.error());
-    if (auto ok = make_program(); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_impostor(mesh, settings));
+    TERRANE_TRY(make_program());
     StoredImpostor made = measure(mesh, settings);
     const int layers = settings.views_around * settings.views_above;
     made.colours = make_layers(settings.texels, layers);
@@ -342,8 +340,7 @@ Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSett
     // two textures of 4 bytes a texel, and a third more for mipmaps
     made.bytes = std::size_t{32} * static_cast<std::size_t>(settings.texels) *
                  static_cast<std::size_t>(settings.texels) * static_cast<std::size_t>(layers) / 3;
-    if (auto ok = check_gl("make " + number_text(layers) + " views of an impostor"); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_gl("make " + number_text(layers) + " views of an impostor"));
     const ImpostorId id{next_++};
     impostors_.emplace(id, std::move(made));
     return id;

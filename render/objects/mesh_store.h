@@ -49,7 +49,7 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
-    /// Fails: invalid_argument as check(TriangleMesh), for a level's index beyond the vertices, for a vertex of a
+    /// Fails: invalid_argument as TriangleMesh::validate(), for a level's index beyond the vertices, for a vertex of a
     ///        morphing level without a target, and for more than 2^31 indices; device_unavailable if OpenGL reports an
     ///        error
     Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,

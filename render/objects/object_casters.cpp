@@ -15,7 +15,7 @@ namespace terrane::internal {
 namespace {
 
 // Radius of a sphere around the object's origin that contains the mesh.
-double radius_of(const SolidDraw& draw) {
+double radius_of(const OpaqueDraw& draw) {
     // vertices of its own may be anywhere
     if (draw.has_own_vertices) return std::numeric_limits<double>::infinity();
     const Aabb& bounds = draw.mesh->bounds;
@@ -30,15 +30,14 @@ double radius_of(const StoredImpostor& impostor) {
 Result<std::unique_ptr<ObjectCasters>> ObjectCasters::create() {
     // a shadow map has one sample a texel
     const std::string covered = "#define SAMPLES 1\n" + std::string(coverage_glsl);
-    Result<GlProgram> meshes =
-        make_program("meshes' shadows", instance_vert, covered + std::string(mesh_shadow_frag));
-    if (!meshes) return tl::unexpected(meshes.error());
-    Result<ImpostorProgram> impostors = make_impostor_program(
-        "impostors' shadows", impostor_shadow_vert, covered + std::string(impostor_shadow_frag));
-    if (!impostors) return tl::unexpected(impostors.error());
+    TERRANE_TRY(GlProgram meshes, make_program("meshes' shadows", instance_vert,
+                                               covered + std::string(mesh_shadow_frag)));
+    TERRANE_TRY(ImpostorProgram impostors,
+                make_impostor_program("impostors' shadows", impostor_shadow_vert,
+                                      covered + std::string(impostor_shadow_frag)));
     std::unique_ptr<ObjectCasters> made(new ObjectCasters);
-    made->meshes_ = *std::move(meshes);
-    made->impostors_ = *std::move(impostors);
+    made->meshes_ = std::move(meshes);
+    made->impostors_ = std::move(impostors);
     made->object_layout_ = make_object_layout();
     made->no_layout_ = make_vertex_array();
     return made;
@@ -59,7 +58,7 @@ ObjectCasters::Part ObjectCasters::select(std::span<const ObjectInstance> instan
     return part;
 }
 
-Result<void> ObjectCasters::prepare(std::span<const SolidDraw> solids,
+Result<void> ObjectCasters::prepare(std::span<const OpaqueDraw> solids,
                                     std::span<const BillboardDraw> billboards,
                                     std::span<const ObjectInstance> instances, GLuint frame_stream,
                                     std::span<const SunCascade> cascades,
@@ -91,7 +90,7 @@ Result<void> ObjectCasters::prepare(std::span<const SolidDraw> solids,
     if (memory == nullptr) {
         selected_.clear();
         const std::string doing = "take " + number_text(bytes) + " bytes of the device for shadows";
-        if (auto ok = check_gl(doing); !ok) return ok;
+        TERRANE_TRY(check_gl(doing));
         return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
     }
     std::memcpy(memory, selected_.data(), bytes);
@@ -104,7 +103,7 @@ void ObjectCasters::draw(std::size_t cascade) const {
     const GLuint layout = object_layout_.name();
     glUseProgram(meshes_.name());
     for (const Part& part : list.solids) {
-        const SolidDraw& draw = solids_[part.draw];
+        const OpaqueDraw& draw = solids_[part.draw];
         bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
         if (draw.has_own_vertices) {

@@ -27,7 +27,7 @@ public:
     /// @param frame_stream       contains the vertices and indices of streamed draws
     ///
     /// Fails: device_unavailable if the device is out of memory
-    Result<void> prepare(std::span<const SolidDraw> solids,
+    Result<void> prepare(std::span<const OpaqueDraw> solids,
                          std::span<const BillboardDraw> billboards,
                          std::span<const ObjectInstance> instances, GLuint frame_stream,
                          std::span<const SunCascade> cascades, const WorldPos& eye_world);
@@ -57,7 +57,7 @@ private:
     StreamBuffer stream_;
 
     // Of the frame.
-    std::span<const SolidDraw> solids_;
+    std::span<const OpaqueDraw> solids_;
     std::span<const BillboardDraw> billboards_;
     GLuint frame_stream_ = 0;
     std::array<List, kCascades> lists_;

@@ -16,10 +16,9 @@ namespace terrane::internal {
 
 Result<ImpostorProgram> make_impostor_program(const std::string& name, std::string_view vertex,
                                               std::string_view fragment) {
-    Result<GlProgram> made = make_program(name, vertex, fragment);
-    if (!made) return tl::unexpected(made.error());
+    TERRANE_TRY(GlProgram made, make_program(name, vertex, fragment));
     const auto place = [&](const char* uniform) {
-        return glGetUniformLocation(made->name(), uniform);
+        return glGetUniformLocation(made.name(), uniform);
     };
     ImpostorProgram program;
     program.first_instance = place("first_instance");
@@ -28,7 +27,7 @@ Result<ImpostorProgram> make_impostor_program(const std::string& name, std::stri
     program.views = place("views");
     program.radius = place("radius");
     program.texels = place("texels");
-    program.program = std::move(*made);
+    program.program = std::move(made);
     return program;
 }
 
@@ -44,24 +43,22 @@ void ImpostorProgram::set(const StoredImpostor& impostor, std::uint32_t first) c
 Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::string& lighting) {
     const std::string samples = "#define SAMPLES " + std::to_string(sample_count) + "\n";
     const std::string covered = samples + lighting + std::string(coverage_glsl);
-    Result<GlProgram> meshes =
-        make_program("objects' meshes", instance_vert, covered + std::string(instance_frag));
-    if (!meshes) return tl::unexpected(meshes.error());
-    Result<ImpostorProgram> impostors =
-        make_impostor_program("impostors", impostor_vert, covered + std::string(impostor_frag));
-    if (!impostors) return tl::unexpected(impostors.error());
-    Result<ImpostorProgram> small_impostors =
+    TERRANE_TRY(GlProgram meshes, make_program("objects' meshes", instance_vert,
+                                               covered + std::string(instance_frag)));
+    TERRANE_TRY(
+        ImpostorProgram impostors,
+        make_impostor_program("impostors", impostor_vert, covered + std::string(impostor_frag)));
+    TERRANE_TRY(
+        ImpostorProgram small_impostors,
         make_impostor_program("small impostors", lighting + std::string(small_impostor_vert),
-                              covered + std::string(small_impostor_frag));
-    if (!small_impostors) return tl::unexpected(small_impostors.error());
-    Result<GlProgram> particles =
-        make_program("particles", particle_vert, samples + lighting + std::string(particle_frag));
-    if (!particles) return tl::unexpected(particles.error());
+                              covered + std::string(small_impostor_frag)));
+    TERRANE_TRY(GlProgram particles, make_program("particles", particle_vert,
+                                                  samples + lighting + std::string(particle_frag)));
     ObjectPrograms made;
-    made.meshes = std::move(*meshes);
-    made.impostors = std::move(*impostors);
-    made.small_impostors = std::move(*small_impostors);
-    made.particles = std::move(*particles);
+    made.meshes = std::move(meshes);
+    made.impostors = std::move(impostors);
+    made.small_impostors = std::move(small_impostors);
+    made.particles = std::move(particles);
     made.object_layout = make_object_layout();
     made.no_layout = make_vertex_array();
     return made;
@@ -95,11 +92,11 @@ Eigen::Matrix3d matrix_of(const std::array<float, 4>& quaternion) {
 
 }  // namespace
 
-void SolidParts::prepare(std::span<SolidDraw> solids, std::span<const ObjectInstance> instances,
-                         const View& view, int subpixel_bits) {
+void OpaqueParts::prepare(std::span<OpaqueDraw> solids, std::span<const ObjectInstance> instances,
+                          const View& view, int subpixel_bits) {
     angle_error_ = window_error(view, subpixel_bits) + kEyeRounding;
     clear();
-    for (SolidDraw& draw : solids) {
+    for (OpaqueDraw& draw : solids) {
         if (draw.clusters == nullptr) continue;
         first_of_draw_ = commands_.size();
         for (std::uint32_t i = 0; i < draw.instance_count; ++i) {
@@ -112,13 +109,13 @@ void SolidParts::prepare(std::span<SolidDraw> solids, std::span<const ObjectInst
     }
 }
 
-void SolidParts::clear() {
+void OpaqueParts::clear() {
     commands_.clear();
     culled_triangles_ = 0;
 }
 
-void SolidParts::add_instance(const SolidDraw& draw, const ObjectInstance& instance,
-                              std::uint32_t number, const View& view) {
+void OpaqueParts::add_instance(const OpaqueDraw& draw, const ObjectInstance& instance,
+                               std::uint32_t number, const View& view) {
     const bool is_morphing = draw.targets != 0 && instance.coverage > 1.0f;
     if (is_morphing) return add_whole(draw, number);
     const auto scale = static_cast<double>(instance.scale);
@@ -151,7 +148,7 @@ void SolidParts::add_instance(const SolidDraw& draw, const ObjectInstance& insta
 }
 
 // Consecutive instances that are drawn whole are one command.
-void SolidParts::add_whole(const SolidDraw& draw, std::uint32_t number) {
+void OpaqueParts::add_whole(const OpaqueDraw& draw, std::uint32_t number) {
     if (commands_.size() > first_of_draw_) {
         PartCommand& last = commands_.back();
         if (last.index_count == draw.index_count &&

@@ -19,14 +19,14 @@
 namespace terrane::internal {
 
 /// Triangles of one mesh for a range of a frame's instances.
-struct SolidDraw {
+struct OpaqueDraw {
     const StoredMesh* mesh = nullptr;
     GLuint targets = 0;                                      ///< buffer of morph targets; 0: none
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
     const MeshClusters* clusters = nullptr;        ///< of the triangles; null: all are drawn
-    bool has_parts = false;                        ///< drawn by commands of SolidParts
+    bool has_parts = false;                        ///< drawn by commands of OpaqueParts
     std::uint32_t first_part = 0, part_count = 0;  ///< of these commands
 };
 
@@ -75,13 +75,13 @@ static_assert(sizeof(PartCommand) == 20);
 ///
 /// Triangles keep their order. An instance is drawn whole if it morphs, if the near plane may clip it, or if few
 /// triangles would be omitted.
-class SolidParts {
+class OpaqueParts {
 public:
     /// Replaces the commands of the previous frame; draws without clusters get none.
     ///
     /// @param solids        `has_parts`, `first_part` and `part_count` are set
     /// @param subpixel_bits of the device's window coordinates: GL_SUBPIXEL_BITS
-    void prepare(std::span<SolidDraw> solids, std::span<const ObjectInstance> instances,
+    void prepare(std::span<OpaqueDraw> solids, std::span<const ObjectInstance> instances,
                  const View& view, int subpixel_bits);
 
     void clear();
@@ -90,9 +90,9 @@ public:
     std::size_t culled_triangles() const { return culled_triangles_; }
 
 private:
-    void add_instance(const SolidDraw& draw, const ObjectInstance& instance, std::uint32_t number,
+    void add_instance(const OpaqueDraw& draw, const ObjectInstance& instance, std::uint32_t number,
                       const View& view);
-    void add_whole(const SolidDraw& draw, std::uint32_t number);
+    void add_whole(const OpaqueDraw& draw, std::uint32_t number);
 
     double angle_error_ = 0.0;  // radians, of window coordinates
     std::size_t first_of_draw_ = 0;

@@ -134,15 +134,14 @@ const void* as_pointer(std::size_t byte) {
 
 Result<void> SceneObjects::make_programs() {
     if (programs_) return {};
-    Result<ObjectPrograms> made = ObjectPrograms::create(sample_count_, lighting_);
-    if (!made) return tl::unexpected(made.error());
-    programs_ = std::move(*made);
+    TERRANE_TRY(ObjectPrograms made, ObjectPrograms::create(sample_count_, lighting_));
+    programs_ = std::move(made);
     return {};
 }
 
 Result<MeshId> SceneObjects::add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                                       const MeshMaterial& material) {
-    if (auto ok = make_programs(); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(make_programs());
     return meshes_.add(mesh, levels, material);
 }
 
@@ -161,8 +160,7 @@ Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const M
                         "the mesh has " + number_text(mesh->levels.size()) + " levels, got level " +
                             number_text(draw.level));
         }
-        if (auto ok = check_instances(draws, draw.first_instance, draw.instance_count); !ok)
-            return ok;
+        TERRANE_TRY(check_instances(draws, draw.first_instance, draw.instance_count));
         const StoredMesh::Level& level = mesh->levels[draw.level];
         if (draw.instance_count == 0 || level.index_count == 0) continue;
         solid_.push_back({.mesh = mesh,
@@ -182,8 +180,7 @@ Result<void> SceneObjects::add_impostors(const SceneDraws& draws,
         const StoredImpostor* impostor = impostors_.find(draw.impostor);
         if (impostor == nullptr)
             return no_such("impostor", static_cast<std::uint32_t>(draw.impostor));
-        if (auto ok = check_instances(draws, draw.first_instance, draw.instance_count); !ok)
-            return ok;
+        TERRANE_TRY(check_instances(draws, draw.first_instance, draw.instance_count));
         if (draw.instance_count > 0)
             impostor_draws_.push_back({impostor, draw.first_instance, draw.instance_count});
     }
@@ -191,23 +188,23 @@ Result<void> SceneObjects::add_impostors(const SceneDraws& draws,
 }
 
 Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
-    if (auto ok = add_meshes(draws, draws.meshes); !ok) return ok;
-    if (auto ok = add_impostors(draws, draws.impostors); !ok) return ok;
+    TERRANE_TRY(add_meshes(draws, draws.meshes));
+    TERRANE_TRY(add_impostors(draws, draws.impostors));
     for (const StreamedDraw& streamed : draws.streamed) {
-        if (auto ok = add_streamed(draws, streamed); !ok) return ok;
+        TERRANE_TRY(add_streamed(draws, streamed));
     }
     drawn_solids_ = solid_.size();
     drawn_impostors_ = impostor_draws_.size();
     if (!has_casters) return {};
-    if (auto ok = add_meshes(draws, draws.caster_meshes); !ok) return ok;
+    TERRANE_TRY(add_meshes(draws, draws.caster_meshes));
     return add_impostors(draws, draws.caster_impostors);
 }
 
 Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedDraw& streamed) {
     const StoredMesh* mesh = meshes_.find(streamed.mesh);
     if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(streamed.mesh));
-    if (auto ok = check_instances(draws, streamed.instance, 1); !ok) return ok;
-    if (auto ok = check_streamed(streamed, mesh->vertices.size()); !ok) return ok;
+    TERRANE_TRY(check_instances(draws, streamed.instance, 1));
+    TERRANE_TRY(check_streamed(streamed, mesh->vertices.size()));
     if (streamed.triangles.empty()) return {};
     solid_.push_back({.mesh = mesh,
                       .has_own_vertices = !streamed.positions.empty(),
@@ -229,7 +226,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     std::size_t end = aligned(command_byte_ + parts_.commands().size_bytes());
     const std::size_t first_streamed = drawn_solids_ - streamed_.size();
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
-        SolidDraw& draw = solid_[first_streamed + i];
+        OpaqueDraw& draw = solid_[first_streamed + i];
         draw.vertex_byte = end;
         if (draw.has_own_vertices)
             end = aligned(end + draw.mesh->vertices.size() * sizeof(ObjectVertex));
@@ -239,7 +236,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     std::byte* memory = stream_.begin(std::max<std::size_t>(end, 16));
     if (memory == nullptr) {
         const std::string doing = "take " + number_text(end) + " bytes of the device for objects";
-        if (auto ok = check_gl(doing); !ok) return ok;
+        TERRANE_TRY(check_gl(doing));
         return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
     }
     const auto copy = [&](std::size_t byte, const void* data, std::size_t bytes) {
@@ -251,7 +248,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     copy(command_byte_, parts_.commands().data(), parts_.commands().size_bytes());
     std::vector<ObjectVertex> moved;
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
-        const SolidDraw& draw = solid_[first_streamed + i];
+        const OpaqueDraw& draw = solid_[first_streamed + i];
         copy(draw.index_byte, streamed_[i]->triangles.data(), streamed_[i]->triangles.size_bytes());
         if (!draw.has_own_vertices) continue;
         moved = draw.mesh->vertices;
@@ -291,9 +288,8 @@ void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
 Result<void> SceneObjects::prepare_casters(const SceneDraws& draws, const View& view,
                                            std::span<const SunCascade> cascades) {
     if (!casters_) {
-        Result<std::unique_ptr<ObjectCasters>> made = ObjectCasters::create();
-        if (!made) return tl::unexpected(made.error());
-        casters_ = *std::move(made);
+        TERRANE_TRY(std::unique_ptr<ObjectCasters> made, ObjectCasters::create());
+        casters_ = std::move(made);
     }
     return casters_->prepare(solid_, impostor_draws_, draws.instances, stream_.name(), cascades,
                              view.eye_world);
@@ -325,7 +321,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
         if (auto ok = prepare_casters(draws, view, cascades); !ok) return give_up(ok);
     }
     particle_count_ = draws.particles.size();
-    for (const SolidDraw& draw : drawn_solids()) {
+    for (const OpaqueDraw& draw : drawn_solids()) {
         object_count_ += draw.instance_count;
         triangle_count_ += std::size_t{draw.instance_count} * (draw.index_count / 3);
     }
@@ -337,7 +333,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     return {};
 }
 
-void SceneObjects::draw_triangles(const SolidDraw& draw) const {
+void SceneObjects::draw_triangles(const OpaqueDraw& draw) const {
     if (draw.has_parts) {
         glMultiDrawElementsIndirect(
             GL_TRIANGLES, GL_UNSIGNED_INT,
@@ -356,7 +352,7 @@ void SceneObjects::draw_solid() const {
     const GLuint layout = programs_->object_layout.name();
     glUseProgram(programs_->meshes.name());
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, stream_.name());
-    for (const SolidDraw& draw : drawn_solids()) {
+    for (const OpaqueDraw& draw : drawn_solids()) {
         bind_mesh(layout, *draw.mesh, draw.targets);
         glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
         if (draw.has_own_vertices) {

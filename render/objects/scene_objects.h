@@ -72,10 +72,10 @@ private:
     Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> upload(const SceneDraws& draws);
-    void draw_triangles(const SolidDraw& draw) const;
+    void draw_triangles(const OpaqueDraw& draw) const;
     void sort_billboards(const SceneDraws& draws, std::byte* memory);
     void draw_billboards() const;
-    std::span<const SolidDraw> drawn_solids() const {
+    std::span<const OpaqueDraw> drawn_solids() const {
         return std::span(solid_).first(drawn_solids_);
     }
     std::span<const BillboardDraw> drawn_impostors() const {
@@ -89,12 +89,12 @@ private:
     MeshStore meshes_;
     ImpostorStore impostors_;
     StreamBuffer stream_;
-    SolidParts parts_;
+    OpaqueParts parts_;
     GLint subpixel_bits_ = 0;  // 0: not queried yet
 
     // Of the frame.
     double pixels_per_radian_ = 0.0;
-    std::vector<SolidDraw> solid_;               // visible ones, then casters out of view
+    std::vector<OpaqueDraw> solid_;              // visible ones, then casters out of view
     std::vector<BillboardDraw> impostor_draws_;  // in the same order
     std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
     std::vector<const StreamedDraw*> streamed_;  // of the last of the solids that are drawn

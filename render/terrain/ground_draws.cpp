@@ -83,7 +83,7 @@ const ChunkSlot* ChunkPool::find(const ResidentSet& resident, const Chunk& chunk
 
     ChunkSlot& slot = slots_[chunk.key];
     const bool is_new = slot.page < 0 || !is_same(slot.chunk, owner);
-    if (slot.page < 0) take_slot(slot);
+    if (slot.page < 0) allocate_slot(slot);
     if (is_new) {
         slot.chunk = owner;
         upload_heights(slot, chunk);
@@ -93,7 +93,7 @@ const ChunkSlot* ChunkPool::find(const ResidentSet& resident, const Chunk& chunk
 }
 
 // Takes a free slot of the first page that has one, else grows the last page, else adds a page.
-void ChunkPool::take_slot(ChunkSlot& slot) {
+void ChunkPool::allocate_slot(ChunkSlot& slot) {
     auto page = std::find_if(pages_.begin(), pages_.end(),
                              [](const ChunkPage& p) { return !p.free.empty(); });
     if (page == pages_.end()) {
@@ -309,15 +309,14 @@ Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, con
         list.command_count = 0;
         list.batches.clear();
     }
-    if (const Result<void> collected = collect(mesh, view, culling, casters); !collected)
-        return collected;
+    TERRANE_TRY(collect(mesh, view, culling, casters));
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);
     std::byte* memory = stream_.begin(layout_.end);
     if (memory == nullptr) {
         const std::string doing =
             "take " + std::to_string(layout_.end) + " bytes of the device for the mesh";
-        if (const Result<void> good = check_gl(doing); !good) return good;
+        TERRANE_TRY(check_gl(doing));
         return fail(ErrorCode::device_unavailable, "OpenGL cannot " + doing);
     }
     write(mesh, eye, memory);

@@ -62,7 +62,7 @@ public:
     std::size_t bytes() const;
 
 private:
-    void take_slot(ChunkSlot& slot);
+    void allocate_slot(ChunkSlot& slot);
     void upload_heights(const ChunkSlot& slot, const Chunk& chunk) const;
 
     int max_page_slots_;

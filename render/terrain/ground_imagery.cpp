@@ -63,7 +63,7 @@ GroundImagery::GroundImagery(std::shared_ptr<const ImagerySource> source, std::s
 }
 
 // A free layer, or the least recently wanted one that is not wanted in this frame; -1: none.
-int GroundImagery::take_layer() {
+int GroundImagery::allocate_layer() {
     if (free_layers_.empty()) {
         auto oldest = slots_.end();
         for (auto slot = slots_.begin(); slot != slots_.end(); ++slot) {
@@ -84,7 +84,7 @@ void GroundImagery::upload(const ImageryLoad& load) {
     if (slots_.contains(load.request.square)) return;
     Slot slot{.wanted_frame = frame_, .presence = waits_ ? 1.0f : 0.0f};
     if (load.texture) {
-        slot.layer = take_layer();
+        slot.layer = allocate_layer();
         if (slot.layer < 0) return;
         glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
         for (int mipmap = 0; mipmap < kImageryMipmaps; ++mipmap) {

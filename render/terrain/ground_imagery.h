@@ -51,7 +51,7 @@ private:
 
     void load(const ResidentSet& resident, const std::vector<ImagerySquare>& wanted);
     void upload(const ImageryLoad& load);
-    int take_layer();
+    int allocate_layer();
     Result<void> write_table(const Lattice& lattice, const View& view);
 
     std::shared_ptr<const ImagerySource> source_;

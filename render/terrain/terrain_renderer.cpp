@@ -9,7 +9,7 @@
 #include "objects/scene_objects.h"
 #include "terrain/ground_draws.h"
 #include "terrain/ground_imagery.h"
-#include "terrain/solid_draws.h"
+#include "terrain/volume_draws.h"
 
 #include <terrane/base/result.h>
 #include <terrane/base/text.h>
@@ -62,7 +62,7 @@ Result<void> check(const RendererSettings& settings) {
 
 // Checks the arguments of draw() before anything is drawn.
 Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer& picture) {
-    if (const Result<void> good = terrane::check(view); !good) return good;
+    TERRANE_TRY(view.validate());
     if (view.width_px != picture.width_px() || view.height_px != picture.height_px()) {
         return fail(ErrorCode::invalid_argument,
                     "the view is for " + std::to_string(view.width_px) + " x " +
@@ -92,13 +92,13 @@ struct TerrainRenderer::State {
     Framebuffer picture;
     GroundShade shade;
     GlProgram ground, wires;
-    SolidDraws::Program solid_ground, solid_walls, solid_wires;
+    VolumeDraws::Program solid_ground, solid_walls, solid_wires;
     FormDraws forms;
     GlBuffer frame_uniforms;
     std::optional<ShadowPass> shadows;       // none without shadow_distance
     std::unique_ptr<GroundImagery> imagery;  // null: none
     GroundDraws draws;
-    SolidDraws solids;
+    VolumeDraws solids;
     SceneObjects scene;
     std::optional<GpuTimer> timer;  // none for software rasterisers
     DrawCounts counts;
@@ -119,23 +119,19 @@ struct TerrainRenderer::State {
 };
 
 Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) {
-    Result<GlProgram> made_ground = make_program("the terrain", terrain_vert, depth_frag);
-    if (!made_ground) return tl::unexpected(made_ground.error());
-    Result<GlProgram> made_wires = make_program("the wireframe", terrain_vert, line_frag);
-    if (!made_wires) return tl::unexpected(made_wires.error());
-    Result<GlProgram> made_solid = make_program("the ground of volumes", solid_vert, depth_frag);
-    if (!made_solid) return tl::unexpected(made_solid.error());
-    Result<GlProgram> made_walls =
-        make_program("the walls of volumes", solid_vert, lighting + std::string(solid_frag));
-    if (!made_walls) return tl::unexpected(made_walls.error());
-    Result<GlProgram> made_solid_wires =
-        make_program("the wireframe of volumes", solid_vert, line_frag);
-    if (!made_solid_wires) return tl::unexpected(made_solid_wires.error());
-    solid_ground = SolidDraws::Program(std::move(*made_solid));
-    solid_walls = SolidDraws::Program(std::move(*made_walls));
-    solid_wires = SolidDraws::Program(std::move(*made_solid_wires));
-    ground = std::move(*made_ground);
-    wires = std::move(*made_wires);
+    TERRANE_TRY(GlProgram made_ground, make_program("the terrain", terrain_vert, depth_frag));
+    TERRANE_TRY(GlProgram made_wires, make_program("the wireframe", terrain_vert, line_frag));
+    TERRANE_TRY(GlProgram made_solid,
+                make_program("the ground of volumes", solid_vert, depth_frag));
+    TERRANE_TRY(GlProgram made_walls, make_program("the walls of volumes", solid_vert,
+                                                   lighting + std::string(solid_frag)));
+    TERRANE_TRY(GlProgram made_solid_wires,
+                make_program("the wireframe of volumes", solid_vert, line_frag));
+    solid_ground = VolumeDraws::Program(std::move(made_solid));
+    solid_walls = VolumeDraws::Program(std::move(made_walls));
+    solid_wires = VolumeDraws::Program(std::move(made_solid_wires));
+    ground = std::move(made_ground);
+    wires = std::move(made_wires);
     return {};
 }
 
@@ -153,7 +149,7 @@ void TerrainRenderer::State::make_buffers() {
 void TerrainRenderer::State::draw_walls() {
     if (solids.is_empty()) return;
     shade.bind_noise(1);
-    solids.draw(SolidDraws::Part::walls, solid_walls);
+    solids.draw(VolumeDraws::Part::walls, solid_walls);
 }
 
 void TerrainRenderer::State::draw_wires() {
@@ -165,8 +161,8 @@ void TerrainRenderer::State::draw_wires() {
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glUseProgram(wires.name());
     draws.draw();
-    solids.draw(SolidDraws::Part::ground, solid_wires);
-    solids.draw(SolidDraws::Part::walls, solid_wires);
+    solids.draw(VolumeDraws::Part::ground, solid_wires);
+    solids.draw(VolumeDraws::Part::walls, solid_wires);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_POLYGON_OFFSET_LINE);
@@ -179,8 +175,8 @@ void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const V
     shadows->draw(uniforms, view, [&](std::size_t cascade) {
         glUseProgram(ground.name());
         draws.draw_casters(cascade);
-        solids.draw(SolidDraws::Part::ground, solid_ground);
-        solids.draw(SolidDraws::Part::walls, solid_ground);
+        solids.draw(VolumeDraws::Part::ground, solid_ground);
+        solids.draw(VolumeDraws::Part::walls, solid_ground);
         forms.draw_casters(shadows->cascades()[cascade], view, drawn);
         scene.draw_casters(cascade);
     });
@@ -193,64 +189,56 @@ TerrainRenderer::~TerrainRenderer() = default;
 
 Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_px, int height_px,
                                                 const RendererSettings& settings) {
-    if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
-    Result<Framebuffer> picture = Framebuffer::create(width_px, height_px, settings.sample_count);
-    if (!picture) return tl::unexpected(picture.error());
+    TERRANE_TRY(check(settings));
+    TERRANE_TRY(Framebuffer picture,
+                Framebuffer::create(width_px, height_px, settings.sample_count));
     const bool has_shadows = settings.shadow_distance > 0.0;
     LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
                               .has_water = settings.water_level.has_value()};
     const std::string lighting = light_text(features);
     features.has_imagery = settings.imagery != nullptr;
-    Result<GroundShade> shade = GroundShade::create(picture->sample_count(), light_text(features));
-    if (!shade) return tl::unexpected(shade.error());
-    Result<FormDraws> forms = FormDraws::create(lighting, has_shadows);
-    if (!forms) return tl::unexpected(forms.error());
-    auto state = std::make_unique<State>(std::move(*picture), std::move(*shade), std::move(*forms),
-                                         lighting);
+    TERRANE_TRY(GroundShade shade,
+                GroundShade::create(picture.sample_count(), light_text(features)));
+    TERRANE_TRY(FormDraws forms, FormDraws::create(lighting, has_shadows));
+    auto state =
+        std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms), lighting);
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();
-    if (const Result<void> made = state->make_programs(lighting); !made) {
-        return tl::unexpected(made.error());
-    }
+    TERRANE_TRY(state->make_programs(lighting));
     state->make_buffers();
-    if (const Result<void> good = check_gl("set up the renderer"); !good) {
-        return tl::unexpected(good.error());
-    }
+    TERRANE_TRY(check_gl("set up the renderer"));
     return TerrainRenderer(std::move(state));
 }
 
 Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                                    std::span<const DrawnObject> objects, const SceneDraws& scene) {
     State& state = *state_;
-    if (const Result<void> good = check(mesh, view, state.picture); !good) return good;
+    TERRANE_TRY(check(mesh, view, state.picture));
     // the sky does not depend on the lattice
     const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
     EyeFrame eye;
     if (mesh.resident != nullptr) {
-        const Result<EyeFrame> made = make_eye_frame(lattice, view.eye_world);
-        if (!made) return tl::unexpected(made.error());
-        eye = *made;
+        TERRANE_TRY(const EyeFrame made, make_eye_frame(lattice, view.eye_world));
+        eye = made;
     }
     std::span<const SunCascade> casters;
     if (state.shadows) {
         state.shadows->prepare(view);
         casters = state.shadows->cascades();
     }
-    if (const Result<void> ready = state.scene.prepare(scene, view, casters); !ready) return ready;
+    TERRANE_TRY(state.scene.prepare(scene, view, casters));
     const GroundCulling culling =
         state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
-    if (const Result<void> ready = state.draws.prepare(mesh, view, eye, culling, casters); !ready)
-        return ready;
+    TERRANE_TRY(state.draws.prepare(mesh, view, eye, culling, casters));
     if (mesh.resident != nullptr) {
-        const Result<void> lit = state.shade.prepare(mesh.resident, view, eye);
-        if (!lit) return lit;
+        TERRANE_TRY(state.shade.prepare(mesh.resident, view, eye));
         if (state.imagery) {
-            if (auto ok = state.imagery->prepare(*mesh.resident, view); !ok) return ok;
+            TERRANE_TRY(state.imagery->prepare(*mesh.resident, view));
             state.imagery->bind();
         }
     }
-    if (const Result<void> ready = state.solids.prepare(mesh, eye); !ready) return ready;
+    TERRANE_TRY(state.solids.prepare(mesh, eye));
     const bool has_overlay = state.settings.wireframe || !objects.empty() ||
                              !state.solids.is_empty() || !state.scene.is_empty();
 
@@ -269,7 +257,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());
     state.draws.draw();
-    state.solids.draw(SolidDraws::Part::ground, state.solid_ground);
+    state.solids.draw(VolumeDraws::Part::ground, state.solid_ground);
     if (has_overlay) {
         state.picture.bind_depth_and_overlay();
         glClearColor(0.0f, 0.0f, 0.0f, 0.0f);

@@ -4,6 +4,7 @@
 
 #include <terrane/base/result.h>
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/height_source.h>
 
 #include <algorithm>
@@ -273,9 +274,11 @@ Result<void> height_error(const HeightSource& source, double metres, const Sampl
 }
 
 // Refuses bounds whose squares overflow floats: keys would be NaN.
-Result<void> check_bound(float bound) {
-    constexpr double kMostBound = 4.0 * kMostHeight;
-    if (static_cast<double>(bound) <= kMostBound && bound >= 0.0f) return {};
+constexpr double kMostBound = 4.0 * kMostHeight;
+
+bool is_bound(float bound) { return static_cast<double>(bound) <= kMostBound && bound >= 0.0f; }
+
+Result<void> refuse_bound(float bound) {
     std::array<char, 100> text{};
     std::snprintf(text.data(), text.size(),
                   "the source gave a bound of %.6g m, possible are 0 to %.3g m",
@@ -285,9 +288,9 @@ Result<void> check_bound(float bound) {
 
 Result<void> fill_heights(const HeightSource& source, const std::stop_token& stop,
                           Surroundings& wide, Chunk& chunk) {
-    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
+    TERRANE_TRY(check_not_cancelled(stop));
     wide.heights.resize(wide.grid.size());
-    if (const Result<void> read = source.sample(wide.grid, wide.heights); !read) return read;
+    TERRANE_TRY(source.sample(wide.grid, wide.heights));
     const double per_quantum = 1.0 / source.lattice().quantum;
     const double most = std::min(kMostHeight, kMostQuanta * source.lattice().quantum);
     chunk.heights.resize(kSamples);
@@ -353,7 +356,7 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
             if (((row | column) & 1) == 0) continue;  // vertex of a coarser spacing
             const float given =
                 bounds[static_cast<std::size_t>((row + margin) * grid.columns + column + margin)];
-            if (const Result<void> good = check_bound(given); !good) return good;
+            if (!is_bound(given)) return refuse_bound(given);
             const float bound = add_up(given, half_quantum);
             store_bound(vertices, column * stride, row * stride, bound);
             raise_areas(chunk, column * stride, row * stride, bound);
@@ -367,17 +370,15 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
 // reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
                                 Surroundings& wide, ChunkVertices& vertices, Chunk& chunk) {
-    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
+    TERRANE_TRY(check_not_cancelled(stop));
     const double half_quantum = 0.5 * source.lattice().quantum;
     std::vector<float> bounds(wide.grid.size());
     wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
-    if (const Result<void> read = source.mesh_bounds(wide.grid, bounds, wide.bounds); !read) {
-        return read;
-    }
+    TERRANE_TRY(source.mesh_bounds(wide.grid, bounds, wide.bounds));
     const auto check = [&](const SampleGrid& grid, std::span<const float> of_grid) {
         return internal::check_rises(source.lattice(), grid, of_grid, wide.grid, wide.heights);
     };
-    if (const Result<void> good = check(wide.grid, bounds); !good) return good;
+    TERRANE_TRY(check(wide.grid, bounds));
 #if TERRANE_ASSERTS
     if (source.is_certified())
         internal::assert_source_holds(source, wide.grid, wide.heights, wide.bounds);
@@ -390,12 +391,12 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
     vertices.coarse_bounds.assign(std::size_t{kChunkSquares + 1} * (kChunkSquares + 1),
                                   std::numeric_limits<float>::infinity());
     for (int stride = 2; stride <= kChunkSquares; stride *= 2) {
-        if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
+        TERRANE_TRY(check_not_cancelled(stop));
         SampleGrid sparse{chunk.corner, chunk.step * stride, kChunkCells / stride + 1,
                           kChunkCells / stride + 1};
         const std::span<float> out(bounds.data(), sparse.size());
-        if (const Result<void> read = source.vertex_bounds(sparse, out); !read) return read;
-        if (const Result<void> good = check(sparse, out); !good) return good;
+        TERRANE_TRY(source.vertex_bounds(sparse, out));
+        TERRANE_TRY(check(sparse, out));
         if (const Result<void> kept =
                 store_vertex_bounds(sparse, out, half_quantum, vertices, chunk);
             !kept) {
@@ -407,13 +408,13 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
 
 Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop, Surroundings& wide,
                         Chunk& chunk) {
-    if (const Result<void> go_on = check_not_cancelled(stop); !go_on) return go_on;
+    TERRANE_TRY(check_not_cancelled(stop));
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.cell_bounds.resize(kCells);
     for (int row = 0; row < kWideCells; ++row) {
         for (int column = 0; column < kWideCells; ++column) {
             float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
-            if (const Result<void> good = check_bound(bound); !good) return good;
+            if (!is_bound(bound)) return refuse_bound(bound);
             bound = add_up(bound, half_quantum);
             const int x = column - kReachCells, y = row - kReachCells;
             if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
@@ -422,7 +423,7 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
     }
     const SampleGrid grid{chunk.corner, chunk.step, kChunkSamples, kChunkSamples};
     chunk.cell_flags.resize(kCells);
-    if (const Result<void> read = source.cell_flags(grid, chunk.cell_flags); !read) return read;
+    TERRANE_TRY(source.cell_flags(grid, chunk.cell_flags));
     const auto is_ground = [](std::uint8_t flags) { return flags == cell_ground; };
     if (std::all_of(chunk.cell_flags.begin(), chunk.cell_flags.end(), is_ground)) {
         chunk.cell_flags = {};
@@ -538,7 +539,8 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
                                                 const std::stop_token& stop) {
     const Lattice& lattice = source.lattice();
     TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
-    if (auto stored = source.stored_chunk(key, stop); !stored || *stored != nullptr) return stored;
+    if (auto stored = chunks_of(source).stored_chunk(key, stop); !stored || *stored != nullptr)
+        return stored;
     auto chunk = std::make_shared<Chunk>();
     auto vertices = std::make_shared<ChunkVertices>();
     chunk->key = key;
@@ -551,18 +553,10 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
                  chunk->step,
                  kWideSamples,
                  kWideSamples};
-    if (const Result<void> done = fill_heights(source, stop, wide, *chunk); !done) {
-        return tl::unexpected(done.error());
-    }
-    if (const Result<void> done = fill_vertex_bounds(source, stop, wide, *vertices, *chunk);
-        !done) {
-        return tl::unexpected(done.error());
-    }
-    if (const Result<void> done = fill_cells(source, stop, wide, *chunk); !done) {
-        return tl::unexpected(done.error());
-    }
-    if (const Result<void> go_on = check_not_cancelled(stop); !go_on)
-        return tl::unexpected(go_on.error());
+    TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
+    TERRANE_TRY(fill_vertex_bounds(source, stop, wide, *vertices, *chunk));
+    TERRANE_TRY(fill_cells(source, stop, wide, *chunk));
+    TERRANE_TRY(check_not_cancelled(stop));
     internal::fill_reaches(wide.heights, wide.bounds, source, *chunk, *vertices);
     internal::complete_chunk(lattice.quantum, std::move(vertices), *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));

@@ -158,7 +158,7 @@ void ResidentSet::Change::add(std::shared_ptr<const Chunk> chunk) {
     arrived_.push_back(next_index());
     made_->keys.push_back(chunk->key);
     made_->links.emplace_back();
-    made_->slots.push_back(take_slot());
+    made_->slots.push_back(allocate_slot());
     owner(made_->slots.back()) = std::move(chunk);
 }
 
@@ -237,7 +237,7 @@ std::shared_ptr<const Chunk>& ResidentSet::Change::owner(std::int32_t slot) {
     return own_blocks_[block]->slots[Owners::index_in_block(slot)];
 }
 
-std::int32_t ResidentSet::Change::take_slot() {
+std::int32_t ResidentSet::Change::allocate_slot() {
     std::vector<std::int32_t>& free_slots = made_->free_slots;
     if (free_slots.empty()) {
         const std::size_t first = own_blocks_.size() * Owners::kSlots;

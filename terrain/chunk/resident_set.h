@@ -50,7 +50,7 @@ private:
     void link_parents();
 
     std::shared_ptr<const Chunk>& owner(std::int32_t slot);
-    std::int32_t take_slot();
+    std::int32_t allocate_slot();
     std::int32_t next_index() const { return static_cast<std::int32_t>(made_->keys.size()); }
 
     static constexpr std::int32_t kEvicted = kNone - 1;

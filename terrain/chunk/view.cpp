@@ -51,36 +51,34 @@ std::array<float, 16> View::projection_matrix(double near_plane, double far_plan
     return matrix;
 }
 
-Result<void> check(const View& view) {
+Result<void> View::validate() const {
     const auto refuse = [](const std::string& message) -> Result<void> {
         return fail(ErrorCode::invalid_argument, message);
     };
-    for (const double coordinate : {view.eye_world.x(), view.eye_world.y(), view.eye_world.z()}) {
+    for (const double coordinate : {eye_world.x(), eye_world.y(), eye_world.z()}) {
         if (!(std::abs(coordinate) <= kFarthestEye)) {
             return refuse("the eye must be within 2^60 m of 0 along each axis, got " +
                           number_text(coordinate));
         }
     }
-    if (!view.forward.allFinite() || std::abs(view.forward.norm() - 1.0) > 1e-6) {
-        return refuse("forward must have unit length, got " + number_text(view.forward.norm()));
+    if (!forward.allFinite() || std::abs(forward.norm() - 1.0) > 1e-6) {
+        return refuse("forward must have unit length, got " + number_text(forward.norm()));
     }
-    if (!view.up.allFinite() || std::abs(view.up.norm() - 1.0) > 1e-6 ||
-        std::abs(view.up.dot(view.forward)) > 1e-6) {
+    if (!up.allFinite() || std::abs(up.norm() - 1.0) > 1e-6 || std::abs(up.dot(forward)) > 1e-6) {
         return refuse("up must have unit length and be square to forward, got length " +
-                      number_text(view.up.norm()) + " and cosine " +
-                      number_text(view.up.dot(view.forward)));
+                      number_text(up.norm()) + " and cosine " + number_text(up.dot(forward)));
     }
-    if (!(view.vertical_fov >= kLeastFieldOfView &&
-          view.vertical_fov <= std::numbers::pi - kLeastFieldOfView)) {
+    if (!(vertical_fov >= kLeastFieldOfView &&
+          vertical_fov <= std::numbers::pi - kLeastFieldOfView)) {
         return refuse("the vertical field of view must be 1e-06 to pi - 1e-06, got " +
-                      number_text(view.vertical_fov));
+                      number_text(vertical_fov));
     }
-    if (view.width_px < 1 || view.height_px < 1) {
+    if (width_px < 1 || height_px < 1) {
         return refuse("the picture must have at least 1 x 1 pixels, got " +
-                      std::to_string(view.width_px) + " x " + std::to_string(view.height_px));
+                      std::to_string(width_px) + " x " + std::to_string(height_px));
     }
-    if (!(view.near_distance > 0.0) || !std::isfinite(view.near_distance)) {
-        return refuse("near_distance must be > 0 m, got " + number_text(view.near_distance));
+    if (!(near_distance > 0.0) || !std::isfinite(near_distance)) {
+        return refuse("near_distance must be > 0 m, got " + number_text(near_distance));
     }
     return {};
 }
@@ -110,7 +108,7 @@ Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, do
         is_vertical ? Eigen::Vector3d(0.0, 1.0, 0.0) : Eigen::Vector3d(0.0, 0.0, 1.0);
     const Eigen::Vector3d right = unit(cross(view.forward, hint));
     view.up = unit(cross(right, view.forward));
-    if (const Result<void> good = check(view); !good) return tl::unexpected(good.error());
+    TERRANE_TRY(view.validate());
     return view;
 }
 

@@ -153,16 +153,16 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     store.limit_bytes = settings.memory_bytes;
     store.patience_s = settings.read_timeout;
     store.bounds_cache = settings.cache;
-    auto source = internal::DemSource::create(path, settings.finest_spacing, store,
-                                              settings.progress, settings.spacing_tolerance);
-    if (!source) return tl::unexpected(source.error());
+    TERRANE_TRY(auto source,
+                internal::DemSource::create(path, settings.finest_spacing, store, settings.progress,
+                                            settings.spacing_tolerance));
     if (info_out != nullptr) {
-        *info_out = (*source)->info();
-        info_out->from_cache = (*source)->cache_use().is_hit;
-        info_out->cache_note = (*source)->cache_use().note;
+        *info_out = source->info();
+        info_out->from_cache = source->cache_use().is_hit;
+        info_out->cache_note = source->cache_use().note;
     }
-    if (!settings.detail_seed) return *source;
-    return internal::add_dem_detail(*source, settings);
+    if (!settings.detail_seed) return source;
+    return internal::add_dem_detail(source, settings);
 }
 
 }  // namespace
@@ -170,7 +170,7 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
 Result<std::shared_ptr<const HeightSource>> DemHeights::open(const std::string& path,
                                                              const DemSettings& settings,
                                                              DemInfo* info_out) {
-    if (auto checked = check(settings); !checked) return tl::unexpected(checked.error());
+    TERRANE_TRY(check(settings));
     try {
         return open_source(path, settings, info_out);
     } catch (const std::bad_alloc&) {

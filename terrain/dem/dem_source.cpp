@@ -86,9 +86,7 @@ Result<ContentHash> make_key(const FineSurface& fine) {
     for (int row = 0; row < grid.rows; row += kRows) {
         const int rows = std::min(kRows, grid.rows - row);
         strip.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(rows));
-        if (auto read = fine.store().read(0, row, grid.columns, rows, strip); !read) {
-            return tl::unexpected(read.error());
-        }
+        TERRANE_TRY(fine.store().read(0, row, grid.columns, rows, strip));
         ByteWriter out;
         out.put_each(std::span(std::as_const(strip)));
         hasher.add(out.bytes());
@@ -111,16 +109,15 @@ Result<OpeningCache> OpeningCache::create(const DemCache& cache, const std::stri
     const BilinearGrid& grid = fine.grid();
     const bool is_small = std::int64_t{grid.columns} * grid.rows < kFewSamples;
     if (cache.place == DemCache::Place::none || is_small) return made;
-    const auto key = make_key(fine);
-    if (!key) return tl::unexpected(key.error());
-    made.key_ = *key;
+    TERRANE_TRY(const auto key, make_key(fine));
+    made.key_ = key;
     if (cache.place == DemCache::Place::beside) {
         if (std::string file = file_beside(raster_path, grid); !file.empty()) {
             made.paths_.push_back(std::move(file));
         }
     }
     if (!cache.folder.empty()) {
-        made.paths_.push_back(cache.folder + "/" + key->text() + ".terrane-bounds");
+        made.paths_.push_back(cache.folder + "/" + key.text() + ".terrane-bounds");
     }
     return made;
 }
@@ -195,46 +192,40 @@ DemSource::DemSource(std::shared_ptr<const RasterStore> store,
 Result<std::shared_ptr<const DemSource>> DemSource::create(
     const std::string& path, double finest_spacing, const StoreSettings& settings,
     std::function<bool(double)> report_progress, double spacing_tolerance) {
-    auto reader = RasterReader::open(path, settings.patience_s);
-    if (!reader) return tl::unexpected(reader.error());
+    TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s));
     // Refuses a spacing out of range and a raster that is too large before reading it.
-    const DemInfo& raster = (*reader)->info();
-    const auto first_grid = make_grid(raster, finest_spacing, spacing_tolerance);
-    if (!first_grid) return tl::unexpected(first_grid.error());
+    const DemInfo& raster = reader->info();
+    TERRANE_TRY(const auto first_grid, make_grid(raster, finest_spacing, spacing_tolerance));
     const double all_samples = sizeof(float) * static_cast<double>(raster.columns) * raster.rows;
     const double held_bytes = all_samples <= static_cast<double>(settings.memory_bytes)
                                   ? all_samples
                                   : static_cast<double>(settings.cache_bytes);
-    const double needed_bytes = opening_bytes(*first_grid, held_bytes);
+    const double needed_bytes = opening_bytes(first_grid, held_bytes);
     if (auto checked =
             check_memory(path, raster.columns, raster.rows, needed_bytes, settings.limit_bytes);
         !checked) {
         return tl::unexpected(checked.error());
     }
     OpeningProgress progress(path, std::move(report_progress));
-    auto opened = RasterStore::open(std::move(*reader), settings, needed_bytes, progress);
-    if (!opened) return tl::unexpected(opened.error());
-    std::shared_ptr<const RasterStore> store = std::move(*opened);
-    const auto grid = make_grid(store->info(), finest_spacing, spacing_tolerance);
-    if (!grid) return tl::unexpected(grid.error());
+    TERRANE_TRY(auto opened,
+                RasterStore::open(std::move(reader), settings, needed_bytes, progress));
+    std::shared_ptr<const RasterStore> store = std::move(opened);
+    TERRANE_TRY(const auto grid, make_grid(store->info(), finest_spacing, spacing_tolerance));
 
-    const auto fine = std::make_shared<const FineSurface>(*grid, store);
-    auto cache = OpeningCache::create(settings.bounds_cache, path, *fine);
-    if (!cache) return tl::unexpected(cache.error());
-    if (std::optional<OpeningBounds> kept = cache->load(fine)) {
+    const auto fine = std::make_shared<const FineSurface>(grid, store);
+    TERRANE_TRY(auto cache, OpeningCache::create(settings.bounds_cache, path, *fine));
+    if (std::optional<OpeningBounds> kept = cache.load(fine)) {
         progress.begin(1.0, 1);
-        if (auto wanted = progress.step(); !wanted) return tl::unexpected(wanted.error());
+        TERRANE_TRY(progress.step());
         return std::shared_ptr<const DemSource>(
-            new DemSource(store, fine, std::move(*kept), cache->use()));
+            new DemSource(store, fine, std::move(*kept), cache.use()));
     }
-    auto pyramid = HeightPyramid::create(*grid, *store, progress);
-    if (!pyramid) return tl::unexpected(pyramid.error());
-    auto tiers = BoundTiers::create(fine, progress);
-    if (!tiers) return tl::unexpected(tiers.error());
-    OpeningBounds bounds{std::move(*pyramid), std::move(*tiers)};
-    cache->save(bounds);
+    TERRANE_TRY(auto pyramid, HeightPyramid::create(grid, *store, progress));
+    TERRANE_TRY(auto tiers, BoundTiers::create(fine, progress));
+    OpeningBounds bounds{std::move(pyramid), std::move(tiers)};
+    cache.save(bounds);
     return std::shared_ptr<const DemSource>(
-        new DemSource(store, fine, std::move(bounds), cache->use()));
+        new DemSource(store, fine, std::move(bounds), cache.use()));
 }
 
 double DemSource::height(double x, double y) const {
@@ -267,20 +258,19 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
     // The points of a grid much coarser than the raster are evaluated one by one.
     constexpr std::int64_t kFewCells = 16;
     if (grid.step <= kFewCells * fine_->grid().base_step()) {
-        const auto patch = fine_->patch(grid, 0);
-        if (!patch) return tl::unexpected(patch.error());
-        fine_->sample(*patch, grid, heights_out);
+        TERRANE_TRY(const auto patch, fine_->patch(grid, 0));
+        fine_->sample(patch, grid, heights_out);
         add_base(heights_out.first(grid.size()));
         return {};
     }
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column) {
-            const auto z =
+            TERRANE_TRY(
+                const auto z,
                 fine_->height(fine_->grid().column_at_index(grid.corner.x + column * grid.step),
-                              fine_->grid().row_at_index(grid.corner.y + row * grid.step));
-            if (!z) return tl::unexpected(z.error());
-            heights_out[at++] = store_->base() + *z;
+                              fine_->grid().row_at_index(grid.corner.y + row * grid.step)));
+            heights_out[at++] = store_->base() + z;
         }
     }
     return {};
@@ -291,9 +281,8 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
                    "the corner of a grid of vertices must be a multiple of twice its step");
     if (grid.step >= tiers_->first_step()) {
         tiers_->vertex_bounds(grid, bounds_out);
-    } else if (auto done = fine_->vertex_bounds(grid, bounds_out); !done) {
-        return done;
-    }
+    } else
+        TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
     if (store_->rounding() == 0.0) return {};
     add_rounding(bounds_out.first(grid.size()));
     // Points of even column and row are not vertices: the corner is a multiple of twice the step.
@@ -311,9 +300,8 @@ Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bou
                    "the corner of a grid of cells must be a multiple of its step");
     if (grid.step >= tiers_->first_step()) {
         tiers_->cell_bounds(grid, bounds_out);
-    } else if (auto done = fine_->cell_bounds(grid, bounds_out); !done) {
-        return done;
-    }
+    } else
+        TERRANE_TRY(fine_->cell_bounds(grid, bounds_out));
     if (store_->rounding() == 0.0) return {};
     add_rounding(bounds_out.first(static_cast<std::size_t>(grid.columns - 1) *
                                   static_cast<std::size_t>(grid.rows - 1)));

@@ -187,13 +187,13 @@ RangeAnswer Ground::range(const CellRange& cells) const {
             const std::int64_t first_row = chunk_row << kChunkShift;
             const Chunk* const chunk = find_chunk(first_column, first_row);
             if (chunk == nullptr) {
-                answer.status = GroundStatus::not_resident;
+                answer.status = QueryStatus::not_resident;
                 add(range, range_of_absent({static_cast<std::int32_t>(chunk_column),
                                             static_cast<std::int32_t>(chunk_row),
                                             static_cast<std::uint8_t>(level_)}));
                 continue;
             }
-            if (answer.status == GroundStatus::outside) answer.status = GroundStatus::ok;
+            if (answer.status == QueryStatus::outside) answer.status = QueryStatus::ok;
             const auto in_chunk = [](std::int64_t cell, std::int64_t first) {
                 return static_cast<int>(std::clamp<std::int64_t>(cell - first, 0, kChunkCells - 1));
             };
@@ -228,7 +228,7 @@ void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, do
         answer.error_m = std::max(answer.error_m, solid.error_m(hit->triangle));
         answer.filled = false;
     } else if (!has_field) {
-        answer = {.status = GroundStatus::miss};
+        answer = {.status = QueryStatus::miss};
     }
 }
 
@@ -240,7 +240,7 @@ inline bool Ground::height_over(const CellPoint& point, double at_most,
     if (!is_in_extent(point.column, point.row)) return false;
     const Chunk* const chunk = find_chunk(point.column, point.row);
     if (chunk == nullptr) {
-        answer.status = GroundStatus::not_resident;
+        answer.status = QueryStatus::not_resident;
         return true;
     }
     const auto i = static_cast<std::size_t>(point.column & (kChunkCells - 1));
@@ -256,7 +256,7 @@ inline bool Ground::height_over(const CellPoint& point, double at_most,
     const internal::CellHeight found =
         internal::height_in_cell(&chunk->heights[j * kChunkSamples + i], u, v,
                                  cut_to_north_east(point.column, point.row), quantum_);
-    answer.status = GroundStatus::ok;
+    answer.status = QueryStatus::ok;
     answer.height = found.height;
     answer.normal = found.normal(spacing_);
     answer.error_m = static_cast<double>(chunk->cell_error(cell));
@@ -264,7 +264,7 @@ inline bool Ground::height_over(const CellPoint& point, double at_most,
         answer_from_solid(*chunk->solid, chunk->solid->is_replaced(cell, !found.is_south),
                           point.x_world, point.y_world, at_most, answer);
     } else if (!(answer.height <= at_most)) {
-        answer = {.status = GroundStatus::miss};
+        answer = {.status = QueryStatus::miss};
     }
     return true;
 }
@@ -281,10 +281,10 @@ HeightAnswer Ground::height_below(double x, double y, double z) const {
 inline HeightAnswer Ground::height_at_most(double x, double y, double at_most) const {
     HeightAnswer answer;
     if (!extent_.contains(x, y)) {
-        if (std::isfinite(x) && std::isfinite(y)) answer.status = GroundStatus::outside;
+        if (std::isfinite(x) && std::isfinite(y)) answer.status = QueryStatus::outside;
         return answer;
     }
-    answer.status = GroundStatus::outside;
+    answer.status = QueryStatus::outside;
     const std::int64_t column = columns_.last_up_to(x);
     const std::int64_t row = rows_.last_up_to(y);
     const auto over = [&](std::int64_t before_x, std::int64_t before_y) -> CellPoint {

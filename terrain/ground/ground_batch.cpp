@@ -34,8 +34,8 @@ Result<void> check_coordinate(const char* name, const char* coordinate, const Po
 
 Result<void> check_points(const char* name, const PointArray& points, bool has_heights) {
     if (points.count == 0) return {};
-    if (auto ok = check_coordinate(name, "x", points, points.x.size()); !ok) return ok;
-    if (auto ok = check_coordinate(name, "y", points, points.y.size()); !ok) return ok;
+    TERRANE_TRY(check_coordinate(name, "x", points, points.x.size()));
+    TERRANE_TRY(check_coordinate(name, "y", points, points.y.size()));
     return has_heights ? check_coordinate(name, "z", points, points.z.size()) : Result<void>{};
 }
 
@@ -92,9 +92,7 @@ PointArray PointArray::repeated(const WorldPos& point_world, std::size_t count) 
 }
 
 Result<GroundBatch> GroundBatch::create(const GroundBatchSettings& settings) {
-    if (auto ok = check_range("worker_count", settings.worker_count, 1, 64); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_range("worker_count", settings.worker_count, 1, 64));
     return GroundBatch(std::make_unique<State>(settings.worker_count));
 }
 
@@ -117,7 +115,7 @@ constexpr std::size_t kLeastPoints = 1024;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void write(const HeightArrays& out, std::size_t i, const HeightAnswer& answer) {
-    const bool is_ok = answer.status == GroundStatus::ok;
+    const bool is_ok = answer.status == QueryStatus::ok;
     if (!out.heights.empty()) out.heights[i] = is_ok ? answer.height : kNaN;
     if (!out.normals.empty()) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -227,7 +225,7 @@ private:
             }
         }
         if (!out_.statuses.empty()) {
-            std::fill_n(&out_.statuses[first], count, GroundStatus::ok);
+            std::fill_n(&out_.statuses[first], count, QueryStatus::ok);
         }
         if (!out_.filled.empty()) std::copy_n(is_filled_, count, &out_.filled[first]);
         for (std::size_t k = 0; k < count; ++k) {
@@ -258,12 +256,12 @@ private:
 Result<void> GroundBatch::heights(const Ground& ground, const PointArray& points_world,
                                   const HeightArrays& out) {
     const std::size_t count = points_world.count;
-    if (auto ok = internal::check_points("points_world", points_world, false); !ok) return ok;
-    if (auto ok = internal::check_length("heights", out.heights.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("normals", out.normals.size(), count, 3); !ok) return ok;
-    if (auto ok = internal::check_length("errors_m", out.errors_m.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("statuses", out.statuses.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("filled", out.filled.size(), count); !ok) return ok;
+    TERRANE_TRY(internal::check_points("points_world", points_world, false));
+    TERRANE_TRY(internal::check_length("heights", out.heights.size(), count));
+    TERRANE_TRY(internal::check_length("normals", out.normals.size(), count, 3));
+    TERRANE_TRY(internal::check_length("errors_m", out.errors_m.size(), count));
+    TERRANE_TRY(internal::check_length("statuses", out.statuses.size(), count));
+    TERRANE_TRY(internal::check_length("filled", out.filled.size(), count));
     ++state_->call;
     state_->run_slices(
         count, kLeastPoints, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
@@ -287,7 +285,7 @@ void write_vector(std::span<double> out, std::size_t i, bool is_ok, const Eigen:
 
 void write(const RayArrays& out, std::size_t i, const RayAnswer& answer) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    const bool is_ok = answer.status == GroundStatus::ok;
+    const bool is_ok = answer.status == QueryStatus::ok;
     if (!out.fractions.empty()) out.fractions[i] = is_ok ? answer.fraction : kNone;
     write_vector(out.points_world, i, is_ok, answer.point_world);
     write_vector(out.normals, i, is_ok, answer.normal);
@@ -311,16 +309,14 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
                     "to_world must have as many points as from_world, " + std::to_string(count) +
                         ", has " + std::to_string(to_world.count));
     }
-    if (auto ok = internal::check_points("from_world", from_world, true); !ok) return ok;
-    if (auto ok = internal::check_points("to_world", to_world, true); !ok) return ok;
-    if (auto ok = internal::check_length("fractions", out.fractions.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("points_world", out.points_world.size(), count, 3); !ok) {
-        return ok;
-    }
-    if (auto ok = internal::check_length("normals", out.normals.size(), count, 3); !ok) return ok;
-    if (auto ok = internal::check_length("errors_m", out.errors_m.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("statuses", out.statuses.size(), count); !ok) return ok;
-    if (auto ok = internal::check_length("filled", out.filled.size(), count); !ok) return ok;
+    TERRANE_TRY(internal::check_points("from_world", from_world, true));
+    TERRANE_TRY(internal::check_points("to_world", to_world, true));
+    TERRANE_TRY(internal::check_length("fractions", out.fractions.size(), count));
+    TERRANE_TRY(internal::check_length("points_world", out.points_world.size(), count, 3));
+    TERRANE_TRY(internal::check_length("normals", out.normals.size(), count, 3));
+    TERRANE_TRY(internal::check_length("errors_m", out.errors_m.size(), count));
+    TERRANE_TRY(internal::check_length("statuses", out.statuses.size(), count));
+    TERRANE_TRY(internal::check_length("filled", out.filled.size(), count));
     const bool has_fan = from_world.stride == 0 && count >= RayFan::kLeastRays;
     if (has_fan) {
         double reach = 0.0;

@@ -36,7 +36,7 @@ RangeAnswer GroundReader::square(std::int64_t column, std::int64_t row, int log2
     const int i = static_cast<int>(west & (kChunkCells - 1));
     const int j = static_cast<int>(south & (kChunkCells - 1));
     const SampleRange range = chunk->samples_in(log2_side, i, j);
-    return {GroundStatus::ok, range.low, range.high};
+    return {QueryStatus::ok, range.low, range.high};
 }
 
 GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
@@ -44,16 +44,16 @@ GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
     if (!ground_->is_in_extent(column, row)) return cell;
     const Chunk* const found = chunk_of(column, row);
     if (found == nullptr) {
-        cell.status = GroundStatus::not_resident;
+        cell.status = QueryStatus::not_resident;
         return cell;
     }
     return Ground::read_cell(*found, column, row);
 }
 
-// Calls take(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the chunk's part
-// of the range.
-template <class Take>
-void GroundReader::visit_chunks(const CellRange& range, Take take) {
+// Calls visitor(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the chunk's
+// part of the range.
+template <class Visitor>
+void GroundReader::visit_chunks(const CellRange& range, Visitor visitor) {
     const CellRange& in_extent = ground_->in_extent_;
     const std::int64_t last_east = std::min(range.east, in_extent.east);
     const std::int64_t last_north = std::min(range.north, in_extent.north);
@@ -62,7 +62,7 @@ void GroundReader::visit_chunks(const CellRange& range, Take take) {
         for (std::int64_t west = std::max(range.west, in_extent.west); west <= last_east;) {
             const std::int64_t east = std::min(last_east, west | (kChunkCells - 1));
             if (const Chunk* const chunk = chunk_of(west, south)) {
-                take(*chunk, CellRange{west, south, east, north});
+                visitor(*chunk, CellRange{west, south, east, north});
             }
             west = east + 1;
         }

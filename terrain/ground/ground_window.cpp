@@ -56,18 +56,12 @@ SampleRect overlap_of(const SampleRect& a, const SampleRect& b) {
 }  // namespace
 
 Result<GroundWindow> GroundWindow::create(const GroundWindowSettings& settings) {
-    if (auto ok = check_range("columns", settings.columns, 1, kMostWindowCells); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("rows", settings.rows, 1, kMostWindowCells); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("columns", settings.columns, 1, kMostWindowCells));
+    TERRANE_TRY(check_range("rows", settings.rows, 1, kMostWindowCells));
     const std::int32_t most = (std::min(settings.columns, settings.rows) - 1) / 2;
-    if (auto ok = check_range("margin", settings.margin, 0, std::min(kMostMargin, most)); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("base", settings.base, -kMostHeight, kMostHeight); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("absent_height", settings.absent_height, -kMostHeight, kMostHeight);
-        !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("margin", settings.margin, 0, std::min(kMostMargin, most)));
+    TERRANE_TRY(check_range("base", settings.base, -kMostHeight, kMostHeight));
+    TERRANE_TRY(check_range("absent_height", settings.absent_height, -kMostHeight, kMostHeight));
     try {
         return GroundWindow(settings);
     } catch (const std::bad_alloc&) {
@@ -172,9 +166,9 @@ void GroundWindow::read_changed_chunks(GroundReader& reader, const Ground& last,
         for (std::int64_t column = around.west & -kChunkCells; column <= around.east;
              column += kChunkCells) {
             const bool is_resident =
-                reader.square(column, row, kLog2Side).status == GroundStatus::ok;
+                reader.square(column, row, kLog2Side).status == QueryStatus::ok;
             const bool was_resident =
-                last_reader.square(column, row, kLog2Side).status == GroundStatus::ok;
+                last_reader.square(column, row, kLog2Side).status == QueryStatus::ok;
             if (!is_resident && !was_resident) continue;
             if (ground_->has_same_cells(last, {column, row, column, row})) continue;
             read(reader, overlap_of(kept, {column, row, column + kChunkCells, row + kChunkCells}));
@@ -218,8 +212,8 @@ void GroundWindow::read_square(GroundReader& reader, const SampleRect& rect) {
             if (has_cell(column, row)) {
                 std::uint8_t bits = window_ground;
                 if ((here >> i & 1u) == 0) {
-                    const GroundStatus status = reader.cell(column, row).status;
-                    bits = status == GroundStatus::not_resident ? window_absent : 0;
+                    const QueryStatus status = reader.cell(column, row).status;
+                    bits = status == QueryStatus::not_resident ? window_absent : 0;
                 }
                 bits_[index_of(column, row)] = bits;
             }

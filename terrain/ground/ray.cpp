@@ -26,7 +26,7 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
     RayAnswer answer;
     if (!is_place(from_world) || !is_place(to_world)) return answer;
     const Eigen::Vector3d displacement = to_world - from_world;
-    answer.status = GroundStatus::miss;
+    answer.status = QueryStatus::miss;
 
     // clip to the extent, beyond which there is no ground
     double enter = 0.0;
@@ -58,7 +58,7 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
     RayWalk ray(*this, start, displacement, is_above);
     ray.walk(is_above ? fraction - enter : 0.0, leave - enter);
     ray.answer(answer);
-    if (answer.status != GroundStatus::ok) return answer;
+    if (answer.status != QueryStatus::ok) return answer;
     answer.fraction = std::clamp(enter + ray.t(), 0.0, 1.0);
     answer.point_world = from_world + answer.fraction * displacement;
     return answer;
@@ -145,7 +145,7 @@ void Ground::RayWalk::walk(double begin, double leave) {
 bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     chunk_ = ground_.find_chunk(column, row);
     if (chunk_ == nullptr) {
-        status_ = GroundStatus::not_resident;
+        status_ = QueryStatus::not_resident;
         return true;
     }
     const CellRange& extent = ground_.in_extent_;
@@ -171,9 +171,9 @@ bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
         is_hit = is_whole_ ? intersect_cell(part) : visit_partial_cell(part);
         return is_hit;
     });
-    if (is_hit && (status_ != GroundStatus::ok || !met || t_ <= met->t)) return true;
+    if (is_hit && (status_ != QueryStatus::ok || !met || t_ <= met->t)) return true;
     if (!met) return false;
-    status_ = GroundStatus::ok;
+    status_ = QueryStatus::ok;
     t_ = met->t;
     solid_triangle_ = met->triangle;
     // A clipped triangle has the error of its cell.
@@ -191,20 +191,20 @@ bool Ground::RayWalk::visit_partial_cell(const SquareSpan& over) {
     std::int64_t column = over.column, row = over.row;
     GroundCell cell = reader.cell(column, row);
     // cells are closed: along a line, only the cell on the other side may be ground
-    if (cell.status == GroundStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
+    if (cell.status == QueryStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
         cell = reader.cell(column - 1, row);
-        if (cell.status == GroundStatus::ok) --column;
+        if (cell.status == QueryStatus::ok) --column;
     }
-    if (cell.status == GroundStatus::outside && y_.d == 0.0 && y_.p == y_.offset(row)) {
+    if (cell.status == QueryStatus::outside && y_.d == 0.0 && y_.p == y_.offset(row)) {
         cell = reader.cell(column, row - 1);
-        if (cell.status == GroundStatus::ok) --row;
+        if (cell.status == QueryStatus::ok) --row;
     }
-    if (cell.status == GroundStatus::outside) {
+    if (cell.status == QueryStatus::outside) {
         side_ = 0;
         return false;
     }
-    if (cell.status == GroundStatus::not_resident) {
-        status_ = GroundStatus::not_resident;
+    if (cell.status == QueryStatus::not_resident) {
+        status_ = QueryStatus::not_resident;
         return true;
     }
     return intersect(*ground_.find_chunk(column, row), column, row, over);
@@ -265,7 +265,7 @@ bool Ground::RayWalk::intersect(const Chunk& chunk, std::int64_t column, std::in
 }
 
 bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell& cell) {
-    status_ = GroundStatus::ok;
+    status_ = QueryStatus::ok;
     t_ = t;
     slope_x_ = plane.slope_x;
     slope_y_ = plane.slope_y;
@@ -276,7 +276,7 @@ bool Ground::RayWalk::record_hit(double t, const Plane& plane, const GroundCell&
 
 void Ground::RayWalk::answer(RayAnswer& answer_out) const {
     answer_out.status = status_;
-    if (status_ != GroundStatus::ok) return;
+    if (status_ != QueryStatus::ok) return;
     if (solid_triangle_) {
         answer_out.normal = chunk_->solid->normal(*solid_triangle_);
         answer_out.error_m = error_m_;

@@ -170,13 +170,13 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
                 const double near_squared = near_x * near_x + near_y * near_y;
                 if (far_squared < inner * inner || near_squared > outer * outer) continue;
                 const RangeAnswer range = reader.square(i, j, level);
-                if (range.status == GroundStatus::outside) continue;
+                if (range.status == QueryStatus::outside) continue;
                 Square square{.first_sector = 0,
                               .last_sector = kSectors - 1,
                               .near = std::sqrt(near_squared),
                               .far = std::sqrt(far_squared),
                               .rise = std::numeric_limits<double>::infinity()};
-                if (range.status == GroundStatus::ok && ground.solid(i, j) == nullptr) {
+                if (range.status == QueryStatus::ok && ground.solid(i, j) == nullptr) {
                     const double high = quantum * static_cast<double>(range.high);
                     square.rise = (high - origin_world.z() + rounding_) / spacing_;
                 }

@@ -83,7 +83,7 @@ inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std
     const auto j = static_cast<int>(row & (kChunkCells - 1));
     const std::uint8_t flags = chunk.flags_at(i, j);
     if ((flags & cell_outside) != 0) return cell;
-    cell.status = GroundStatus::ok;
+    cell.status = QueryStatus::ok;
     const std::size_t south_west = sample_index(i, j);
     cell.south_west = chunk.heights[south_west];
     cell.south_east = chunk.heights[south_west + 1];
@@ -285,7 +285,7 @@ private:
     const Chunk* chunk_ = nullptr;
     bool is_whole_ = false;  // all cells of the chunk are ground inside the extent
 
-    GroundStatus status_ = GroundStatus::miss;
+    QueryStatus status_ = QueryStatus::miss;
     double t_ = 0.0;
     double slope_x_ = 0.0, slope_y_ = 0.0;         // quanta per cell
     std::optional<std::uint32_t> solid_triangle_;  // hit triangle of the chunk's solid

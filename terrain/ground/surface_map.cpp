@@ -37,9 +37,9 @@ private:
 
 }  // namespace
 
-Result<void> check(const SurfaceProperties& properties) {
-    if (auto ok = check_range("friction", properties.friction, 0.0, kMostFriction); !ok) return ok;
-    return check_range("restitution", properties.restitution, 0.0, 1.0);
+Result<void> SurfaceProperties::validate() const {
+    TERRANE_TRY(check_range("friction", friction, 0.0, kMostFriction));
+    return check_range("restitution", restitution, 0.0, 1.0);
 }
 
 SurfaceMap::SurfaceMap(const SurfaceProperties& defaults) : defaults_(defaults) {
@@ -65,7 +65,7 @@ Result<std::shared_ptr<const SurfaceMap>> SurfaceMap::from_function(
         return fail(ErrorCode::invalid_argument,
                     "function must be one that can be called, got an empty one");
     }
-    if (auto ok = check(defaults); !ok) {
+    if (auto ok = defaults.validate(); !ok) {
         return fail(ok.error().code, "defaults." + ok.error().message);
     }
     return std::make_shared<const FunctionMap>(std::move(function), defaults);
@@ -183,9 +183,9 @@ Result<void> check_order(const std::string& name, const char* low_name, double l
 
 Result<void> check_rect(const std::string& name, const SurfaceRect& rect) {
     const WorldRect& r = rect.rect;
-    if (auto ok = check_order(name, "west", r.west, "east", r.east); !ok) return ok;
-    if (auto ok = check_order(name, "south", r.south, "north", r.north); !ok) return ok;
-    if (auto ok = check(rect.properties); !ok) {
+    TERRANE_TRY(check_order(name, "west", r.west, "east", r.east));
+    TERRANE_TRY(check_order(name, "south", r.south, "north", r.north));
+    if (auto ok = rect.properties.validate(); !ok) {
         return fail(ok.error().code, name + "." + ok.error().message);
     }
     return {};
@@ -197,9 +197,9 @@ Result<std::shared_ptr<const SurfaceMap>> SurfaceMap::from_rects(
     std::span<const SurfaceRect> rects, const SurfaceProperties& defaults) {
     for (std::size_t i = 0; i < rects.size(); ++i) {
         const std::string name = "rects[" + number_text(i) + "]";
-        if (auto ok = check_rect(name, rects[i]); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(check_rect(name, rects[i]));
     }
-    if (auto ok = check(defaults); !ok) {
+    if (auto ok = defaults.validate(); !ok) {
         return fail(ok.error().code, "defaults." + ok.error().message);
     }
     return std::make_shared<const RectMap>(rects, defaults);
@@ -246,8 +246,8 @@ Result<std::shared_ptr<const SurfaceMap>> paint_surface(std::shared_ptr<const Su
         const auto refuse = [i](const Error& error) {
             return fail(error.code, "areas[" + number_text(i) + "]." + error.message);
         };
-        if (auto ok = check(areas[i].polygon); !ok) return refuse(ok.error());
-        if (auto ok = check(areas[i].properties); !ok) return refuse(ok.error());
+        if (auto ok = areas[i].polygon.validate(); !ok) return refuse(ok.error());
+        if (auto ok = areas[i].properties.validate(); !ok) return refuse(ok.error());
     }
     return std::make_shared<const PaintedMap>(std::move(under), areas);
 }

@@ -34,8 +34,8 @@ public:
 private:
     double cell_error(int column, int row, double most) const;
     double pixels_per_metre(int area) const;
-    template <class Take>
-    void for_each_drawn_cell(int area, const Take& take) const;
+    template <class Visitor>
+    void for_each_drawn_cell(int area, const Visitor& visitor) const;
     double area_error(int area, double most) const;
     void visit_held_area(int area);
     void visit_held_sides();
@@ -99,9 +99,9 @@ double ResidualErrorSearch::pixels_per_metre(int area) const {
     return screen_.error_in_view(box, 1.0) * (1.0 + 1e-12);
 }
 
-// Calls take(int column, int row, double bound) for the cells of an area that are drawn undivided.
-template <class Take>
-void ResidualErrorSearch::for_each_drawn_cell(int area, const Take& take) const {
+// Calls visitor(int column, int row, double bound) for the cells of an area that are drawn undivided.
+template <class Visitor>
+void ResidualErrorSearch::for_each_drawn_cell(int area, const Visitor& visitor) const {
     const AreaBits bits = area_bits(chunk_, area);
     const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
     constexpr std::array<int, 4> kEast{0, 1, 1, 0}, kNorth{0, 0, 1, 1};
@@ -113,8 +113,8 @@ void ResidualErrorSearch::for_each_drawn_cell(int area, const Take& take) const 
             const int square = std::countr_zero(cells);
             const int column = west + 2 * (square % kAreaSquares) + kEast[k];
             const int row = south + 2 * (square / kAreaSquares) + kNorth[k];
-            take(column, row,
-                 static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]));
+            visitor(column, row,
+                    static_cast<double>(chunk_.chunk->cell_bounds[cell_index(column, row)]));
         }
     }
 }

@@ -6,6 +6,7 @@
 #include "lod/selection.h"
 #include "lod/solid_pins.h"
 
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <cstddef>
@@ -28,7 +29,7 @@ namespace terrane::internal {
 /// are omitted.
 class SolidSelection {
 public:
-    explicit SolidSelection(const HeightSource& source) : source_(&source) {}
+    explicit SolidSelection(const ChunkSource& source) : source_(&source) {}
 
     /// Selects for a view; the functions below refer to the last call.
     ///
@@ -89,7 +90,7 @@ private:
     void draw(const Solid& solid);
     double drawn_error_px(const Solid& solid, const ScreenError& screen, double known_px) const;
 
-    const HeightSource* source_;
+    const ChunkSource* source_;
     std::shared_ptr<const ResidentSet> followed_;
     std::vector<Solid> solids_;         // in the order of the resident set
     std::vector<AbsentExtent> absent_;  // volumes over absent chunks

@@ -68,12 +68,10 @@ struct Terrain::State {
 
 Result<Terrain> Terrain::create(std::shared_ptr<const HeightSource> source,
                                 const TerrainSettings& settings) {
-    Result<Pager> pager = Pager::create(source, settings.paging);
-    if (!pager) return tl::unexpected<Error>(pager.error());
-    Result<Triangulator> first = Triangulator::create(*source, settings.meshes);
-    if (!first) return tl::unexpected<Error>(first.error());
+    TERRANE_TRY(Pager pager, Pager::create(source, settings.paging));
+    TERRANE_TRY(Triangulator first, Triangulator::create(*source, settings.meshes));
     return Terrain(
-        std::make_unique<State>(std::move(source), settings, std::move(*pager), std::move(*first)));
+        std::make_unique<State>(std::move(source), settings, std::move(pager), std::move(first)));
 }
 
 Terrain::Terrain(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -63,7 +63,7 @@ struct Triangulator::State {
           team(std::max(1, chosen.worker_count)),
           keys(ground, internal::best_simd_level(), chosen.open_chunks),
           selection(team.size()),
-          solids(ground),
+          solids(chunks_of(ground)),
           residual_errors(static_cast<std::size_t>(team.size())),
           // reserves the memory without touching its pages
           indices(std::make_unique_for_overwrite<std::uint16_t[]>(3 * chosen.triangle_budget)) {
@@ -104,13 +104,13 @@ struct Triangulator::State {
 
 // Grants the demands whose keys are below the threshold, as counted by the selection.
 void Triangulator::State::grant(std::span<const TriangleDemand> demands, double threshold_px) {
-    mesh.others_threshold_px = threshold_px;
-    mesh.others_triangles = 0;
+    mesh.demand_threshold_px = threshold_px;
+    mesh.demand_triangles = 0;
     for (std::size_t i = 0; i < demands.size(); ++i) {
         if (others[i].key < threshold) {
-            mesh.others_triangles += demands[i].triangles;
+            mesh.demand_triangles += demands[i].triangles;
         } else {
-            mesh.others_threshold_px = std::max(mesh.others_threshold_px, demands[i].threshold_px);
+            mesh.demand_threshold_px = std::max(mesh.demand_threshold_px, demands[i].threshold_px);
         }
     }
 }
@@ -219,23 +219,26 @@ void Triangulator::State::report(const ScreenError& screen, const Morph& morph) 
         return missing_px > 0.0 ? threshold_px * morph.error_with_missing(missing_px / threshold_px)
                                 : 0.0;
     };
-    // where volumes are omitted, the heightfield that closes over them has an error of its own
-    const double closed = threshold_px * morph.error_factor();
-    const double chosen = closed + solids.left_out_px();
+    // The terms of docs/triangulation.md, step 7, in pixels; `active` is step 6. The heightfield that closes over
+    // omitted volumes has an error of its own.
+    const double active = threshold_px * morph.error_factor();
+    const double active_and_omitted = active + solids.left_out_px();
     const double absent =
         std::max({displayed(residual.absent), fading_error(screen, morph, threshold_px),
-                  solids.absent_px() > 0.0 ? closed + solids.absent_px() : 0.0});
+                  solids.absent_px() > 0.0 ? active + solids.absent_px() : 0.0});
     const double held = std::max(displayed(residual.held), solids.drawn_px());
     const double finest = std::max(displayed(residual.finest), held);
     const double target = settings.max_error_px;
-    const double sliding = threshold_px * residual.morphing;
-    mesh.error_px = std::max({chosen, absent, finest, sliding}) * ScreenError::kRounding;
-    mesh.refinable_error_px = std::max({chosen, absent, held, sliding}) * ScreenError::kRounding;
+    const double morphing = threshold_px * residual.morphing;
+    mesh.error_px =
+        std::max({active_and_omitted, absent, finest, morphing}) * ScreenError::kRounding;
+    mesh.refinable_error_px =
+        std::max({active_and_omitted, absent, held, morphing}) * ScreenError::kRounding;
     mesh.finest_error_m = residual.finest_m;
     mesh.threshold_px = threshold_px;
     if (mesh.error_px <= target) {
         mesh.status = MeshStatus::error_met;
-    } else if (chosen * ScreenError::kRounding > target) {
+    } else if (active_and_omitted * ScreenError::kRounding > target) {
         mesh.status = MeshStatus::budget_reached;
     } else if (absent * ScreenError::kRounding > target) {
         mesh.status = MeshStatus::not_resident;
@@ -264,8 +267,7 @@ const char* name_of(MeshStatus status) {
 
 Result<Triangulator> Triangulator::create(const HeightSource& source,
                                           const TriangulatorSettings& settings) {
-    if (const Result<void> good = check(source.lattice()); !good)
-        return tl::unexpected(good.error());
+    TERRANE_TRY(source.lattice().validate());
     const Lattice& lattice = source.lattice();
     const std::size_t least = root_triangles(lattice);
     if (settings.triangle_budget < least || settings.triangle_budget > 1'000'000'000) {
@@ -300,7 +302,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     TERRANE_ASSERT(resident != nullptr && resident->lattice() == state.lattice,
                    "the resident set must be of the triangulator's source");
     TerrainMesh& mesh = state.mesh;
-    if (!check(view)) {
+    if (!view.validate()) {
         ++mesh.refused_views;
         mesh.status = MeshStatus::invalid_view;
         return mesh;
@@ -312,8 +314,8 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.triangle_count = 0;
     mesh.error_px = mesh.refinable_error_px = mesh.finest_error_m = 0.0;
     mesh.threshold_px = state.settings.max_error_px;
-    mesh.others_threshold_px = internal::kInfinity;
-    mesh.others_triangles = 0;
+    mesh.demand_threshold_px = internal::kInfinity;
+    mesh.demand_triangles = 0;
     mesh.status = MeshStatus::not_resident;
     if (!mesh.resident->has_roots()) return mesh;
 

@@ -31,7 +31,7 @@ struct WeldedMesh {
     }
 };
 
-/// @param mesh must have passed check()
+/// @param mesh must have passed validate()
 WeldedMesh weld(const TriangleMesh& mesh);
 
 /// The attributes of vertices, scaled to metres, and for each vertex the squared deviations from the attributes of its

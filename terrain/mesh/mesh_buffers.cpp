@@ -352,9 +352,7 @@ MeshBuffers& MeshBuffers::operator=(MeshBuffers&&) noexcept = default;
 MeshBuffers::~MeshBuffers() = default;
 
 Result<MeshBuffers> MeshBuffers::create(const MeshBuffersSettings& settings) {
-    if (auto ok = check_range("rebase_distance", settings.rebase_distance, 1.0, 1e6); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_range("rebase_distance", settings.rebase_distance, 1.0, 1e6));
     auto state = std::make_unique<State>();
     state->settings = settings;
     return MeshBuffers(std::move(state));

@@ -181,8 +181,8 @@ void ProgressiveMesh::State::go_to(std::size_t wanted) {
 
 Result<ProgressiveMesh> ProgressiveMesh::create(const TriangleMesh& mesh,
                                                 const ProgressiveSettings& settings) {
-    if (auto ok = check(mesh); !ok) return tl::unexpected<Error>(ok.error());
-    if (auto ok = check_settings(mesh, settings); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(mesh.validate());
+    TERRANE_TRY(check_settings(mesh, settings));
     const internal::WeldedMesh welded = internal::weld(mesh);
     auto state = std::make_unique<State>();
     state->recording = std::make_shared<internal::Recording>(

@@ -7,6 +7,7 @@
 #include "source/fractal/noise.h"
 
 #include <terrane/base/text.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/scatter.h>
 
 #include <algorithm>
@@ -92,19 +93,15 @@ Result<Scatter> Scatter::create(std::shared_ptr<const HeightSource> source,
                     "per_km2 must give at most 4096 objects in a cell of the finest spacing, " +
                         number_text(spacing) + " m, got " + number_text(in_finest_cell));
     }
-    if (auto ok = check_range("min_slope", settings.min_slope, 0.0, kUpright); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("max_slope", settings.max_slope, settings.min_slope, kUpright); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("min_slope", settings.min_slope, 0.0, kUpright));
+    TERRANE_TRY(check_range("max_slope", settings.max_slope, settings.min_slope, kUpright));
     if (!(settings.max_height >= settings.min_height)) {
         return fail(ErrorCode::invalid_argument, "max_height must be at least min_height, " +
                                                      number_text(settings.min_height) + ", got " +
                                                      number_text(settings.max_height));
     }
-    if (auto ok = check_range("min_scale", settings.min_scale, 1e-3, 1e3); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("max_scale", settings.max_scale, settings.min_scale, 1e3); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("min_scale", settings.min_scale, 1e-3, 1e3));
+    TERRANE_TRY(check_range("max_scale", settings.max_scale, settings.min_scale, 1e3));
     return Scatter(std::move(source), settings);
 }
 
@@ -181,8 +178,9 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
     const SampleGrid grid = {
         {first_column * cell_step_, first_row * cell_step_}, cell_step_, samples, samples};
     std::vector<double> heights(grid.size());
-    if (auto ok = source_->sample(grid, heights); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(source_->sample(grid, heights));
     const double cell_side = lattice.spacing * static_cast<double>(cell_step_);
+    const ChunkSource& chunks = chunks_of(*source_);
 
     // Height on the finest triangles at a position; none if it is not ground or volumes replace it.
     const auto ground_at = [&](double x, double y) -> Result<std::optional<double>> {
@@ -192,15 +190,14 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
                                      static_cast<std::int64_t>(std::floor(row))};
         const SampleGrid cell = {corner, 1, 2, 2};
         std::uint8_t flags = cell_ground;
-        if (auto ok = source_->cell_flags(cell, {&flags, 1}); !ok)
-            return tl::unexpected(ok.error());
+        TERRANE_TRY(source_->cell_flags(cell, {&flags, 1}));
         if ((flags & cell_outside) != 0) return std::optional<double>();
         std::array<double, 4> z{};
-        if (auto ok = source_->sample(cell, z); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(source_->sample(cell, z));
         for (std::size_t i = 0; i < z.size(); ++i) {
             const double corner_x = lattice.x(corner.x + static_cast<std::int64_t>(i % 2));
             const double corner_y = lattice.y(corner.y + static_cast<std::int64_t>(i / 2));
-            if (source_->is_in_volume(corner_x, corner_y, z[i])) return std::optional<double>();
+            if (chunks.is_in_volume(corner_x, corner_y, z[i])) return std::optional<double>();
         }
         return std::optional(CellPlane(z, cut_to_north_east(corner.x, corner.y),
                                        column - static_cast<double>(corner.x),
@@ -233,11 +230,10 @@ Result<std::vector<ScatterPoint>> Scatter::objects_in(const ScatterSquare& squar
         const double x = lattice.x((first_column + column) * cell_step_) + u * cell_side;
         const double y = lattice.y((first_row + row) * cell_step_) + v * cell_side;
         if (!source_->extent().contains(x, y)) continue;
-        auto height = ground_at(x, y);
-        if (!height) return tl::unexpected(height.error());
-        if (!height->has_value()) continue;
+        TERRANE_TRY(auto height, ground_at(x, y));
+        if (!height.has_value()) continue;
         ScatterPoint point;
-        point.position_world = {x, y, **height};
+        point.position_world = {x, y, *height};
         point.scale =
             settings_.min_scale + (settings_.max_scale - settings_.min_scale) * numbers.next();
         // a uniformly distributed direction: a random point of the disk, without its centre

@@ -82,11 +82,9 @@ Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
 
 Result<void> check_simplify_input(const SimplifyInput& input,
                                   std::span<const SimplifyLevel> levels) {
-    if (auto ok = check_sizes(input.vertices.size(), input.triangles.size(), input.locked.size());
-        !ok)
-        return ok;
-    if (auto ok = check_vertices(input.vertices); !ok) return ok;
-    if (auto ok = check_triangles(input); !ok) return ok;
+    TERRANE_TRY(check_sizes(input.vertices.size(), input.triangles.size(), input.locked.size()));
+    TERRANE_TRY(check_vertices(input.vertices));
+    TERRANE_TRY(check_triangles(input));
     return check_levels(levels);
 }
 
@@ -130,16 +128,14 @@ Result<void> check_positions(const std::vector<Eigen::Vector3d>& positions) {
 
 }  // namespace
 
-Result<void> check(const TriangleMesh& mesh) {
-    const std::size_t vertex_count = mesh.positions.size();
-    if (auto ok = check_positions(mesh.positions); !ok) return ok;
-    if (auto ok = check_attribute(mesh.normals, vertex_count, "normals"); !ok) return ok;
-    if (auto ok = check_attribute(mesh.texture_coordinates, vertex_count, "texture_coordinates");
-        !ok)
-        return ok;
-    if (auto ok = check_attribute(mesh.colours, vertex_count, "colours"); !ok) return ok;
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        for (const std::uint32_t vertex : mesh.triangles[i]) {
+Result<void> TriangleMesh::validate() const {
+    const std::size_t vertex_count = positions.size();
+    TERRANE_TRY(check_positions(positions));
+    TERRANE_TRY(check_attribute(normals, vertex_count, "normals"));
+    TERRANE_TRY(check_attribute(texture_coordinates, vertex_count, "texture_coordinates"));
+    TERRANE_TRY(check_attribute(colours, vertex_count, "colours"));
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        for (const std::uint32_t vertex : triangles[i]) {
             if (vertex < vertex_count) continue;
             return fail(ErrorCode::invalid_argument, "triangle " + number_text(i) +
                                                          " names vertex " + number_text(vertex) +
@@ -151,8 +147,7 @@ Result<void> check(const TriangleMesh& mesh) {
 
 Result<std::vector<SimplifiedMesh>> simplify(const SimplifyInput& input,
                                              std::span<const SimplifyLevel> levels) {
-    if (auto ok = internal::check_simplify_input(input, levels); !ok)
-        return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_simplify_input(input, levels));
     std::vector<SimplifiedMesh> result;
     result.reserve(levels.size());
     if (levels.empty()) return result;

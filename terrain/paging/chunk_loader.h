@@ -36,15 +36,14 @@ Result<std::shared_ptr<const Chunk>> load_claimed(const ChunkKey& key, ByteClaim
                                                   const Make& make) noexcept {
     try {
         try {
-            Result<std::shared_ptr<const Chunk>> made = make();
-            if (!made) return made;
-            if (const std::size_t bytes = (*made)->bytes(); bytes > claim.bytes()) {
+            TERRANE_TRY(std::shared_ptr<const Chunk> made, make());
+            if (const std::size_t bytes = made->bytes(); bytes > claim.bytes()) {
                 return fail(ErrorCode::out_of_memory,
                             name_of(key) + " has " + std::to_string(bytes) +
                                 " bytes, more than the " + std::to_string(claim.bytes()) +
                                 " that its load has claimed");
             }
-            return claimed(std::move(*made), std::move(claim));
+            return claimed(std::move(made), std::move(claim));
         } catch (const std::bad_alloc&) {
             throw;
         } catch (const std::exception& trouble) {

@@ -12,7 +12,6 @@
 #include "paging/demand/need.h"
 
 #include <terrane/base/result.h>
-#include <terrane/terrain/height_source.h>
 #include <terrane/terrain/resident_set.h>
 
 #include <algorithm>
@@ -129,7 +128,8 @@ bool overlaps(const Lattice& lattice, const ChunkKey& key, const WorldRect& rect
            own.north >= rect.south;
 }
 
-ChunkTree::ChunkTree(const HeightSource& source) : source_(&source), lattice_(source.lattice()) {
+ChunkTree::ChunkTree(const Lattice& lattice, const ChunkSource& source)
+    : source_(&source), lattice_(lattice) {
     set_window(first_root_window(lattice_));
 }
 

@@ -4,6 +4,7 @@
 #include "paging/demand/need.h"
 
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/view.h>
 
 #include <array>
@@ -82,8 +83,8 @@ public:
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
-    /// @param source outlives the tree, which queries it for extents of volumes
-    explicit ChunkTree(const HeightSource& source);
+    /// @param source of that lattice; outlives the tree, which queries it for extents of volumes
+    ChunkTree(const Lattice& lattice, const ChunkSource& source);
 
     /// Requires a chunk that is not resident, and a resident parent unless it is a root.
     Index insert(std::shared_ptr<const Chunk> chunk);
@@ -113,7 +114,7 @@ private:
     void find_quadrants(Node& node) const;
     void find_quadrant(Node& node, int quadrant) const;
 
-    const HeightSource* source_;
+    const ChunkSource* source_;
     Lattice lattice_, window_;
     std::vector<ChunkKey> roots_;
     std::vector<Node> nodes_;

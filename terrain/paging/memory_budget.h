@@ -44,7 +44,7 @@ public:
     };
     /// Evicts until another chunk with this need fits, and claims its bytes.
     ///
-    /// @param bytes   HeightSource::max_chunk_bytes() of the chunk
+    /// @param bytes   ChunkSource::max_chunk_bytes() of the chunk
     /// @param slack_s see LoadCandidate
     Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
     /// Claims bytes for chunks that replace resident ones, if they fit now.
@@ -63,7 +63,7 @@ public:
     /// Keys evicted since the last call, in order of eviction.
     std::vector<ChunkKey> take_evicted() { return std::exchange(evicted_keys_, {}); }
 
-    /// Visibility of the chunk's fade in this update.
+    /// How visible a fade of this chunk is in this update.
     const FadeVisibility& visibility_of(ChunkTree::Node& node);
     std::size_t bytes() const { return bytes_->load(); }
 

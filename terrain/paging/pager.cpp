@@ -32,26 +32,23 @@ void Pager::State::load_until_stable() {
 Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                             const PagerSettings& settings) {
     if (!source) return fail(ErrorCode::invalid_argument, "a pager needs a source");
-    if (const Result<void> good = check_range("worker_count", settings.worker_count, 0, 256); !good)
-        return tl::unexpected(good.error());
+    TERRANE_TRY(check_range("worker_count", settings.worker_count, 0, 256));
     if (settings.worker_count == 0) {
         Result<Pager> pager =
             create(source, settings, std::make_unique<internal::InlineLoader>(source));
         if (pager) pager->state_->is_inline = true;
         return pager;
     }
-    auto loader = ThreadLoader::create(
-        source, {.worker_count = settings.worker_count, .timeout = settings.load_timeout});
-    if (!loader) return tl::unexpected(loader.error());
-    return create(std::move(source), settings, std::move(*loader));
+    TERRANE_TRY(auto loader, ThreadLoader::create(source, {.worker_count = settings.worker_count,
+                                                           .timeout = settings.load_timeout}));
+    return create(std::move(source), settings, std::move(loader));
 }
 
 Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
                             const PagerSettings& settings, std::unique_ptr<ChunkLoader> loader) {
     if (!source) return fail(ErrorCode::invalid_argument, "a pager needs a source");
     if (!loader) return fail(ErrorCode::invalid_argument, "a pager needs a loader");
-    if (const Result<void> good = check(source->lattice()); !good)
-        return tl::unexpected(good.error());
+    TERRANE_TRY(source->lattice().validate());
     constexpr double kLongest_s = 3600.0;
     constexpr double kWidest = 1e6;
     for (const Result<void>& good :
@@ -65,11 +62,12 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
     // While the window moves the root squares of the old and of the new one are in memory.
     const Lattice window = internal::first_root_window(lattice);
     const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
+    const ChunkSource& chunks = chunks_of(*source);
     std::size_t least = 0;
     for (std::int32_t y = 0; y < window.root_count_y; ++y) {
         for (std::int32_t x = 0; x < window.root_count_x; ++x) {
             least += windows *
-                     source->max_chunk_bytes({window.first_root_x + x, window.first_root_y + y, 0});
+                     chunks.max_chunk_bytes({window.first_root_x + x, window.first_root_y + y, 0});
         }
     }
     if (settings.memory_bytes < least) {
@@ -93,11 +91,11 @@ Pager::~Pager() = default;
 void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed> bodies,
                    double time_s) {
     State& state = *state_;
-    const bool is_due = state.take_clients(cameras, bodies, time_s);
-    if (!std::exchange(state.is_replacement_wanted, false)) state.wanted_replacement_bytes = 0;
+    const bool is_due = state.update_clients(cameras, bodies, time_s);
+    if (!std::exchange(state.replacements.is_wanted, false)) state.replacements.wanted_bytes = 0;
     state.loader->advance(state.time_s);
     state.take_finished();
-    state.budget.begin_update(state.observers, state.skips_fades);
+    state.budget.begin_update(state.clients.observers, state.skips_fades);
     const bool has_moved = state.move_window();
     if (is_due || has_moved) {
         state.plan();
@@ -114,7 +112,7 @@ void Pager::update(std::span<const CameraNeed> cameras, std::span<const BodyNeed
 void Pager::finish() {
     State& state = *state_;
     state.skips_fades = true;
-    state.budget.begin_update(state.observers, state.skips_fades);
+    state.budget.begin_update(state.clients.observers, state.skips_fades);
     bool is_busy = false;
     for (;;) {
         state.loader->wait();
@@ -130,12 +128,11 @@ void Pager::finish() {
     state.fade();
     state.publish();
     state.skips_fades = false;
-    state.evicted_in_finish.clear();
+    state.evictions.in_finish.clear();
 }
 
-bool Pager::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
-                    std::span<const ChunkKey> changed, const std::function<void()>& switch_source) {
-    return state_->replace(chunks, changed, switch_source);
+bool replace_chunks(Pager& pager, const ChunkReplacement& replacement) {
+    return pager.state_->replace(replacement);
 }
 
 RequiredRegion Pager::require(const WorldRect& region, double deadline_s) {
@@ -145,14 +142,14 @@ RequiredRegion Pager::require(const WorldRect& region, double deadline_s) {
         ++state_->stats.refused_needs;
         return {};
     }
-    const std::uint64_t id = state_->next_region_id++;
-    state_->required_regions[id] = {region, deadline_s};
-    state_->must_plan = true;
+    const std::uint64_t id = state_->required_regions.next_id++;
+    state_->required_regions.by_id[id] = {region, deadline_s};
+    state_->schedule.must_plan = true;
     return {state_, id};
 }
 
 Ground Pager::ground(std::shared_ptr<const SurfaceMap> surface_map) const {
-    return {state_->set, state_->contact_level, std::move(surface_map)};
+    return {state_->set.chunks, state_->contact_level, std::move(surface_map)};
 }
 
 RequiredRegion::RequiredRegion(RequiredRegion&& other) noexcept
@@ -171,7 +168,7 @@ RequiredRegion::~RequiredRegion() { release(); }
 
 void RequiredRegion::release() {
     if (const auto pager = pager_.lock()) {
-        if (pager->required_regions.erase(id_) > 0) pager->must_plan = true;
+        if (pager->required_regions.by_id.erase(id_) > 0) pager->schedule.must_plan = true;
     }
     pager_.reset();
 }
@@ -179,8 +176,8 @@ void RequiredRegion::release() {
 RegionState RequiredRegion::state() const {
     const auto pager = pager_.lock();
     if (!pager) return RegionState::released;
-    const auto found = pager->required_regions.find(id_);
-    if (found == pager->required_regions.end()) return RegionState::released;
+    const auto found = pager->required_regions.by_id.find(id_);
+    if (found == pager->required_regions.by_id.end()) return RegionState::released;
     // from the roots down: every chunk over the region must be resident
     const internal::ChunkTree& tree = pager->tree;
     const Lattice& lattice = tree.lattice();
@@ -194,7 +191,7 @@ RegionState RequiredRegion::state() const {
         if (!internal::overlaps(lattice, key, found->second.region)) continue;
         if (tree.find(key) == internal::ChunkTree::kNone) {
             is_ready = false;
-            is_failing = is_failing || pager->retries.count(key) > 0;
+            is_failing = is_failing || pager->loads.retries.count(key) > 0;
             continue;
         }
         if (key.level == pager->contact_level) continue;
@@ -204,17 +201,17 @@ RegionState RequiredRegion::state() const {
     return is_failing ? RegionState::failing : RegionState::loading;
 }
 
-std::shared_ptr<const ResidentSet> Pager::resident() const { return state_->set; }
+std::shared_ptr<const ResidentSet> Pager::resident() const { return state_->set.chunks; }
 
 int Pager::contact_level() const { return state_->contact_level; }
 
-std::string Pager::last_failure() const { return state_->last_failure; }
+std::string Pager::last_failure() const { return state_->loads.last_failure; }
 
 PagerStats Pager::stats() const {
     PagerStats stats = state_->stats;
     const std::size_t bytes = state_->bytes->load();
     std::size_t claimed_bytes = 0;
-    for (const auto& [key, load] : state_->in_flight) claimed_bytes += load.bytes;
+    for (const auto& [key, load] : state_->loads.in_flight) claimed_bytes += load.bytes;
     stats.in_flight_bytes = std::min(bytes, claimed_bytes);
     stats.resident_bytes = bytes - stats.in_flight_bytes;
     stats.resident_chunks = state_->tree.size();
@@ -225,12 +222,10 @@ PagerStats Pager::stats() const {
 
 using internal::ChunkTree;
 
-bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
-                           std::span<const ChunkKey> changed,
-                           const std::function<void()>& switch_source) {
+bool Pager::State::replace(const ChunkReplacement& replacement) {
     std::vector<std::pair<ChunkTree::Index, std::shared_ptr<const Chunk>>> resident;
     std::size_t needed_bytes = 0;
-    for (const auto& chunk : chunks) {
+    for (const auto& chunk : replacement.chunks) {
         const ChunkTree::Index index = tree.find(chunk->key);
         if (index == ChunkTree::kNone) continue;
         resident.emplace_back(index, chunk);
@@ -239,26 +234,26 @@ bool Pager::State::replace(std::span<const std::shared_ptr<const Chunk>> chunks,
     ByteClaim all;
     if (!budget.claim_replacements(needed_bytes, all)) {
         ++stats.postponed_replacements;
-        wanted_replacement_bytes = needed_bytes;
-        is_replacement_wanted = true;
-        must_plan = true;
+        replacements.wanted_bytes = needed_bytes;
+        replacements.is_wanted = true;
+        schedule.must_plan = true;
         return false;
     }
-    wanted_replacement_bytes = 0;
-    switch_source();
+    replacements.wanted_bytes = 0;
+    replacement.switch_source();
     contact.forget_heights();
     stats.peak_bytes = std::max(stats.peak_bytes, budget.bytes());
     for (auto& [index, chunk] : resident) {
         all.shrink(all.bytes() - chunk->bytes());  // nothing else claims meanwhile
         std::shared_ptr<const Chunk> owned = claimed(chunk, ByteClaim(bytes, chunk->bytes()));
         tree.replace(index, owned);
-        replaced_keys.push_back(owned->key);
-        arrived.push_back(std::move(owned));
+        replacements.keys.push_back(owned->key);
+        set.arrived.push_back(std::move(owned));
         ++stats.replaced;
     }
-    for (const ChunkKey& key : changed) tree.refresh_above(key);
-    std::erase_if(orphans, [&](const auto& entry) {
-        const bool is_outdated = !source->is_current(*entry.second.chunk);
+    for (const ChunkKey& key : replacement.changed) tree.refresh_above(key);
+    std::erase_if(loads.orphans, [&](const auto& entry) {
+        const bool is_outdated = !chunk_source.is_current(*entry.second.chunk);
         stats.outdated += is_outdated ? 1u : 0u;
         return is_outdated;
     });
@@ -273,10 +268,11 @@ using internal::ChunkTree;
 
 // The position that the window follows; none without clients.
 std::optional<WorldVec2> Pager::State::window_place() const {
-    if (!predicted_views.empty()) return predicted_views.front().states.front().eye_world.head<2>();
-    if (!bodies.empty()) return bodies.front().centre_world.head<2>();
-    if (required_regions.empty()) return std::nullopt;
-    const WorldRect& region = required_regions.begin()->second.region;
+    if (!clients.predicted_views.empty())
+        return clients.predicted_views.front().states.front().eye_world.head<2>();
+    if (!clients.bodies.empty()) return clients.bodies.front().centre_world.head<2>();
+    if (required_regions.by_id.empty()) return std::nullopt;
+    const WorldRect& region = required_regions.by_id.begin()->second.region;
     return WorldVec2(0.5 * (region.west + region.east), 0.5 * (region.south + region.north));
 }
 
@@ -286,29 +282,31 @@ bool Pager::State::move_window() {
     if (world.root_window == 0) return false;
     const std::optional<WorldVec2> place = window_place();
     if (!place) return false;
-    next_window = internal::moved_root_window(world, tree.window(), *place);
-    std::erase_if(next_roots,
-                  [this](const auto& root) { return !next_window.contains(root.first); });
-    if (next_window == tree.window()) return false;
+    next_window.lattice = internal::moved_root_window(world, tree.window(), *place);
+    std::erase_if(next_window.roots,
+                  [this](const auto& root) { return !next_window.lattice.contains(root.first); });
+    if (next_window.lattice == tree.window()) return false;
     const bool is_inside = internal::rect_of_roots(tree.window()).contains(place->x(), place->y());
     if (is_inside && !absent_next_roots().empty()) return false;
     for (const ChunkKey& key : tree.roots()) {
         const ChunkTree::Index index = tree.find(key);
-        if (index != ChunkTree::kNone && !next_window.contains(key)) budget.evict_tree(index);
+        if (index != ChunkTree::kNone && !next_window.lattice.contains(key))
+            budget.evict_tree(index);
     }
-    tree.set_window(next_window);
-    for (auto& [key, root] : next_roots) insert(std::move(root.chunk), root.bytes_read);
-    next_roots.clear();
+    tree.set_window(next_window.lattice);
+    for (auto& [key, root] : next_window.roots) insert(std::move(root.chunk), root.bytes_read);
+    next_window.roots.clear();
     return true;
 }
 
 // Root squares of the next window that are not loaded.
 std::vector<ChunkKey> Pager::State::absent_next_roots() const {
     std::vector<ChunkKey> absent;
-    for (std::int32_t y = 0; y < next_window.root_count_y; ++y) {
-        for (std::int32_t x = 0; x < next_window.root_count_x; ++x) {
-            const ChunkKey key{next_window.first_root_x + x, next_window.first_root_y + y, 0};
-            if (tree.find(key) == ChunkTree::kNone && !next_roots.contains(key))
+    for (std::int32_t y = 0; y < next_window.lattice.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < next_window.lattice.root_count_x; ++x) {
+            const ChunkKey key{next_window.lattice.first_root_x + x,
+                               next_window.lattice.first_root_y + y, 0};
+            if (tree.find(key) == ChunkTree::kNone && !next_window.roots.contains(key))
                 absent.push_back(key);
         }
     }

@@ -39,7 +39,7 @@ bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_
         const auto quadrant = static_cast<std::size_t>(key.quadrant());
         needs.learn_decay(*chunk, static_cast<double>(above.quadrant_bound[quadrant]));
     }
-    arrived.push_back(chunk);
+    set.arrived.push_back(chunk);
     tree[tree.insert(std::move(chunk))].bytes_read = bytes_read;
     ++stats.loaded;
     return true;
@@ -48,15 +48,15 @@ bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_
 void Pager::State::accept(FinishedLoad& load) {
     if (skips_fades) load.bytes_read = 0;
     stats.bytes_read += load.bytes_read;
-    const auto begun = in_flight.find(load.key);
-    const std::size_t claimed_bytes = begun == in_flight.end() ? 0 : begun->second.bytes;
-    in_flight.erase(load.key);
+    const auto begun = loads.in_flight.find(load.key);
+    const std::size_t claimed_bytes = begun == loads.in_flight.end() ? 0 : begun->second.bytes;
+    loads.in_flight.erase(load.key);
     if (!load.chunk) {
         if (load.chunk.error().code == ErrorCode::out_of_memory &&
-            claimed_bytes < source->max_chunk_bytes(load.key)) {
+            claimed_bytes < chunk_source.max_chunk_bytes(load.key)) {
             // The source or its size estimate has changed since the load started.
             ++stats.outdated;
-            must_plan = true;
+            schedule.must_plan = true;
             return;
         }
         switch (load.chunk.error().code) {
@@ -67,25 +67,25 @@ void Pager::State::accept(FinishedLoad& load) {
                 [[fallthrough]];
             default:
                 ++stats.failed;
-                last_failure = load.chunk.error().message;
-                retries.failed(load.key, time_s);
+                loads.last_failure = load.chunk.error().message;
+                loads.retries.failed(load.key, time_s);
         }
         return;
     }
-    if (!source->is_current(**load.chunk)) {
+    if (!chunk_source.is_current(**load.chunk)) {
         ++stats.outdated;
-        must_plan = true;
+        schedule.must_plan = true;
         return;
     }
-    retries.succeeded(load.key);
-    times.add(load.key.level, load.seconds);
+    loads.retries.succeeded(load.key);
+    loads.times.add(load.key.level, load.seconds);
     if (load.key.level == 0 && !tree.window().contains(load.key)) {
-        if (next_window.contains(load.key))
-            next_roots[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
+        if (next_window.lattice.contains(load.key))
+            next_window.roots[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
         return;
     }
     if (!insert(*load.chunk, load.bytes_read)) {
-        orphans[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
+        loads.orphans[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
     }
 }
 
@@ -101,31 +101,31 @@ bool Pager::State::take_finished() {
 
 // From coarse to fine, because one orphan may be the parent of another.
 void Pager::State::adopt_orphans() {
-    if (orphans.empty()) return;
+    if (loads.orphans.empty()) return;
     std::vector<ChunkKey> keys;
-    for (const auto& [key, orphan] : orphans) keys.push_back(key);
+    for (const auto& [key, orphan] : loads.orphans) keys.push_back(key);
     std::stable_sort(keys.begin(), keys.end(),
                      [](const ChunkKey& a, const ChunkKey& b) { return a.level < b.level; });
     for (const ChunkKey& key : keys) {
-        const Orphan& orphan = orphans[key];
-        const bool has_parent = in_flight.contains(key.parent()) || orphans.contains(key.parent());
+        const Orphan& orphan = loads.orphans[key];
         if (insert(orphan.chunk, orphan.bytes_read) ||
-            (!has_parent && time_s - orphan.arrived_s > kStaleLoad_s)) {
-            orphans.erase(key);
+            (!loads.has(key.parent()) && time_s - orphan.arrived_s > kStaleLoad_s)) {
+            loads.orphans.erase(key);
         }
     }
 }
 
 // Cancels loads that have not been needed for kStaleLoad_s.
 void Pager::State::cancel_stale_loads() {
-    for (auto& [key, load] : in_flight) load.is_needed = false;
+    for (auto& [key, load] : loads.in_flight) load.is_needed = false;
     for (const LoadCandidate& candidate : needs.candidates()) {
-        if (const auto found = in_flight.find(candidate.key); found != in_flight.end()) {
+        if (const auto found = loads.in_flight.find(candidate.key);
+            found != loads.in_flight.end()) {
             found->second.is_needed = true;
             found->second.is_speculation = candidate.need.why == NeedClass::speculation;
         }
     }
-    for (auto& [key, load] : in_flight) {
+    for (auto& [key, load] : loads.in_flight) {
         if (load.is_needed) {
             load.unneeded_since_s = time_s;
         } else if (!load.is_cancelled && time_s - load.unneeded_since_s > kStaleLoad_s) {
@@ -138,10 +138,9 @@ void Pager::State::cancel_stale_loads() {
 
 bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) const {
     const ChunkKey& key = candidate.key;
-    if (in_flight.contains(key) || orphans.contains(key) || evicted_in_finish.contains(key))
-        return false;
-    if (retries.must_wait(key, time_s)) return false;
-    if (settings.policy == PagingPolicy::distance || waits_for_all() || is_clock_stalled)
+    if (loads.has(key) || evictions.in_finish.contains(key)) return false;
+    if (loads.retries.must_wait(key, time_s)) return false;
+    if (settings.policy == PagingPolicy::distance || waits_for_all() || schedule.is_clock_stalled)
         return true;
     return candidate.need.end_s >= arrival_s;
 }
@@ -154,7 +153,7 @@ void Pager::State::postpone() {
     std::vector<LoadCandidate>& candidates = needs.candidates();
     for (auto candidate = candidates.rbegin(); candidate != candidates.rend(); ++candidate) {
         if (candidate->need.why != NeedClass::drawn) continue;
-        const double each_s = times.expected_s(candidate->key.level) / loader->slots();
+        const double each_s = loads.times.expected_s(candidate->key.level) / loader->slots();
         least_s = std::min(candidate->slack_s, least_s - each_s);
         candidate->can_wait = least_s > kDrawnAhead_s;
     }
@@ -175,19 +174,20 @@ bool Pager::State::queue_loads() {
     std::vector<ChunkKey> old_keys;
     for (const LoadRequest& request : old) {
         old_keys.push_back(request.key);
-        in_flight.erase(request.key);
+        loads.in_flight.erase(request.key);
     }
     cancel_stale_loads();
 
     const auto slots = static_cast<std::size_t>(loader->slots());
-    const double load_s = times.expected_s(contact_level);
+    const double load_s = loads.times.expected_s(contact_level);
     const auto for_slot = static_cast<std::size_t>(std::clamp(kQueued_s / std::max(load_s, 1e-6),
                                                               static_cast<double>(kLeastQueued),
                                                               static_cast<double>(kMostQueued)));
     const std::size_t most = std::max<std::size_t>(slots * for_slot, 1);
     std::size_t speculation_count = 0;
-    for (const auto& [key, load] : in_flight) speculation_count += load.is_speculation ? 1u : 0u;
-    std::size_t needed_count = in_flight.size() - speculation_count;
+    for (const auto& [key, load] : loads.in_flight)
+        speculation_count += load.is_speculation ? 1u : 0u;
+    std::size_t needed_count = loads.in_flight.size() - speculation_count;
 
     postpone();
     std::vector<LoadRequest> requests;
@@ -203,18 +203,18 @@ bool Pager::State::queue_loads() {
         }
         if (candidate.can_wait && !waits_for_all()) continue;
         // loads ahead, including this one
-        const std::size_t ahead = requests.size() + in_flight.size() + 1;
+        const std::size_t ahead = requests.size() + loads.in_flight.size() + 1;
         const double turns =
             static_cast<double>(std::max(ahead, slots)) / static_cast<double>(slots);
-        if (!may_begin(candidate, turns * times.expected_s(candidate.key.level))) continue;
+        if (!may_begin(candidate, turns * loads.times.expected_s(candidate.key.level))) continue;
         if (candidate.key.level > 0) {
             const ChunkKey parent = candidate.key.parent();
-            if (tree.find(parent) == ChunkTree::kNone && !in_flight.contains(parent) &&
-                !orphans.contains(parent) && !queued.contains(parent)) {
+            if (tree.find(parent) == ChunkTree::kNone && !loads.has(parent) &&
+                !queued.contains(parent)) {
                 continue;
             }
         }
-        const std::size_t needed_bytes = source->max_chunk_bytes(candidate.key);
+        const std::size_t needed_bytes = chunk_source.max_chunk_bytes(candidate.key);
         ByteClaim claim;
         MemoryBudget::Admission admission = MemoryBudget::Admission::granted;
         if (!old.empty() && old.back().claim.bytes() == needed_bytes &&
@@ -235,16 +235,16 @@ bool Pager::State::queue_loads() {
         requests.push_back({candidate.key, std::move(claim)});
     }
     for (const auto& [key, load] : queued) {
-        in_flight[key] = load;
-        const auto evicted = eviction_times_s.find(key);
-        if (evicted != eviction_times_s.end() && time_s - evicted->second < settings.horizon)
+        loads.in_flight[key] = load;
+        const auto evicted = evictions.times_s.find(key);
+        if (evicted != evictions.times_s.end() && time_s - evicted->second < settings.horizon)
             ++stats.reloaded;
-        if (evicted != eviction_times_s.end()) eviction_times_s.erase(evicted);
+        if (evicted != evictions.times_s.end()) evictions.times_s.erase(evicted);
     }
     for (const ChunkKey& key : old_keys) stats.cancelled += queued.contains(key) ? 0u : 1u;
     old.clear();
     stats.peak_bytes = std::max(stats.peak_bytes, budget.bytes());
-    const bool is_busy = !in_flight.empty();
+    const bool is_busy = !loads.in_flight.empty();
     loader->queue(std::move(requests));
     return is_busy;
 }
@@ -270,7 +270,7 @@ bool is_good(const CameraNeed& camera) {
             return std::isfinite(moment.time_s) && moment.eye_world.allFinite() &&
                    moment.forward.allFinite() && moment.up.allFinite();
         });
-    return check(camera.view) && camera.velocity.allFinite() && camera.threshold_px > 0.0 &&
+    return camera.view.validate() && camera.velocity.allFinite() && camera.threshold_px > 0.0 &&
            has_good_trajectory;
 }
 
@@ -285,57 +285,17 @@ bool is_good(const BodyNeed& body) {
 
 }  // namespace
 
-// Rejects and counts needs that are not finite. Returns whether a plan is due.
-bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
-                                std::span<const BodyNeed> all_bodies, double now_s) {
-    const double before_s = time_s;
-    if (std::isfinite(now_s)) time_s = std::max(time_s, now_s);
-    const double passed_s = time_s - planned_s;
-    is_clock_stalled = time_s == before_s;  // no clock, or several updates at the same time
-    bool is_due =
-        is_inline || must_plan || is_clock_stalled || !(passed_s < internal::kTick_s - kSlack_s);
-    is_due = is_due || views.size() != cameras.size() || body_count != all_bodies.size();
-    must_plan = false;
+std::uint64_t internal::Clients::take_bodies(std::span<const BodyNeed> all_bodies) {
     body_count = all_bodies.size();
-    observers.clear();
-    views.resize(cameras.size());
-    motions.resize(cameras.size());
-    std::vector<std::size_t> good;
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-        const CameraNeed& camera = cameras[i];
-        if (!is_good(camera)) {
-            ++stats.refused_needs;
-            views[i].reset();
-            motions[i].reset();
-            continue;
-        }
-        good.push_back(i);
-        const Frustum frustum = make_frustum(camera.view);
-        is_due = is_due || !views[i];
-        observers.push_back({camera.view, frustum, camera.threshold_px, views[i]});
-        views[i] = {camera.view.eye_world, frustum};
-        is_due = motions[i].observe(camera, time_s) || is_due;
-    }
-    if (is_due) {
-        planned_s = time_s;
-        predicted_views.clear();
-        for (const std::size_t i : good) {
-            predicted_views.push_back(motions[i].predict(cameras[i], time_s, settings.horizon));
-        }
-    }
     bodies.clear();
     trajectory_moments.clear();
     for (const BodyNeed& body : all_bodies) {
-        if (is_good(body)) {
-            bodies.push_back(body);
-            trajectory_moments.insert(trajectory_moments.end(), body.trajectory.begin(),
-                                      body.trajectory.end());
-            // a rising body falls again: its upward velocity is ignored
-            if (body.trajectory.empty())
-                bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
-        } else {
-            ++stats.refused_needs;
-        }
+        if (!is_good(body)) continue;
+        bodies.push_back(body);
+        trajectory_moments.insert(trajectory_moments.end(), body.trajectory.begin(),
+                                  body.trajectory.end());
+        // a rising body falls again: its upward velocity is ignored
+        if (body.trajectory.empty()) bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
     }
     // Refers to the copies, because finish() plans again when the caller's data may be gone.
     std::size_t first = 0;
@@ -344,6 +304,50 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
             std::span<const BodyMoment>(trajectory_moments).subspan(first, body.trajectory.size());
         first += body.trajectory.size();
     }
+    return body_count - bodies.size();
+}
+
+// Rejects and counts needs that are not finite. Returns whether a plan is due.
+bool Pager::State::update_clients(std::span<const CameraNeed> cameras,
+                                  std::span<const BodyNeed> all_bodies, double now_s) {
+    const double before_s = time_s;
+    if (std::isfinite(now_s)) time_s = std::max(time_s, now_s);
+    const double passed_s = time_s - schedule.planned_s;
+    // no clock, or several updates at the same time
+    schedule.is_clock_stalled = time_s == before_s;
+    bool is_due = is_inline || schedule.must_plan || schedule.is_clock_stalled ||
+                  !(passed_s < internal::kTick_s - kSlack_s);
+    is_due =
+        is_due || clients.views.size() != cameras.size() || clients.body_count != all_bodies.size();
+    schedule.must_plan = false;
+    clients.observers.clear();
+    clients.views.resize(cameras.size());
+    clients.motions.resize(cameras.size());
+    std::vector<std::size_t> good;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        const CameraNeed& camera = cameras[i];
+        if (!is_good(camera)) {
+            ++stats.refused_needs;
+            clients.views[i].reset();
+            clients.motions[i].reset();
+            continue;
+        }
+        good.push_back(i);
+        const Frustum frustum = make_frustum(camera.view);
+        is_due = is_due || !clients.views[i];
+        clients.observers.push_back({camera.view, frustum, camera.threshold_px, clients.views[i]});
+        clients.views[i] = {camera.view.eye_world, frustum};
+        is_due = clients.motions[i].observe(camera, time_s) || is_due;
+    }
+    if (is_due) {
+        schedule.planned_s = time_s;
+        clients.predicted_views.clear();
+        for (const std::size_t i : good) {
+            clients.predicted_views.push_back(
+                clients.motions[i].predict(cameras[i], time_s, settings.horizon));
+        }
+    }
+    stats.refused_needs += clients.take_bodies(all_bodies);
     return is_due;
 }
 
@@ -351,35 +355,37 @@ bool Pager::State::take_clients(std::span<const CameraNeed> cameras,
 double Pager::State::contact_horizon() const {
     if (settings.policy == PagingPolicy::distance) return 0.0;
     if (is_inline) return settings.horizon;
-    return std::min(settings.horizon,
-                    std::max(kContactAhead_s, kContactLoads * times.expected_s(contact_level)));
+    return std::min(
+        settings.horizon,
+        std::max(kContactAhead_s, kContactLoads * loads.times.expected_s(contact_level)));
 }
 
 void Pager::State::plan() {
     std::vector<internal::RegionNeed> regions;
-    for (const auto& [id, region] : required_regions) regions.push_back(region);
-    contact.find(bodies, regions, time_s, contact_horizon());
+    for (const auto& [id, region] : required_regions.by_id) regions.push_back(region);
+    contact.find(clients.bodies, regions, time_s, contact_horizon());
     const internal::NeedFinder::Bytes found =
-        needs.find(tree, predicted_views, contact, times, time_s, !waits_for_all());
+        needs.find(tree, clients.predicted_views, contact, loads.times, time_s, !waits_for_all());
     stats.bytes_used += found.used;
     stats.bytes_awaited = found.awaited;
     std::vector<LoadCandidate>& candidates = needs.candidates();
-    if (next_window != tree.window()) {
+    if (next_window.lattice != tree.window()) {
         constexpr double kForever = std::numeric_limits<double>::infinity();
         for (const ChunkKey& key : absent_next_roots()) {
             // roots in both windows are already candidates
             if (tree.window().contains(key)) continue;
             // Not late, however long it takes: frames need it only after the window has moved.
             candidates.push_back(
-                {key, {NeedClass::root, kForever, kForever, 0.0}, -times.expected_s(0)});
+                {key, {NeedClass::root, kForever, kForever, 0.0}, -loads.times.expected_s(0)});
         }
     }
     std::sort(candidates.begin(), candidates.end(), internal::has_priority_over);
     count_late();
     count_groundless();
     count_waits();
-    budget.begin_plan(predicted_views, !bodies.empty() || !required_regions.empty(), stats);
-    if (wanted_replacement_bytes > 0) budget.make_room(wanted_replacement_bytes);
+    budget.begin_plan(clients.predicted_views,
+                      !clients.bodies.empty() || !required_regions.by_id.empty(), stats);
+    if (replacements.wanted_bytes > 0) budget.make_room(replacements.wanted_bytes);
 }
 
 void Pager::State::count_late() {
@@ -393,7 +399,7 @@ void Pager::State::count_late() {
 
 void Pager::State::count_groundless() {
     stats.groundless_bodies = 0;
-    std::size_t last = bodies.size();
+    std::size_t last = clients.bodies.size();
     for (const internal::ContactNeeds::CurrentContact& touched : contact.current_contacts()) {
         if (touched.body == last || tree.find(touched.key) != ChunkTree::kNone) continue;
         last = touched.body;  // ordered by body
@@ -407,12 +413,12 @@ void Pager::State::count_waits() {
     std::map<ChunkKey, double> missed;
     for (LoadCandidate& candidate : needs.candidates()) {
         if (candidate.need.why != NeedClass::contact || !candidate.need.is_needed_now()) continue;
-        const auto before = missing_since_s.find(candidate.key);
-        const double since_s = before == missing_since_s.end() ? time_s : before->second;
+        const auto before = loads.missing_since_s.find(candidate.key);
+        const double since_s = before == loads.missing_since_s.end() ? time_s : before->second;
         missed[candidate.key] = since_s;
         candidate.need.end_s = std::max(candidate.need.end_s, time_s - since_s);
     }
-    missing_since_s = std::move(missed);
+    loads.missing_since_s = std::move(missed);
 }
 
 // Advances every fade by one step.
@@ -435,44 +441,47 @@ void Pager::State::fade() {
 
 void Pager::State::publish() {
     std::vector<ChunkKey> evicted = budget.take_evicted();
-    for (const ChunkKey& key : evicted) eviction_times_s[key] = time_s;
-    if (skips_fades) evicted_in_finish.insert(evicted.begin(), evicted.end());
-    std::erase_if(eviction_times_s,
+    for (const ChunkKey& key : evicted) evictions.times_s[key] = time_s;
+    if (skips_fades) evictions.in_finish.insert(evicted.begin(), evicted.end());
+    std::erase_if(evictions.times_s,
                   [this](const auto& entry) { return time_s - entry.second > settings.horizon; });
-    evicted.insert(evicted.end(), replaced_keys.begin(), replaced_keys.end());
-    replaced_keys.clear();
+    evicted.insert(evicted.end(), replacements.keys.begin(), replacements.keys.end());
+    replacements.keys.clear();
     // drop chunks that were inserted and evicted since the last set
-    std::erase_if(arrived, [this](const std::shared_ptr<const Chunk>& chunk) {
+    std::erase_if(set.arrived, [this](const std::shared_ptr<const Chunk>& chunk) {
         const ChunkTree::Index index = tree.find(chunk->key);
         return index == ChunkTree::kNone || tree[index].chunk != chunk;
     });
     std::sort(evicted.begin(), evicted.end(), ResidentSet::Order());
     evicted.erase(std::unique(evicted.begin(), evicted.end()), evicted.end());
-    std::erase_if(evicted,
-                  [this](const ChunkKey& key) { return set->find(key) == ResidentSet::kNone; });
+    std::erase_if(evicted, [this](const ChunkKey& key) {
+        return set.chunks->find(key) == ResidentSet::kNone;
+    });
 
     const auto is_before = [](const SetEntry& a, const SetEntry& b) {
         return ResidentSet::Order()(a.key, b.key);
     };
-    std::erase_if(order, [&](const SetEntry& placed) {
+    std::erase_if(set.order, [&](const SetEntry& placed) {
         return std::binary_search(evicted.begin(), evicted.end(), placed.key, ResidentSet::Order());
     });
-    const auto middle = static_cast<std::ptrdiff_t>(order.size());
-    for (const auto& chunk : arrived) order.push_back({chunk->key, tree.find(chunk->key)});
-    std::sort(order.begin() + middle, order.end(), is_before);
-    std::inplace_merge(order.begin(), order.begin() + middle, order.end(), is_before);
+    const auto middle = static_cast<std::ptrdiff_t>(set.order.size());
+    for (const auto& chunk : set.arrived) set.order.push_back({chunk->key, tree.find(chunk->key)});
+    std::sort(set.order.begin() + middle, set.order.end(), is_before);
+    std::inplace_merge(set.order.begin(), set.order.begin() + middle, set.order.end(), is_before);
 
     std::vector<float> fades;
-    fades.reserve(order.size());
-    for (const SetEntry& placed : order) {
+    fades.reserve(set.order.size());
+    for (const SetEntry& placed : set.order) {
         fades.push_back(internal::fade_of(tree[placed.index].inverse_fade));
     }
-    if (!evicted.empty() || !arrived.empty()) {
-        set = std::make_shared<const ResidentSet>(*set, evicted, std::move(arrived),
-                                                  std::move(fades), ++epoch, tree.window());
-        arrived.clear();
-    } else if (!std::equal(fades.begin(), fades.end(), set->fades().begin())) {
-        set = std::make_shared<const ResidentSet>(*set, std::move(fades), ++epoch);
+    if (!evicted.empty() || !set.arrived.empty()) {
+        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, evicted,
+                                                         std::move(set.arrived), std::move(fades),
+                                                         set.chunks->epoch() + 1, tree.window());
+        set.arrived.clear();
+    } else if (!std::equal(fades.begin(), fades.end(), set.chunks->fades().begin())) {
+        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, std::move(fades),
+                                                         set.chunks->epoch() + 1);
     }
 }
 

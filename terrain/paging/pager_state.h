@@ -35,10 +35,79 @@ struct Orphan {
     double arrived_s = 0.0;
 };
 
+/// What loads, and how loading has gone.
+struct Loads {
+    std::map<ChunkKey, LoadInProgress> in_flight;  ///< begun and not taken
+    std::map<ChunkKey, Orphan> orphans;
+    std::map<ChunkKey, double> missing_since_s;  ///< contact chunks that are touched and absent
+    LoadTimes times;
+    Retries retries;
+    std::string last_failure;  ///< message of the last load that failed
+
+    /// Whether a chunk is to be inserted later.
+    bool has(const ChunkKey& key) const { return in_flight.contains(key) || orphans.contains(key); }
+};
+
+/// When plans are made.
+struct PlanSchedule {
+    double planned_s = -std::numeric_limits<double>::infinity();  ///< time of the last plan
+    bool must_plan = false;         ///< something else than time makes a plan due
+    bool is_clock_stalled = false;  ///< time has not advanced since the update before
+};
+
+/// The cameras and bodies of the last update.
+struct Clients {
+    // by index in the caller's list
+    std::vector<CameraMotion> motions;
+    std::vector<std::optional<FadeObserver::PreviousView>> views;
+    std::size_t body_count = 0;  ///< with refused ones
+
+    // without refused ones
+    std::vector<FadeObserver> observers;
+    std::vector<PredictedView> predicted_views;  ///< of the last plan
+    std::vector<BodyNeed> bodies;
+    std::vector<BodyMoment> trajectory_moments;  ///< of all bodies, concatenated
+
+    /// Copies bodies and their trajectories, without those that are not finite. Returns the number of these.
+    std::uint64_t take_bodies(std::span<const BodyNeed> all_bodies);
+};
+
+/// Regions that clients require at present.
+struct RequiredRegions {
+    std::map<std::uint64_t, RegionNeed> by_id;
+    std::uint64_t next_id = 1;
+};
+
+/// The root window that the clients' position asks for.
+struct NextWindow {
+    Lattice lattice;
+    std::map<ChunkKey, Orphan> roots;  ///< loaded ones outside of the present window
+};
+
+/// Chunks that have been evicted.
+struct Evictions {
+    std::map<ChunkKey, double> times_s;  ///< within the last horizon
+    std::set<ChunkKey> in_finish;        ///< not reloaded: two might alternate for ever
+};
+
+/// Exchanges by replace_chunks().
+struct Replacements {
+    std::vector<ChunkKey> keys;    ///< replaced since the last set
+    std::size_t wanted_bytes = 0;  ///< of the last call, where it did not fit
+    bool is_wanted = false;        ///< called since the last update()
+};
+
 /// A chunk of the published set and its node.
 struct SetEntry {
     ChunkKey key;
     ChunkTree::Index index = ChunkTree::kNone;
+};
+
+/// The set that clients read.
+struct PublishedSet {
+    std::shared_ptr<const ResidentSet> chunks;
+    std::vector<SetEntry> order;                        ///< of its chunks
+    std::vector<std::shared_ptr<const Chunk>> arrived;  ///< for the next set
 };
 
 }  // namespace internal
@@ -49,71 +118,46 @@ struct Pager::State {
     State(std::shared_ptr<const HeightSource> ground, const PagerSettings& chosen, int level,
           std::unique_ptr<ChunkLoader> chosen_loader)
         : source(std::move(ground)),
+          chunk_source(chunks_of(*source)),
           settings(chosen),
           contact_level(level),
-          tree(*source),
+          tree(source->lattice(), chunk_source),
           needs(chosen, level),
           contact(*source, level),
           budget(tree, bytes, chosen),
-          next_window(tree.window()),
-          set(std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
-                                                  std::vector<std::shared_ptr<const Chunk>>{},
-                                                  epoch)),
+          next_window{tree.window(), {}},
+          set{std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                                  std::vector<std::shared_ptr<const Chunk>>(), 0),
+              {},
+              {}},
           loader(std::move(chosen_loader)) {}
 
     std::shared_ptr<const HeightSource> source;
+    const ChunkSource& chunk_source;  // of the source
     PagerSettings settings;
     int contact_level = 0;
     std::shared_ptr<ByteCount> bytes = std::make_shared<ByteCount>(0);
     internal::ChunkTree tree;
     internal::NeedFinder needs;
     internal::ContactNeeds contact;
-    internal::LoadTimes times;
-    internal::Retries retries;
     internal::MemoryBudget budget;
 
-    // clients
     double time_s = 0.0;
-    double planned_s = -std::numeric_limits<double>::infinity();  // time of the last plan
-    bool must_plan = false;                                       // required regions have changed
-    bool is_clock_stalled = false;  // time has not advanced since the update before
-    std::size_t body_count = 0;
-    std::vector<internal::CameraMotion> motions;  // by index in the list
-    std::vector<std::optional<internal::FadeObserver::PreviousView>>
-        views;  // of the last update, by index
-    std::vector<internal::FadeObserver> observers;
-    std::vector<internal::PredictedView> predicted_views;
-    std::vector<BodyNeed> bodies;
-    std::vector<BodyMoment> trajectory_moments;                      // of all bodies, concatenated
-    std::map<std::uint64_t, internal::RegionNeed> required_regions;  // by id
-    std::uint64_t next_region_id = 1;
-
-    // loads
-    std::map<ChunkKey, internal::LoadInProgress> in_flight;  // begun and not taken
-    std::map<ChunkKey, internal::Orphan> orphans;
-    // The root window that the client's position asks for, and its loaded root squares outside of the present window.
-    Lattice next_window;
-    std::map<ChunkKey, internal::Orphan> next_roots;
-    std::map<ChunkKey, double> eviction_times_s;  // within the last horizon
-    std::map<ChunkKey, double> missing_since_s;   // contact chunks that are touched and absent
-    bool is_inline = false;                       // update() loads synchronously
-    bool skips_fades = false;                     // in finish()
-    std::set<ChunkKey> evicted_in_finish;         // not reloaded: two might alternate for ever
-
-    // the set
-    std::uint64_t epoch = 0;
-    std::shared_ptr<const ResidentSet> set;
-    std::vector<internal::SetEntry> order;  // of the set's chunks
-    std::vector<std::shared_ptr<const Chunk>> arrived;
-    std::vector<ChunkKey> replaced_keys;       // since the last set
-    std::size_t wanted_replacement_bytes = 0;  // of replace(), where it did not fit
-    bool is_replacement_wanted = false;        // since the last update()
+    internal::PlanSchedule schedule;
+    internal::Clients clients;
+    internal::RequiredRegions required_regions;
+    internal::Loads loads;
+    internal::NextWindow next_window;
+    internal::Evictions evictions;
+    internal::Replacements replacements;
+    internal::PublishedSet set;
+    bool is_inline = false;    // update() loads synchronously
+    bool skips_fades = false;  // in finish()
     PagerStats stats;
-    std::string last_failure;             // message of the last load that failed
     std::unique_ptr<ChunkLoader> loader;  // last: stopped first
 
-    bool take_clients(std::span<const CameraNeed> cameras, std::span<const BodyNeed> all_bodies,
-                      double now_s);
+    bool update_clients(std::span<const CameraNeed> cameras, std::span<const BodyNeed> all_bodies,
+                        double now_s);
     bool take_finished();
     void accept(FinishedLoad& load);
     bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read);
@@ -130,8 +174,7 @@ struct Pager::State {
     void postpone();
     bool may_speculate(std::size_t in_flight_count) const;
     bool queue_loads();
-    bool replace(std::span<const std::shared_ptr<const Chunk>> chunks,
-                 std::span<const ChunkKey> changed, const std::function<void()>& switch_source);
+    bool replace(const ChunkReplacement& replacement);
     void fade();
     void publish();
     void load_until_stable();

@@ -190,9 +190,7 @@ double to_seconds(std::chrono::steady_clock::duration duration) {
 Result<std::unique_ptr<ThreadLoader>> ThreadLoader::create(
     std::shared_ptr<const HeightSource> source, const ThreadLoaderSettings& settings) {
     if (!source) return fail(ErrorCode::invalid_argument, "a loader needs a source");
-    if (auto ok = check_range("worker_count", settings.worker_count, 1, kMostWorkers); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_range("worker_count", settings.worker_count, 1, kMostWorkers));
     if (!(settings.timeout > 0.0)) {
         return fail(ErrorCode::invalid_argument,
                     "timeout must be > 0 s, got " + number_text(settings.timeout));
@@ -201,9 +199,7 @@ Result<std::unique_ptr<ThreadLoader>> ThreadLoader::create(
     std::unique_ptr<ThreadLoader> loader(new ThreadLoader(state));
     const std::lock_guard lock(state->mutex);
     while (state->active_count() < state->worker_count) {
-        if (auto started = State::start_worker(state); !started) {
-            return tl::unexpected(started.error());
-        }
+        TERRANE_TRY(State::start_worker(state));
     }
     return loader;
 }

@@ -240,18 +240,16 @@ constexpr double kWidestSpread = 16.0;
 constexpr int kMostSlots = 1024;
 
 Result<void> check(const VirtualStorage& storage) {
-    if (auto ok = check_range("latency", storage.latency, 0.0, kLongest); !ok) return ok;
-    if (auto ok = check_range("latency_spread", storage.latency_spread, 0.0, kWidestSpread); !ok) {
-        return ok;
-    }
+    TERRANE_TRY(check_range("latency", storage.latency, 0.0, kLongest));
+    TERRANE_TRY(check_range("latency_spread", storage.latency_spread, 0.0, kWidestSpread));
     if (!(storage.bandwidth >= 1.0)) {
         return fail(
             ErrorCode::invalid_argument,
             "bandwidth must be at least 1 byte a second, got " + number_text(storage.bandwidth));
     }
-    if (auto ok = check_range("slots", storage.slots, 1, kMostSlots); !ok) return ok;
-    if (auto ok = check_range("failure_share", storage.failure_share, 0.0, 1.0); !ok) return ok;
-    if (auto ok = check_range("hang_share", storage.hang_share, 0.0, 1.0); !ok) return ok;
+    TERRANE_TRY(check_range("slots", storage.slots, 1, kMostSlots));
+    TERRANE_TRY(check_range("failure_share", storage.failure_share, 0.0, 1.0));
+    TERRANE_TRY(check_range("hang_share", storage.hang_share, 0.0, 1.0));
     if (storage.failure_share + storage.hang_share > 1.0) {
         return fail(ErrorCode::invalid_argument,
                     "failure_share and hang_share together must be at most 1, got " +
@@ -320,7 +318,7 @@ void VirtualLoader::State::run_until(double until_s) {
 
 Result<std::unique_ptr<VirtualLoader>> VirtualLoader::create(const VirtualStorage& storage,
                                                              MakeChunk make) {
-    if (auto ok = check(storage); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check(storage));
     if (!make)
         return fail(ErrorCode::invalid_argument, "a loader needs a function that makes chunks");
     return std::unique_ptr<VirtualLoader>(new VirtualLoader(std::make_unique<State>(

@@ -3,14 +3,14 @@
 
 namespace terrane::internal {
 
-RaiseDeviations raise_deviations(SimdLevel level) {
+FindMaxDeviations find_max_deviations(SimdLevel level) {
 #if defined(__x86_64__)
-    if (level == SimdLevel::avx512) return kRaiseDeviationsAvx512;
-    if (level == SimdLevel::avx2) return kRaiseDeviationsAvx2;
+    if (level == SimdLevel::avx512) return kFindMaxDeviationsAvx512;
+    if (level == SimdLevel::avx2) return kFindMaxDeviationsAvx2;
 #else
     static_cast<void>(level);
 #endif
-    return kRaiseDeviationsBaseline;
+    return kFindMaxDeviationsBaseline;
 }
 
 }  // namespace terrane::internal

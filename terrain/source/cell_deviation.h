@@ -35,15 +35,15 @@ struct CellRow {
 };
 
 /// Measures the deviations of samples from the triangles. All levels give the same bits.
-using RaiseDeviations = void (*)(const CellRow& cells);
+using FindMaxDeviations = void (*)(const CellRow& cells);
 
 /// Requires a level that this machine supports.
-RaiseDeviations raise_deviations(SimdLevel level);
+FindMaxDeviations find_max_deviations(SimdLevel level);
 
-extern const RaiseDeviations kRaiseDeviationsBaseline;
+extern const FindMaxDeviations kFindMaxDeviationsBaseline;
 #if defined(__x86_64__)
-extern const RaiseDeviations kRaiseDeviationsAvx2;
-extern const RaiseDeviations kRaiseDeviationsAvx512;
+extern const FindMaxDeviations kFindMaxDeviationsAvx2;
+extern const FindMaxDeviations kFindMaxDeviationsAvx512;
 #endif
 
 }  // namespace terrane::internal

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
 
-#define TERRANE_RAISE_DEVIATIONS kRaiseDeviationsAvx2
+#define TERRANE_RAISE_DEVIATIONS kFindMaxDeviationsAvx2
 #include "source/cell_deviation_impl.h"

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: MIT
 
-#define TERRANE_RAISE_DEVIATIONS kRaiseDeviationsAvx512
+#define TERRANE_RAISE_DEVIATIONS kFindMaxDeviationsAvx512
 #include "source/cell_deviation_impl.h"

@@ -101,6 +101,6 @@ void raise_any(const CellRow& cells) {
 
 }  // namespace
 
-const RaiseDeviations TERRANE_RAISE_DEVIATIONS = raise_any;
+const FindMaxDeviations TERRANE_RAISE_DEVIATIONS = raise_any;
 
 }  // namespace terrane::internal

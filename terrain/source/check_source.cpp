@@ -20,12 +20,12 @@ using internal::GridAnswers;
 using internal::SourceChecks;
 
 constexpr int kGridPoints = 9;
+constexpr std::size_t kThreads = 4;       // that call the source at once
 constexpr std::size_t kThreadGrids = 64;  // read by each thread
 
 Result<void> check(const SourceCheckSettings& settings) {
     for (const Result<void>& good : {check_range("places", settings.places, 1, 1'000'000),
-                                     check_range("points", settings.points, 1, 1'000'000),
-                                     check_range("threads", settings.threads, 1, 64)}) {
+                                     check_range("points", settings.points, 1, 1'000'000)}) {
         if (!good) return good;
     }
     if (settings.first_level < 0 || settings.last_level < settings.first_level) {
@@ -127,12 +127,11 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
         checks.check_again(answered[i], SourceLaw::repeatable);
     }
     // violations of repeatability are not reported a second time for threads
-    if (settings.threads < 2 || checks.report().of(SourceLaw::repeatable).broken > 0) return;
-    const auto thread_count = static_cast<std::size_t>(settings.threads);
-    std::vector<SourceChecks> parts(thread_count, SourceChecks(source, settings, region));
+    if (checks.report().of(SourceLaw::repeatable).broken > 0) return;
+    std::vector<SourceChecks> parts(kThreads, SourceChecks(source, settings, region));
     {
         std::vector<std::jthread> threads;
-        for (std::size_t thread = 0; thread < thread_count; ++thread) {
+        for (std::size_t thread = 0; thread < kThreads; ++thread) {
             threads.emplace_back([&, thread] {
                 const std::size_t count = std::min(answered.size(), kThreadGrids);
                 for (std::size_t i = 0; i < count; ++i) {
@@ -150,10 +149,10 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
 }  // namespace
 
 Result<SourceReport> check_source(const HeightSource& source, const SourceCheckSettings& settings) {
-    if (const Result<void> good = check(settings); !good) return tl::unexpected(good.error());
+    TERRANE_TRY(check(settings));
     const Lattice& lattice = source.lattice();
     SourceChecks nothing(source, settings, {});
-    const Result<void> good_lattice = check(lattice);
+    const Result<void> good_lattice = lattice.validate();
     const bool is_good = good_lattice.has_value() && is_area(source.extent());
     nothing.count(SourceLaw::valid_lattice, is_good, [&] {
         SourceViolation violation;

@@ -80,24 +80,24 @@ public:
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
         std::vector<double> others(grid.size());
-        if (auto ok = a().sample(grid, heights_out); !ok) return ok;
-        if (auto ok = b().sample(grid, others); !ok) return ok;
+        TERRANE_TRY(a().sample(grid, heights_out));
+        TERRANE_TRY(b().sample(grid, others));
         for (std::size_t i = 0; i < grid.size(); ++i) heights_out[i] += factor_ * others[i];
         return {};
     }
 
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
         std::vector<float> others(bounds_out.size());
-        if (auto ok = a().vertex_bounds(grid, bounds_out); !ok) return ok;
-        if (auto ok = b().vertex_bounds(grid, others); !ok) return ok;
+        TERRANE_TRY(a().vertex_bounds(grid, bounds_out));
+        TERRANE_TRY(b().vertex_bounds(grid, others));
         add(others, bounds_out);
         return {};
     }
 
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
         std::vector<float> others(bounds_out.size());
-        if (auto ok = a().cell_bounds(grid, bounds_out); !ok) return ok;
-        if (auto ok = b().cell_bounds(grid, others); !ok) return ok;
+        TERRANE_TRY(a().cell_bounds(grid, bounds_out));
+        TERRANE_TRY(b().cell_bounds(grid, others));
         add(others, bounds_out);
         return {};
     }
@@ -105,8 +105,8 @@ public:
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
         std::vector<float> vertices(vertex_bounds_out.size()), cells(cell_bounds_out.size());
-        if (auto ok = a().mesh_bounds(grid, vertex_bounds_out, cell_bounds_out); !ok) return ok;
-        if (auto ok = b().mesh_bounds(grid, vertices, cells); !ok) return ok;
+        TERRANE_TRY(a().mesh_bounds(grid, vertex_bounds_out, cell_bounds_out));
+        TERRANE_TRY(b().mesh_bounds(grid, vertices, cells));
         add(vertices, vertex_bounds_out);
         add(cells, cell_bounds_out);
         return {};
@@ -115,8 +115,8 @@ public:
     Result<void> cell_flags(const SampleGrid& grid,
                             std::span<std::uint8_t> flags_out) const override {
         std::vector<std::uint8_t> others(flags_out.size());
-        if (auto ok = a().cell_flags(grid, flags_out); !ok) return ok;
-        if (auto ok = b().cell_flags(grid, others); !ok) return ok;
+        TERRANE_TRY(a().cell_flags(grid, flags_out));
+        TERRANE_TRY(b().cell_flags(grid, others));
         for (std::size_t i = 0; i < others.size(); ++i) {
             flags_out[i] = static_cast<std::uint8_t>(flags_out[i] | others[i]);
         }
@@ -154,8 +154,8 @@ Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const He
                                                         std::shared_ptr<const HeightSource> b,
                                                         double factor) {
     TERRANE_ASSERT(a != nullptr && b != nullptr, "a sum has two sources");
-    if (auto ok = internal::check_pair(*a, *b); !ok) return tl::unexpected(ok.error());
-    if (auto ok = check_range("factor", factor, -1e6, 1e6); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(internal::check_pair(*a, *b));
+    TERRANE_TRY(check_range("factor", factor, -1e6, 1e6));
     return std::make_shared<const Sum>(std::move(a), std::move(b), factor);
 }
 
@@ -209,7 +209,7 @@ public:
         if (is_one(all)) return b().sample(grid, heights_out);
         if (auto ok = a().sample(grid, heights_out); !ok || is_zero(all)) return ok;
         std::vector<double> others(grid.size());
-        if (auto ok = b().sample(grid, others); !ok) return ok;
+        TERRANE_TRY(b().sample(grid, others));
         std::size_t i = 0;
         for (int row = 0; row < grid.rows; ++row) {
             const double y = lattice().y(grid.corner.y + row * grid.step);
@@ -243,7 +243,7 @@ public:
         if (is_one(all)) return b().cell_flags(grid, flags_out);
         if (auto ok = a().cell_flags(grid, flags_out); !ok || is_zero(all)) return ok;
         std::vector<std::uint8_t> others(flags_out.size());
-        if (auto ok = b().cell_flags(grid, others); !ok) return ok;
+        TERRANE_TRY(b().cell_flags(grid, others));
         visit_cells(grid, [&](std::size_t i, const WorldRect& cell) {
             const MaskInterval mask = mask_->over(cell);
             if (is_one(mask)) {
@@ -318,7 +318,7 @@ private:
         if (is_one(all)) return read_bounds(b(), grid, vertices, cells);
         if (auto ok = read_bounds(a(), grid, vertices, cells); !ok || is_zero(all)) return ok;
         std::vector<float> other_vertices(vertices.size()), other_cells(cells.size());
-        if (auto ok = read_bounds(b(), grid, other_vertices, other_cells); !ok) return ok;
+        TERRANE_TRY(read_bounds(b(), grid, other_vertices, other_cells));
         const double spacing = lattice().spacing * static_cast<double>(grid.step);
         if (!cells.empty()) {
             visit_cells(grid, [&](std::size_t i, const WorldRect& cell) {
@@ -361,7 +361,7 @@ Result<std::shared_ptr<const HeightSource>> blend_heights(std::shared_ptr<const 
                                                           std::shared_ptr<const BlendMask> mask) {
     TERRANE_ASSERT(a != nullptr && b != nullptr && mask != nullptr,
                    "a blend has two sources and a mask");
-    if (auto ok = internal::check_pair(*a, *b); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(internal::check_pair(*a, *b));
     return std::make_shared<const Blend>(std::move(a), std::move(b), std::move(mask));
 }
 

@@ -39,7 +39,7 @@ Result<void> check_pair(const HeightSource& a, const HeightSource& b);
 /// Distances to a polygon. Threads: any number.
 class PolygonDistance {
 public:
-    /// Requires a polygon that check() accepts.
+    /// Requires a polygon that validate() accepts.
     explicit PolygonDistance(Polygon polygon);
 
     /// Bounding box of the corners, metres.

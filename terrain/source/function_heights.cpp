@@ -136,9 +136,8 @@ Result<void> raise_to_differences(const CheckedFunction& function, double x, dou
     };
     for (int row = 0; row < samples; ++row) {
         for (int column = 0; column < samples; ++column) {
-            const Result<double> height = function.at(x + step_x * column, y + step_y * row);
-            if (!height) return tl::unexpected(height.error());
-            heights[at(column, row)] = *height;
+            TERRANE_TRY(const double height, function.at(x + step_x * column, y + step_y * row));
+            heights[at(column, row)] = height;
         }
     }
     const auto raise = [&](double before, double here, double after, double step) {
@@ -202,10 +201,9 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
     std::array<double, 4> heights{};
     constexpr std::array<std::array<int, 2>, 4> kSides = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
     for (std::size_t i = 0; i < kSides.size(); ++i) {
-        const Result<double> height =
-            function.at(x + distance * kSides[i][0], y + distance * kSides[i][1]);
-        if (!height) return tl::unexpected(height.error());
-        heights[i] = *height;
+        TERRANE_TRY(const double height,
+                    function.at(x + distance * kSides[i][0], y + distance * kSides[i][1]));
+        heights[i] = height;
     }
     // a central difference over 2 d is the mean of a derivative that differs by at most M t at the distance t
     const double along_x = (heights[1] - heights[0]) / (2.0 * distance);
@@ -254,10 +252,9 @@ public:
         for (int row = 0; row < grid.rows; ++row) {
             const double y = lattice().y(grid.corner.y + row * grid.step);
             for (int column = 0; column < grid.columns; ++column, ++i) {
-                const auto height =
-                    function_.at(lattice().x(grid.corner.x + column * grid.step), y);
-                if (!height) return tl::unexpected(height.error());
-                heights_out[i] = *height;
+                TERRANE_TRY(const auto height,
+                            function_.at(lattice().x(grid.corner.x + column * grid.step), y));
+                heights_out[i] = height;
             }
         }
         return {};
@@ -363,23 +360,22 @@ Result<void> check(const FunctionHeightsSettings& settings) {
                         number_text(extent.east) + ", north " + number_text(extent.north));
     }
     if (settings.slope) {
-        if (auto ok = check_range("slope", *settings.slope, 0.0, 1e6); !ok) return ok;
+        TERRANE_TRY(check_range("slope", *settings.slope, 0.0, 1e6));
     }
     if (settings.curvature) {
-        if (auto ok = check_range("curvature", *settings.curvature, 0.0, 1e9); !ok) return ok;
+        TERRANE_TRY(check_range("curvature", *settings.curvature, 0.0, 1e9));
     }
     if (settings.range) {
         const HeightInterval& range = *settings.range;
-        if (auto ok = check_range("range.low", range.low, -kMostHeight, kMostHeight); !ok)
-            return ok;
-        if (auto ok = check_range("range.high", range.high, range.low, kMostHeight); !ok) return ok;
+        TERRANE_TRY(check_range("range.low", range.low, -kMostHeight, kMostHeight));
+        TERRANE_TRY(check_range("range.high", range.high, range.low, kMostHeight));
     }
     return {};
 }
 
 Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     if (settings.lattice) {
-        if (auto ok = check(*settings.lattice); !ok) {
+        if (auto ok = settings.lattice->validate(); !ok) {
             return fail(ok.error().code, "lattice." + ok.error().message);
         }
         return *settings.lattice;
@@ -388,7 +384,7 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     Lattice lattice;
     lattice.spacing = settings.finest_spacing;
     lattice.quantum = settings.quantum;
-    if (auto ok = check(lattice); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(lattice.validate());
     const auto roots = [&](double low, double high) {
         return std::max(1.0, std::ceil((high - low) / lattice.root_size()));
     };
@@ -405,7 +401,7 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     lattice.root_count_y = static_cast<std::int32_t>(roots(extent.south, extent.north));
     lattice.origin_x = extent.west;
     lattice.origin_y = extent.south;
-    if (auto ok = check(lattice); !ok) {
+    if (auto ok = lattice.validate(); !ok) {
         return fail(ok.error().code,
                     "extent's south-western corner is the lattice's origin: " + ok.error().message);
     }
@@ -432,9 +428,8 @@ Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattic
     Known known;
     if (!settings.slope && !settings.curvature) {
         known.is_certified = false;
-        auto estimated = internal::estimate_bounds(function, extent, lattice.spacing);
-        if (!estimated) return tl::unexpected(estimated.error());
-        known.bounds = *estimated;
+        TERRANE_TRY(auto estimated, internal::estimate_bounds(function, extent, lattice.spacing));
+        known.bounds = estimated;
     } else {
         known.bounds.slope = settings.slope.value_or(kUnknown);
         known.bounds.curvature = settings.curvature.value_or(kUnknown);
@@ -447,10 +442,9 @@ Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattic
     const double reach = std::sqrt(reach_x * reach_x + reach_y * reach_y) * kOutward;
     if (settings.curvature && !settings.slope) {
         known.has_slope = false;
-        const auto slope =
-            internal::slope_at(function, middle_x, middle_y, lattice.spacing, *settings.curvature);
-        if (!slope) return tl::unexpected(slope.error());
-        known.bounds.slope = *slope + *settings.curvature * reach * kOutward;
+        TERRANE_TRY(const auto slope, internal::slope_at(function, middle_x, middle_y,
+                                                         lattice.spacing, *settings.curvature));
+        known.bounds.slope = slope + *settings.curvature * reach * kOutward;
     }
     // chunks with heights beyond kMostHeight are rejected
     known.bounds.height =
@@ -473,13 +467,11 @@ Result<std::shared_ptr<const HeightSource>> heights_from_function(
         return fail(ErrorCode::invalid_argument,
                     "function must be one that can be called, got an empty one");
     }
-    if (auto ok = check(settings); !ok) return tl::unexpected(ok.error());
-    const auto lattice = make_lattice(settings);
-    if (!lattice) return tl::unexpected(lattice.error());
+    TERRANE_TRY(check(settings));
+    TERRANE_TRY(const auto lattice, make_lattice(settings));
     CheckedFunction checked(std::move(function), settings.range);
-    const auto known = find_bounds(checked, *lattice, settings);
-    if (!known) return tl::unexpected(known.error());
-    return std::make_shared<const FunctionSource>(*lattice, settings, std::move(checked), *known);
+    TERRANE_TRY(const auto known, find_bounds(checked, lattice, settings));
+    return std::make_shared<const FunctionSource>(lattice, settings, std::move(checked), known);
 }
 
 }  // namespace terrane

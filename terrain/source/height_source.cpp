@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <terrane/base/text.h>
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/lattice.h>
 
@@ -13,7 +14,7 @@ namespace terrane {
 
 Result<void> HeightSource::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                                        std::span<float> cell_bounds_out) const {
-    if (auto ok = vertex_bounds(grid, vertex_bounds_out); !ok) return ok;
+    TERRANE_TRY(vertex_bounds(grid, vertex_bounds_out));
     return cell_bounds(grid, cell_bounds_out);
 }
 
@@ -23,23 +24,29 @@ Result<void> HeightSource::cell_flags(const SampleGrid& /*grid*/,
     return {};
 }
 
-Result<std::shared_ptr<const Chunk>> HeightSource::stored_chunk(
+bool HeightSource::is_certified() const { return true; }
+
+Result<std::shared_ptr<const Chunk>> ChunkSource::stored_chunk(
     const ChunkKey& /*key*/, const std::stop_token& /*stop*/) const {
     return std::shared_ptr<const Chunk>();
 }
 
-bool HeightSource::is_certified() const { return true; }
+bool ChunkSource::is_current(const Chunk& /*chunk*/) const { return true; }
 
-bool HeightSource::is_current(const Chunk& /*chunk*/) const { return true; }
-
-std::optional<SolidExtent> HeightSource::solid_extent(const ChunkKey& /*key*/) const {
+std::optional<SolidExtent> ChunkSource::solid_extent(const ChunkKey& /*key*/) const {
     return std::nullopt;
 }
 
-bool HeightSource::is_in_volume(double /*x*/, double /*y*/, double /*z*/) const { return false; }
+bool ChunkSource::is_in_volume(double /*x*/, double /*y*/, double /*z*/) const { return false; }
 
-std::size_t HeightSource::max_chunk_bytes(const ChunkKey& /*key*/) const {
+std::size_t ChunkSource::max_chunk_bytes(const ChunkKey& /*key*/) const {
     return Chunk::max_bytes();
+}
+
+const ChunkSource& chunks_of(const HeightSource& source) {
+    static const ChunkSource made_from_heights{};
+    const auto* own = dynamic_cast<const ChunkSource*>(&source);
+    return own != nullptr ? *own : made_from_heights;
 }
 
 namespace {
@@ -64,36 +71,35 @@ int Lattice::level_for_spacing(double wanted) const {
     return finest_level;
 }
 
-Result<void> check(const Lattice& lattice) {
+Result<void> Lattice::validate() const {
     const auto refuse = [](const std::string& what, double value) -> Result<void> {
         return fail(ErrorCode::invalid_argument, what + ", got " + number_text(value));
     };
-    if (!(lattice.spacing >= kLeastSpacing && lattice.spacing <= kMostSpacing)) {
-        return refuse("spacing must be 2^-30 to 2^20 m", lattice.spacing);
+    if (!(spacing >= kLeastSpacing && spacing <= kMostSpacing)) {
+        return refuse("spacing must be 2^-30 to 2^20 m", spacing);
     }
     for (const auto& [name, origin] :
-         {std::pair{"origin_x", lattice.origin_x}, std::pair{"origin_y", lattice.origin_y}}) {
-        if (!(std::abs(origin) <= kMostSpacingsFromOrigin * lattice.spacing)) {
+         {std::pair{"origin_x", origin_x}, std::pair{"origin_y", origin_y}}) {
+        if (!(std::abs(origin) <= kMostSpacingsFromOrigin * spacing)) {
             return refuse(std::string(name) + " must be within 2^40 spacings of 0, spacing " +
-                              number_text(lattice.spacing) + " m",
+                              number_text(spacing) + " m",
                           origin);
         }
     }
     int exponent = 0;
-    if (!(lattice.quantum >= 0x1p-60 && lattice.quantum <= 0x1p20) ||
-        std::frexp(lattice.quantum, &exponent) != 0.5) {
-        return refuse("quantum must be a power of two from 2^-60 to 2^20 m", lattice.quantum);
+    if (!(quantum >= 0x1p-60 && quantum <= 0x1p20) || std::frexp(quantum, &exponent) != 0.5) {
+        return refuse("quantum must be a power of two from 2^-60 to 2^20 m", quantum);
     }
-    if (lattice.finest_level < 0 || lattice.finest_level > 24) {
-        return refuse("finest_level must be 0 to 24", lattice.finest_level);
+    if (finest_level < 0 || finest_level > 24) {
+        return refuse("finest_level must be 0 to 24", finest_level);
     }
-    const bool has_window = lattice.root_window != 0;
-    if (has_window && (lattice.root_window % 2 != 0 || lattice.root_window < kLeastRootWindow ||
-                       lattice.root_window > kMostRootWindow)) {
-        return refuse("root_window must be 0 or an even number of 4 to 64", lattice.root_window);
+    const bool has_window = root_window != 0;
+    if (has_window &&
+        (root_window % 2 != 0 || root_window < kLeastRootWindow || root_window > kMostRootWindow)) {
+        return refuse("root_window must be 0 or an even number of 4 to 64", root_window);
     }
-    for (const auto& [name, count] : {std::pair{"root_count_x", lattice.root_count_x},
-                                      std::pair{"root_count_y", lattice.root_count_y}}) {
+    for (const auto& [name, count] :
+         {std::pair{"root_count_x", root_count_x}, std::pair{"root_count_y", root_count_y}}) {
         if (count < 1 || (!has_window && count > kMostRoots)) {
             return refuse(
                 std::string(name) + (has_window ? " must be 1 or more" : " must be 1 to 1024"),
@@ -101,18 +107,16 @@ Result<void> check(const Lattice& lattice) {
         }
     }
     // keys of the finest level must fit into 32 bits
-    const std::int64_t limit = (std::int64_t{1} << 31) >> lattice.finest_level;
+    const std::int64_t limit = (std::int64_t{1} << 31) >> finest_level;
     for (const std::int64_t root :
-         {std::int64_t{lattice.first_root_x}, std::int64_t{lattice.first_root_y},
-          std::int64_t{lattice.first_root_x} + lattice.root_count_x,
-          std::int64_t{lattice.first_root_y} + lattice.root_count_y}) {
+         {std::int64_t{first_root_x}, std::int64_t{first_root_y},
+          std::int64_t{first_root_x} + root_count_x, std::int64_t{first_root_y} + root_count_y}) {
         if (root <= -limit || root >= limit) {
             return refuse("root squares must lie within 2^31 chunks of the finest level",
                           static_cast<double>(root));
         }
     }
-    for (const double edge : {lattice.x(lattice.west()), lattice.x(lattice.east()),
-                              lattice.y(lattice.south()), lattice.y(lattice.north())}) {
+    for (const double edge : {x(west()), x(east()), y(south()), y(north())}) {
         if (!(std::abs(edge) <= kFarthestPlace)) {
             return refuse("root squares must lie within 2^40 m of 0", edge);
         }

@@ -25,13 +25,13 @@ Polygon polygon_of(const WorldRect& rect) {
              {rect.west, rect.north}}};
 }
 
-Result<void> check(const Polygon& polygon) {
-    if (polygon.corners.size() < 3) {
-        return fail(ErrorCode::invalid_argument, "polygon must have at least 3 corners, got " +
-                                                     number_text(polygon.corners.size()));
+Result<void> Polygon::validate() const {
+    if (corners.size() < 3) {
+        return fail(ErrorCode::invalid_argument,
+                    "polygon must have at least 3 corners, got " + number_text(corners.size()));
     }
-    for (std::size_t i = 0; i < polygon.corners.size(); ++i) {
-        const PlanePoint& corner = polygon.corners[i];
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const PlanePoint& corner = corners[i];
         if (std::isfinite(corner.x) && std::isfinite(corner.y)) continue;
         return fail(ErrorCode::invalid_argument,
                     "polygon.corners[" + number_text(i) + "] must be finite, got " +
@@ -188,12 +188,12 @@ Result<std::shared_ptr<const BlendMask>> mask_from_function(
         return fail(ErrorCode::invalid_argument,
                     "function must be one that can be called, got an empty one");
     }
-    if (auto ok = check_range("slope", slope, 0.0, 1e6); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("slope", slope, 0.0, 1e6));
     return std::make_shared<const FunctionMask>(std::move(function), slope);
 }
 
 Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygon, double feather) {
-    if (auto ok = check(polygon); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(polygon.validate());
     if (!(feather > 0.0) || !std::isfinite(feather)) {
         return fail(ErrorCode::invalid_argument,
                     "feather must be > 0 m, got " + number_text(feather));
@@ -277,10 +277,10 @@ private:
 };
 
 Result<void> check(const FlatArea& area) {
-    if (auto ok = check(area.polygon); !ok) return ok;
+    TERRANE_TRY(area.polygon.validate());
     constexpr double kMostSlope = 1e3;
-    if (auto ok = check_range("height", area.height, -kMostHeight, kMostHeight); !ok) return ok;
-    if (auto ok = check_range("slope_x", area.slope_x, -kMostSlope, kMostSlope); !ok) return ok;
+    TERRANE_TRY(check_range("height", area.height, -kMostHeight, kMostHeight));
+    TERRANE_TRY(check_range("slope_x", area.slope_x, -kMostSlope, kMostSlope));
     return check_range("slope_y", area.slope_y, -kMostSlope, kMostSlope);
 }
 

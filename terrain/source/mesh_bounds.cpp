@@ -100,13 +100,13 @@ public:
           cells_(columns_, rows_) {}
 
     void measure(const MeshSamples& samples) {
-        take_heights(samples);
+        read_heights(samples);
         constexpr int kBand = 8;  // rows of cells whose samples stay in the cache
         FineRows centres(kFine * columns_ + 1, kFine * kBand + 1);
         FineRows radii(samples.has_radii ? kFine * columns_ + 1 : 0, kFine * kBand + 1);
         for (int row = 0; row < rows_; row += kBand) {
             const int count = std::min(kBand, rows_ - row);
-            take_samples(samples, row, count, centres, radii);
+            read_samples(samples, row, count, centres, radii);
             for (int i = 0; i < count; ++i) {
                 for (const int side : {0, 1}) {
                     measure_cells(row + i, side, kFine * i, centres, radii, samples.has_radii);
@@ -139,9 +139,9 @@ private:
         return count + (count & 1);
     }
 
-    void take_heights(const MeshSamples& samples);
+    void read_heights(const MeshSamples& samples);
     double rise(int column, int row);
-    void take_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
+    void read_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
                       FineRows& radii);
     void measure_cells(int row, int side, int fine_row, FineRows& centres, FineRows& radii,
                        bool has_radii);
@@ -150,10 +150,10 @@ private:
     int columns_, rows_;  ///< number of cells
     SplitRows<2> heights_, rises_, vertices_, cells_;
     std::vector<double> buffer_, radius_buffer_;
-    internal::RaiseDeviations raise_ = internal::raise_deviations(internal::best_simd_level());
+    internal::FindMaxDeviations raise_ = internal::find_max_deviations(internal::best_simd_level());
 };
 
-void Frame::take_heights(const MeshSamples& samples) {
+void Frame::read_heights(const MeshSamples& samples) {
     const SampleGrid grid{{first_x_ * step_, first_y_ * step_}, step_, columns_ + 1, rows_ + 1};
     buffer_.resize(grid.size());
     samples.heights(grid, buffer_);
@@ -181,7 +181,7 @@ double Frame::rise(int column, int row) {
 
 /// Takes the samples of some rows of cells. Rows must be taken in order: the southern samples of the first row are
 /// those of the row before.
-void Frame::take_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
+void Frame::read_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
                          FineRows& radii) {
     const int known = row > 0 ? 1 : 0;
     SampleGrid grid;

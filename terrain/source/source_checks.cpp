@@ -54,7 +54,6 @@ void SourceChecks::count(SourceLaw law, bool holds,
     ++into.checks;
     if (holds) return;
     ++into.broken;
-    if (settings_.kept == 0) return;
     SourceViolation found = violation();
     found.law = law;
     // NaN counts as the worst
@@ -65,7 +64,7 @@ void SourceChecks::count(SourceLaw law, bool holds,
     const auto place =
         std::ranges::find_if(into.worst, [&](const auto& v) { return excess(v) < excess(found); });
     into.worst.insert(place, std::move(found));
-    if (into.worst.size() > settings_.kept) into.worst.pop_back();
+    if (into.worst.size() > SourceLawReport::kMostWorst) into.worst.pop_back();
 }
 
 void SourceChecks::add(const SourceReport& other) {
@@ -74,7 +73,7 @@ void SourceChecks::add(const SourceReport& other) {
         into.checks += other.laws[i].checks;
         into.broken += other.laws[i].broken;
         for (const SourceViolation& v : other.laws[i].worst) {
-            if (into.worst.size() < settings_.kept) into.worst.push_back(v);
+            if (into.worst.size() < SourceLawReport::kMostWorst) into.worst.push_back(v);
         }
     }
     report_.tightest = std::max(report_.tightest, other.tightest);

@@ -136,7 +136,7 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
         extent.east = std::min(extent.east, lattice.x(lattice.east()));
         extent.north = std::min(extent.north, lattice.y(lattice.north()));
     }
-    if (auto checked = check(lattice); !checked) return tl::unexpected(checked.error());
+    TERRANE_TRY(lattice.validate());
     return std::unique_ptr<const PartHeights>(new PartHeights(base, lattice, extent, shift));
 }
 
@@ -261,15 +261,14 @@ std::vector<double> find_rises(const HeightSource& source, double steepest) {
 
 Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string& path,
                                    const BakeSettings& settings) {
-    if (auto checked = check_settings(settings); !checked) return tl::unexpected(checked.error());
+    TERRANE_TRY(check_settings(settings));
     if (!whole.is_certified()) {
         return fail(ErrorCode::invalid_argument,
                     "cannot bake \"" + path +
                         "\": a store holds certified bounds, and the source has estimates");
     }
-    const auto part = PartHeights::create(whole, settings.level_count, settings.region);
-    if (!part) return tl::unexpected(part.error());
-    const HeightSource& source = **part;
+    TERRANE_TRY(const auto part, PartHeights::create(whole, settings.level_count, settings.region));
+    const HeightSource& source = *part;
     const std::int64_t count = count_chunks(source.lattice());
     if (count > kMostChunks) {
         return fail(ErrorCode::invalid_argument,
@@ -278,8 +277,7 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
                         std::to_string(source.lattice().root_count_x) + " x " +
                         std::to_string(source.lattice().root_count_y) + " root squares have more");
     }
-    auto file = SealedWriter::create(path, kStoreKind);
-    if (!file) return tl::unexpected(file.error());
+    TERRANE_TRY(auto file, SealedWriter::create(path, kStoreKind));
 
     StoreDirectory directory;
     directory.lattice = source.lattice();
@@ -301,17 +299,16 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
         bake_batch(source, first, worker_count, batch);
         for (Baked& baked : batch) {
             if (baked.error) return tl::unexpected(*baked.error);
-            const auto offset = file->append(baked.stored);
-            if (!offset) return tl::unexpected(offset.error());
-            baked.record.offset = *offset;
+            TERRANE_TRY(const auto offset, file.append(baked.stored));
+            baked.record.offset = offset;
             directory.chunks.push_back(baked.record);
             directory.max_error_m = std::max(directory.max_error_m, baked.max_error_m);
             steepest = std::max(steepest, baked.steepest);
         }
     }
     directory.rises = find_rises(source, steepest);
-    if (auto done = file->commit(encode(directory)); !done) return tl::unexpected(done.error());
-    return StoreInfo{count, file->bytes(), directory.max_error_m, sha_of(directory), settings.note};
+    TERRANE_TRY(file.commit(encode(directory)));
+    return StoreInfo{count, file.bytes(), directory.max_error_m, sha_of(directory), settings.note};
 }
 
 }  // namespace terrane

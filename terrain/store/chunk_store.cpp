@@ -5,6 +5,7 @@
 #include <terrane/base/result.h>
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/height_source.h>
 
 #include <algorithm>
@@ -51,7 +52,7 @@ private:
 
 /// A store as a height source. Bounds beyond the world, or at spacings coarser than those of its root squares, are the
 /// whole range of heights.
-class StoredHeights final : public HeightSource {
+class StoredHeights final : public HeightSource, public ChunkSource {
 public:
     explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
 
@@ -99,7 +100,7 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
     // Not longer than the longest record: the directory is not trusted.
     if (record.bytes > 2 * max_encoded_bytes()) return damaged();
     std::vector<std::uint8_t> stored(record.bytes);
-    if (auto done = file_.read(record.offset, stored); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(file_.read(record.offset, stored));
     std::vector<std::uint8_t> content(max_encoded_bytes());
     const Result<std::size_t> size = decompress(stored, content);
     if (!size) return damaged();
@@ -119,11 +120,10 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) cons
             return cached.chunk;
         }
     }
-    auto chunk = read(key);
-    if (!chunk) return chunk;
+    TERRANE_TRY(auto chunk, read(key));
     const std::lock_guard lock(mutex_);
     CachedChunk& oldest = *std::ranges::min_element(cache_, {}, &CachedChunk::used);
-    oldest = {*chunk, ++clock_};
+    oldest = {chunk, ++clock_};
     return chunk;
 }
 
@@ -216,9 +216,8 @@ Result<void> StoredHeights::sample(const SampleGrid& grid, std::span<double> hei
                 level,
                 nearest({grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}));
             if (chunk == nullptr || chunk->key != address.key) {
-                ChunkResult found = reader_->find(address.key);
-                if (!found) return tl::unexpected(found.error());
-                chunk = std::move(*found);
+                TERRANE_TRY(auto found, reader_->find(address.key));
+                chunk = std::move(found);
             }
             heights_out[at++] =
                 lattice().quantum * chunk->heights[sample_index(address.column, address.row)];
@@ -236,9 +235,8 @@ Result<float> StoredHeights::vertex_bound(LatticePoint point, std::int64_t step)
     const std::int64_t coarsest = lattice().step(0) * kChunkSquares;
     if (!contains(point) || step > coarsest) return widest();
     const SampleAddress address = find_sample(std::max(level_of(step), 0), point);
-    const ChunkResult chunk = reader_->find(address.key);
-    if (!chunk) return tl::unexpected(chunk.error());
-    return bound_of((*chunk)->vertices->inverse_square_bound(address.column, address.row));
+    TERRANE_TRY(const auto chunk, reader_->find(address.key));
+    return bound_of(chunk->vertices->inverse_square_bound(address.column, address.row));
 }
 
 Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,
@@ -250,10 +248,10 @@ Result<void> StoredHeights::vertex_bounds(const SampleGrid& grid,
         for (int column = 0; column < grid.columns; ++column, ++at) {
             bounds_out[at] = 0.0f;
             if (((row | column) & 1) == 0) continue;  // vertex of a coarser spacing
-            const Result<float> bound = vertex_bound(
-                {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step}, grid.step);
-            if (!bound) return tl::unexpected(bound.error());
-            bounds_out[at] = *bound;
+            TERRANE_TRY(const float bound, vertex_bound({grid.corner.x + column * grid.step,
+                                                         grid.corner.y + row * grid.step},
+                                                        grid.step));
+            bounds_out[at] = bound;
         }
     }
     return {};
@@ -272,17 +270,16 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
                 contains(corner) && contains({corner.x + grid.step, corner.y + grid.step});
             if (level >= 0 && is_inside) {
                 const SampleAddress address = find_cell(level, corner);
-                const ChunkResult chunk = reader_->find(address.key);
-                if (!chunk) return tl::unexpected(chunk.error());
-                bounds_out[at] = (*chunk)->cell_bounds[cell_index(address.column, address.row)];
+                TERRANE_TRY(const auto chunk, reader_->find(address.key));
+                bounds_out[at] = chunk->cell_bounds[cell_index(address.column, address.row)];
                 continue;
             }
             // The triangles of a cell form the diamond of the vertex in its middle.
             const std::int64_t half = grid.step / 2;
-            const Result<float> bound =
-                is_inside ? vertex_bound({corner.x + half, corner.y + half}, half) : widest();
-            if (!bound) return tl::unexpected(bound.error());
-            bounds_out[at] = *bound;
+            TERRANE_TRY(
+                const float bound,
+                is_inside ? vertex_bound({corner.x + half, corner.y + half}, half) : widest());
+            bounds_out[at] = bound;
         }
     }
     return {};
@@ -307,9 +304,8 @@ Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
                         continue;
                     }
                     const SampleAddress address = find_cell(level, corner);
-                    const ChunkResult chunk = reader_->find(address.key);
-                    if (!chunk) return tl::unexpected(chunk.error());
-                    flags |= (*chunk)->flags_at(address.column, address.row);
+                    TERRANE_TRY(const auto chunk, reader_->find(address.key));
+                    flags |= chunk->flags_at(address.column, address.row);
                 }
             }
             flags_out[at++] = flags;
@@ -371,19 +367,18 @@ using namespace internal;
 
 Result<std::shared_ptr<const HeightSource>> ChunkStore::open(const std::string& path,
                                                              StoreInfo* info_out) {
-    auto file = SealedReader::open(path, kStoreKind);
-    if (!file) return tl::unexpected(file.error());
-    auto directory = decode_directory(file->directory());
+    TERRANE_TRY(auto file, SealedReader::open(path, kStoreKind));
+    auto directory = decode_directory(file.directory());
     if (!directory) {
         return fail(directory.error().code, "\"" + path + "\": " + directory.error().message);
     }
-    file->drop_directory();
+    file.drop_directory();
     if (info_out != nullptr) {
-        *info_out = {static_cast<std::int64_t>(directory->chunks.size()), file->bytes(),
+        *info_out = {static_cast<std::int64_t>(directory->chunks.size()), file.bytes(),
                      directory->max_error_m, sha_of(*directory), directory->note};
     }
     return std::make_shared<const StoredHeights>(
-        std::make_unique<const ChunkReader>(std::move(*file), std::move(*directory)));
+        std::make_unique<const ChunkReader>(std::move(file), std::move(*directory)));
 }
 
 bool ChunkStore::is_store(const std::string& path) {

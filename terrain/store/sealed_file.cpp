@@ -163,7 +163,7 @@ Result<SealedWriter> SealedWriter::create(const std::string& path, const SealedK
     }
     SealedWriter writer(path, std::move(written_path), handle, kind);
     const std::vector<std::uint8_t> blank(kHeaderBytes, 0);  // the header is written last
-    if (auto done = writer.append(blank); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(writer.append(blank));
     return writer;
 }
 
@@ -181,17 +181,16 @@ Result<void> SealedWriter::write_at(std::span<const std::uint8_t> bytes, std::ui
 
 Result<std::uint64_t> SealedWriter::append(std::span<const std::uint8_t> record) {
     const std::uint64_t offset = end_;
-    if (auto done = write_at(record, offset); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(write_at(record, offset));
     end_ += record.size();
     return offset;
 }
 
 Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     const std::vector<std::uint8_t> stored = compress(directory);
-    const auto offset = append(stored);
-    if (!offset) return tl::unexpected(offset.error());
-    const Header header{kind_, *offset, stored.size(), directory.size(), hash_of(directory)};
-    if (auto done = write_at(encode(header), 0); !done) return done;
+    TERRANE_TRY(const auto offset, append(stored));
+    const Header header{kind_, offset, stored.size(), directory.size(), hash_of(directory)};
+    TERRANE_TRY(write_at(encode(header), 0));
     // The content is on the disk before the rename: after a crash there is either the old file or the new one.
     int cause = fsync(handle_) == 0 ? 0 : errno;
     if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
@@ -233,7 +232,7 @@ Result<SealedReader> SealedReader::open(const std::string& path, const SealedKin
         return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": it is no regular file");
     }
     reader.bytes_ = static_cast<std::uint64_t>(status.st_size);
-    if (auto done = reader.read_directory(kind); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(reader.read_directory(kind));
     return reader;
 }
 
@@ -255,7 +254,7 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
     const std::string name(kind.name.data(), kind.name.size());
     if (bytes_ < kHeaderBytes) return bad("is no whole \"" + name + "\" file: it is cut off");
     std::vector<std::uint8_t> bytes(kHeaderBytes);
-    if (auto done = read(0, bytes); !done) return done;
+    TERRANE_TRY(read(0, bytes));
     ByteReader in(std::span<const std::uint8_t>(bytes).subspan(kMagic.size()));
     Header header;
     in.get_each(std::span<char>(header.kind.name));
@@ -280,7 +279,7 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
         return bad("has a directory of " + std::to_string(header.content_bytes) + " bytes");
     }
     std::vector<std::uint8_t> stored(static_cast<std::size_t>(header.stored_bytes));
-    if (auto done = read(header.offset, stored); !done) return done;
+    TERRANE_TRY(read(header.offset, stored));
     directory_.resize(static_cast<std::size_t>(header.content_bytes));
     const Result<std::size_t> size = decompress(stored, directory_);
     if (!size || *size != directory_.size() || hash_of(directory_) != header.hash) {

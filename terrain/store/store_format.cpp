@@ -427,7 +427,7 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
     directory.extent.north = in.get<double>();
     directory.max_error_m = in.get<double>();
     const auto senseless = [] { return fail(ErrorCode::bad_data, "the directory makes no sense"); };
-    if (in.has_failed() || !check(lattice)) return senseless();
+    if (in.has_failed() || !lattice.validate()) return senseless();
     const std::int64_t count = count_chunks(lattice);
     constexpr std::size_t kRecordBytes = 44;
     if (count > kMostChunks || static_cast<std::size_t>(count) > bytes.size() / kRecordBytes) {

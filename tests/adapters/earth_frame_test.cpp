@@ -302,7 +302,7 @@ TEST(JsbsimGround, IsInfinitelyHighAboveAbsentGroundAndCountsIt) {
     const Callback callback = make_callback(test::make_broken_ground(),
                                             settings_at(0.3, 0.4, EarthMapping::plate_carree));
     const EarthFrame& earth = callback.aircraft_ground().earth();
-    const auto expect_absent = [&](const Eigen::Vector3d& p_earth, GroundStatus status) {
+    const auto expect_absent = [&](const Eigen::Vector3d& p_earth, QueryStatus status) {
         FGLocation contact;
         FGColumnVector3 normal, v, w;
         const FGLocation location = location_of(p_earth);
@@ -313,9 +313,9 @@ TEST(JsbsimGround, IsInfinitelyHighAboveAbsentGroundAndCountsIt) {
         EXPECT_NEAR(std::hypot(normal(1), normal(2), normal(3)), 1.0, 1e-12);
         EXPECT_EQ(callback.aircraft_ground().counts().of(status), 1u);
     };
-    expect_absent(earth.earth_from_world({4, 10, 100}), GroundStatus::outside);
-    expect_absent(earth.earth_from_world({200, 200, 100}), GroundStatus::not_resident);
-    expect_absent({0, 0, 0}, GroundStatus::invalid);
+    expect_absent(earth.earth_from_world({4, 10, 100}), QueryStatus::outside);
+    expect_absent(earth.earth_from_world({200, 200, 100}), QueryStatus::not_resident);
+    expect_absent({0, 0, 0}, QueryStatus::invalid);
     EXPECT_EQ(callback.aircraft_ground().counts().failed(), 3u);
 }
 
@@ -327,10 +327,10 @@ TEST(JsbsimGround, IsInvalidForPlacesThatAreNotFinite) {
           Eigen::Vector3d(-6.5e6, 0, 0)}) {  // the other side of the earth
         EXPECT_EQ(callback.GetAGLevel(location_of(p)), kInfinity);
     }
-    EXPECT_EQ(callback.aircraft_ground().counts().of(GroundStatus::invalid), 3u);
+    EXPECT_EQ(callback.aircraft_ground().counts().of(QueryStatus::invalid), 3u);
     const Callback without(AircraftGround::create({}).value());
     EXPECT_EQ(without.GetAGLevel(location_of({6378137, 0, 0})), kInfinity);
-    EXPECT_EQ(without.aircraft_ground().counts().of(GroundStatus::not_resident), 1u);
+    EXPECT_EQ(without.aircraft_ground().counts().of(QueryStatus::not_resident), 1u);
 }
 
 TEST(JsbsimGround, HasGroundAtTheHeightThatWasChosenWhereThereIsNone) {
@@ -343,7 +343,7 @@ TEST(JsbsimGround, HasGroundAtTheHeightThatWasChosenWhereThereIsNone) {
     const FGLocation location = location_of(earth.earth_from_world({-5e4, 10, 112}));
     EXPECT_NEAR(callback.GetAGLevel(0.0, location, contact, normal, v, w), 100.0 / 0.3048, 1e-5);
     EXPECT_LT((metres(contact) - earth.earth_from_world({-5e4, 10, 12})).norm(), 1e-6);
-    EXPECT_EQ(callback.aircraft_ground().counts().of(GroundStatus::outside), 1u);
+    EXPECT_EQ(callback.aircraft_ground().counts().of(QueryStatus::outside), 1u);
 }
 
 TEST(JsbsimGround, KnowsThatAWheelHasSunkIn) {

@@ -190,7 +190,7 @@ void expect_heights(const ElevationMap& map, const Ground& ground, const WorldPo
             const std::size_t at = map.index(row, column);
             ASSERT_EQ(map.find(x, y), at) << row << ' ' << column;
             ASSERT_EQ(map.statuses()[at], want.status);
-            if (want.status == GroundStatus::ok) {
+            if (want.status == QueryStatus::ok) {
                 ASSERT_EQ(map.layer()[at], static_cast<float>(want.height - origin.z()));
             } else {
                 ASSERT_TRUE(std::isnan(map.layer()[at]));
@@ -281,7 +281,7 @@ TEST(ElevationMap, HasNothingButNanBeforeItsFirstUpdate) {
     const ElevationMap map = ElevationMap::create({}).value();
     EXPECT_EQ(map.layer().size(), 10'000u);
     for (const float height : map.layer()) EXPECT_TRUE(std::isnan(height));
-    for (const GroundStatus status : map.statuses()) EXPECT_EQ(status, GroundStatus::not_resident);
+    for (const QueryStatus status : map.statuses()) EXPECT_EQ(status, QueryStatus::not_resident);
     EXPECT_FALSE(map.find(6.0, 0.0));
     EXPECT_FALSE(map.find(kNan, 0.0));
 }

@@ -1,32 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lab/measure.h"
+
+#include <fstream>
 #include <string>
-#include <vector>
 
 namespace terrane::bench {
 
+using tools::Clock;
+using tools::median;
+using tools::Stopwatch;
+
 /// Processor, threads it has, load at the moment, compiler: for the head of a table.
-std::string describe_machine();
-
-/// What a Stopwatch reads: the world's clock, or the processor time of the calling thread, which a
-/// busy machine does not stretch but which does not see workers.
-enum class Clock { wall, thread };
-
-class Stopwatch {
-public:
-    explicit Stopwatch(Clock clock) : clock_(clock), from_(now()) {}
-    /// Since it was made, milliseconds.
-    double ms() const { return now() - from_; }
-
-private:
-    double now() const;
-
-    Clock clock_;
-    double from_;
-};
-
-/// The middle one; of an even count the upper of both. Requires at least one.
-double median(std::vector<double> values);
+inline std::string describe_machine() {
+    const tools::Machine machine = tools::this_machine();
+    std::string load = "unknown";
+    std::ifstream("/proc/loadavg") >> load;
+    return machine.processor + ", " + std::to_string(machine.threads) + " threads, load " + load +
+           "; " + machine.compiler + ", " + machine.build;
+}
 
 }  // namespace terrane::bench

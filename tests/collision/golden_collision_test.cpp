@@ -23,8 +23,7 @@
 #include <variant>
 #include <vector>
 
-namespace terrane {
-namespace golden_bodies_test {
+namespace terrane::golden_bodies_test {
 
 TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
@@ -85,9 +84,7 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
     const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
     const auto pose_over = [&](double x, double y, double height) {
-        Pose pose;
-        pose.translation = {x, y, source->height(x, y) + height};
-        return pose;
+        return Pose{.translation = {x, y, source->height(x, y) + height}};
     };
     World world = World::create({}).value();
     const BodyId truck = world.add_vehicle(make_truck(), pose_over(0.0, 0.0, 2.0)).value();
@@ -104,9 +101,8 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
             truck, driver.drive(*world.vehicle_settings(truck), *world.vehicle(truck))));
         ASSERT_TRUE(world.set_controls(tracked, {.throttle = 0.8, .steer = turn}));
         ASSERT_TRUE(world.set_controls(six, {.throttle = 0.5, .steer = turn}));
-        CharacterControls pace;
-        pace.velocity = {2.0, step < 120 ? 1.0 : -1.0};
-        pace.jump_speed = step == 90 ? 3.0 : 0.0;
+        CharacterControls pace{.velocity = {2.0, step < 120 ? 1.0 : -1.0},
+                               .jump_speed = step == 90 ? 3.0 : 0.0};
         ASSERT_TRUE(world.set_controls(walker, pace));
         EXPECT_EQ(world.step(ground, 1.0 / 60.0).parked, 0u);
     }
@@ -114,15 +110,14 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(world.state_hash(), 0x8a35d4495aaed353u) << std::hex << world.state_hash();
 }
 
-}  // namespace golden_bodies_test
+}  // namespace terrane::golden_bodies_test
 
 // Bits of hulls and of queries of all pairs of shapes. They may change only with an entry in CHANGELOG.md; a failure
 // prints the new hash. Built with both compilers at several optimisation levels, which must agree.
 
-namespace golden_pairs_test {
+namespace terrane::golden_pairs_test {
 
-using test::Hash;
-using test::Random;
+using namespace test;
 
 // Replaces Eigen's product, whose order of operations may change.
 Eigen::Vector3d direction(Random& random) {
@@ -143,11 +138,8 @@ Eigen::Vector3d vector_up_to(Random& random, double longest) {
 }
 
 Pose random_pose(Random& random, double far) {
-    Motion turn;
-    turn.rotation_vector = vector_up_to(random, 3.1);
-    Pose pose;
-    pose.rotation = turn.at(1.0).rotation;
-    pose.translation = vector_up_to(random, far);
+    Motion turn{.start = {}, .rotation_vector = vector_up_to(random, 3.1)};
+    Pose pose{turn.at(1.0).rotation, vector_up_to(random, far)};
     return pose;
 }
 
@@ -254,8 +246,7 @@ void add_answers(Hash& hash, const Shape& a, const Motion& motion_a, const Shape
     hash.add(pseudo.pseudodistance);
     add(hash, pseudo.normal);
     for (const bool skips : {false, true}) {
-        CastSettings settings;
-        settings.skip_separating = skips;
+        CastSettings settings{.skip_separating = skips};
         const PairCastAnswer met = cast(a, motion_a, b, motion_b, settings);
         hash.add(met.hit);
         hash.add(met.fraction);
@@ -291,15 +282,14 @@ TEST(GoldenPairs, AnswerTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(hash.value(), 0x0f26b0728dd586c7u) << std::hex << hash.value();
 }
 
-}  // namespace golden_pairs_test
+}  // namespace terrane::golden_pairs_test
 
 // Bits of collision proxies. They may change only with an entry in CHANGELOG.md; a failure prints the new hash. Built
 // with both compilers at several optimisation levels, which must agree.
 
-namespace golden_proxy_test {
+namespace terrane::golden_proxy_test {
 
-using test::Hash;
-using test::Random;
+using namespace test;
 
 // An octahedron whose triangles are divided into four, `cuts` times, with vertices at random distances of 0.6 to 1. The
 // only irrational function is the square root, which IEEE 754 rounds correctly.
@@ -360,5 +350,4 @@ TEST(GoldenProxy, IsTheSameWithEveryCompilerAtEveryLevel) {
     EXPECT_EQ(hash.value(), 0x8bad73fb5873fc9eu) << std::hex << hash.value();
 }
 
-}  // namespace golden_proxy_test
-}  // namespace terrane
+}  // namespace terrane::golden_proxy_test

@@ -320,7 +320,7 @@ Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
         std::span<const TriangleDemand> demands;
         if (scene.objects) demands = scene.objects->demands(camera.view);
         const TerrainMesh mesh = triangulator->update(pager->resident(), camera.view, demands);
-        if (scene.objects) run.object_triangles += scene.objects->draw(mesh.others_threshold_px);
+        if (scene.objects) run.object_triangles += scene.objects->draw(mesh.demand_threshold_px);
         camera.threshold_px = mesh.threshold_px;
         run.ground_triangles += mesh.triangle_count;
         run.late_chunks += pager->stats().late_chunks;

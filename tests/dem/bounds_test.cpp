@@ -220,8 +220,7 @@ protected:
     void SetUp() override {
         const std::string path = real_data(GetParam().name);
         if (path.empty()) GTEST_SKIP() << GetParam().name << " is not here";
-        DemSettings settings;
-        settings.finest_spacing = GetParam().finest_spacing;
+        DemSettings settings{.finest_spacing = GetParam().finest_spacing, .detail_seed = {}};
         const auto opened = DemHeights::open(path, settings);
         ASSERT_TRUE(opened.has_value()) << opened.error().message;
         source_ = *opened;
@@ -244,17 +243,14 @@ INSTANTIATE_TEST_SUITE_P(RealRasters, DemBounds,
 std::shared_ptr<const HeightSource> open_raster(int columns, int rows, double cell_y,
                                                 double spacing,
                                                 std::function<double(int, int)> value) {
-    RasterSpec spec;
-    spec.columns = columns;
-    spec.rows = rows;
+    RasterSpec spec{.columns = columns, .rows = rows};
     spec.transform[5] = -cell_y;
     spec.value = std::move(value);
     const TemporaryFolder folder;
     const std::string path = folder.file("raster.tif");
     write_raster(path, spec);
-    DemSettings settings;
-    settings.finest_spacing = spacing;
-    const auto source = DemHeights::open(path, settings);
+    const auto source =
+        DemHeights::open(path, DemSettings{.finest_spacing = spacing, .detail_seed = {}});
     EXPECT_TRUE(source.has_value());
     return source ? *source : nullptr;
 }
@@ -454,10 +450,7 @@ TEST(DemBoundsOfCoarseSpacings, AreThereForSquaresLargerThanTheWorld) {
 }
 
 TEST(DemBoundsOfPlanes, AreNothing) {
-    RasterSpec spec;
-    spec.columns = 100;
-    spec.rows = 70;
-    spec.value = [](int, int) { return 42.5; };
+    RasterSpec spec{.columns = 100, .rows = 70, .value = [](int, int) { return 42.5; }};
     const TemporaryFolder folder;
     const std::string path = folder.file("flat.tif");
     write_raster(path, spec);
@@ -475,9 +468,7 @@ namespace check_source_test {
 
 void expect_clean(const std::string& path, double finest_spacing,
                   std::optional<std::uint64_t> detail_seed) {
-    DemSettings settings;
-    settings.finest_spacing = finest_spacing;
-    settings.detail_seed = detail_seed;
+    DemSettings settings{.finest_spacing = finest_spacing, .detail_seed = detail_seed};
     const auto source = DemHeights::open(path, settings);
     ASSERT_TRUE(source.has_value()) << source.error().message;
     const auto report = check_source(**source, {.seed = 9, .places = 8});
@@ -504,9 +495,7 @@ TEST_P(CheckDem, FindsNothingWrong) {
 TEST(CheckDem, FindsNothingWrongWithNoiseOnAnyShapeOfCells) {
     for (const double cell_y : {10.0, 3.7, 14.0}) {
         std::mt19937 random(5);
-        RasterSpec spec;
-        spec.columns = 90;
-        spec.rows = 70;
+        RasterSpec spec{.columns = 90, .rows = 70};
         spec.transform[5] = -cell_y;
         spec.value = [&random](int, int) { return static_cast<double>(random() % 10000u) / 100.0; };
         const TemporaryFolder folder;

@@ -128,10 +128,9 @@ TEST(DemFormats, TheRasterOfTheRepositoryOpens) {
 namespace place_test {
 
 RasterSpec slope(int columns, int rows) {
-    RasterSpec spec;
-    spec.columns = columns;
-    spec.rows = rows;
-    spec.value = [](int column, int row) { return 100.0 + column + 2.0 * row; };
+    RasterSpec spec{.columns = columns, .rows = rows, .value = [](int column, int row) {
+                        return 100.0 + column + 2.0 * row;
+                    }};
     return spec;
 }
 
@@ -152,32 +151,39 @@ Opened open_spec(const RasterSpec& spec, const DemSettings& settings = {}) {
 }
 
 TEST(DemPlace, RootsCoverTheOuterEdgesWithAtMostFourAlongAnAxis) {
-    for (const int columns : {2, 3, 100, 127, 128, 129, 511, 512, 513, 700}) {
-        for (const int rows : {2, 5, 128, 600}) {
-            for (const double cell_y : {10.0, 7.0}) {
-                for (const double spacing : {0.0, 0.7}) {
-                    RasterSpec spec = slope(columns, rows);
-                    spec.transform[5] = -cell_y;
-                    DemSettings settings;
-                    settings.finest_spacing = spacing;
-                    const Opened opened = open_spec(spec, settings);
-                    ASSERT_NE(opened.source, nullptr);
-                    const Lattice& l = opened.source->lattice();
-                    const WorldRect& e = opened.source->extent();
-                    ASSERT_TRUE(check(l).has_value()) << columns << " x " << rows;
-                    EXPECT_LE(l.root_count_x, 4);
-                    EXPECT_LE(l.root_count_y, 4);
-                    EXPECT_LE(l.x(l.west()), e.west + 1e-9);
-                    EXPECT_GE(l.x(l.east()), e.east - 1e-9);
-                    EXPECT_LE(l.y(l.south()), e.south + 1e-9);
-                    EXPECT_GE(l.y(l.north()), e.north - 1e-9);
-                    EXPECT_NEAR(e.east - e.west, columns * 10.0, 1e-9);
-                    EXPECT_NEAR(e.north, rows * cell_y / 2.0, 1e-9);
-                    if (spacing > 0.0) {
-                        EXPECT_LE(l.spacing, spacing);
-                    }
-                    EXPECT_LE(l.spacing, std::min(10.0, cell_y));
+    // The axes are independent: each number of columns with one of rows, each number of rows with several of columns.
+    for (const auto& [columns, rows] : std::initializer_list<std::pair<int, int>>{{2, 2},
+                                                                                  {3, 600},
+                                                                                  {100, 128},
+                                                                                  {127, 5},
+                                                                                  {128, 600},
+                                                                                  {129, 2},
+                                                                                  {511, 5},
+                                                                                  {512, 128},
+                                                                                  {513, 2},
+                                                                                  {700, 600}}) {
+        for (const double cell_y : {10.0, 7.0}) {
+            for (const double spacing : {0.0, 0.7}) {
+                RasterSpec spec = slope(columns, rows);
+                spec.transform[5] = -cell_y;
+                const Opened opened =
+                    open_spec(spec, DemSettings{.finest_spacing = spacing, .detail_seed = {}});
+                ASSERT_NE(opened.source, nullptr);
+                const Lattice& l = opened.source->lattice();
+                const WorldRect& e = opened.source->extent();
+                ASSERT_TRUE(l.validate().has_value()) << columns << " x " << rows;
+                EXPECT_LE(l.root_count_x, 4);
+                EXPECT_LE(l.root_count_y, 4);
+                EXPECT_LE(l.x(l.west()), e.west + 1e-9);
+                EXPECT_GE(l.x(l.east()), e.east - 1e-9);
+                EXPECT_LE(l.y(l.south()), e.south + 1e-9);
+                EXPECT_GE(l.y(l.north()), e.north - 1e-9);
+                EXPECT_NEAR(e.east - e.west, columns * 10.0, 1e-9);
+                EXPECT_NEAR(e.north, rows * cell_y / 2.0, 1e-9);
+                if (spacing > 0.0) {
+                    EXPECT_LE(l.spacing, spacing);
                 }
+                EXPECT_LE(l.spacing, std::min(10.0, cell_y));
             }
         }
     }
@@ -245,9 +251,7 @@ TEST(DemPlace, CellsBeyondTheOuterEdgesAreOutsideAndNoOthers) {
 namespace detail_test {
 
 RasterSpec hills() {
-    RasterSpec spec;
-    spec.columns = 96;
-    spec.rows = 64;
+    RasterSpec spec{.columns = 96, .rows = 64};
     // Rough in the west, a plane in the east.
     spec.value = [](int column, int row) {
         const double plane = 200.0 + 2.0 * column;
@@ -265,8 +269,7 @@ Pair open_pair(const RasterSpec& spec, double roughness) {
     const TemporaryFolder folder;
     const std::string path = folder.file("detail.tif");
     write_raster(path, spec);
-    DemSettings settings;
-    settings.finest_spacing = 0.5;
+    DemSettings settings{.finest_spacing = 0.5, .detail_seed = {}};
     Pair pair;
     pair.bare = DemHeights::open(path, settings, &pair.info).value_or(nullptr);
     settings.detail_seed = 5;

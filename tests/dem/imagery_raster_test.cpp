@@ -6,8 +6,6 @@
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
 
-#include <cmath>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,11 +17,9 @@ using Imagery = std::shared_ptr<const ImagerySource>;
 
 /// 6 x 4 cells of 10 m with 10 * row + column from the north-west.
 RasterSpec numbered() {
-    RasterSpec spec;
-    spec.columns = 6;
-    spec.rows = 4;
-    spec.type = GDT_Byte;
-    spec.value = [](int column, int row) { return row * 10.0 + column; };
+    RasterSpec spec{.columns = 6, .rows = 4, .type = GDT_Byte, .value = [](int column, int row) {
+                        return row * 10.0 + column;
+                    }};
     return spec;
 }
 
@@ -105,9 +101,7 @@ TEST_F(ImageryRasterTest, LiesOverADemByItsGeoreferencing) {
     dem.transform = {1000.0, 20.0, 0.0, 5040.0, 0.0, -20.0};
     DemInfo info;
     ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &info));
-    ImageryRasterSettings settings;
-    settings.aligned_with = info;
-    const Imagery imagery = open(written(numbered()), settings);
+    const Imagery imagery = open(written(numbered()), ImageryRasterSettings{.aligned_with = info});
     // the DEM's centre is 1060, 5000; the imagery's west edge 1000, its north edge 5000
     EXPECT_NEAR(imagery->rect().west, -60.0, 1e-9);
     EXPECT_NEAR(imagery->rect().east, 0.0, 1e-9);
@@ -131,9 +125,7 @@ TEST_F(ImageryRasterTest, IsReprojectedIntoTheCrsOfTheDem) {
     spec.crs = "EPSG:32633";
     spec.transform = {497000.0, 100.0, 0.0, 4985950.4, 0.0, -100.0};
     spec.value = [](int column, int row) { return column == 40 && row == 25 ? 255.0 : 0.0; };
-    ImageryRasterSettings settings;
-    settings.aligned_with = info;
-    const Imagery imagery = open(written(spec), settings);
+    const Imagery imagery = open(written(spec), ImageryRasterSettings{.aligned_with = info});
     const int side = 200;
     const auto texels = read(*imagery, {-2000.0, -2000.0, 2000.0, 2000.0}, side);
     double sum = 0.0, x = 0.0, y = 0.0;
@@ -174,9 +166,7 @@ TEST_F(ImageryRasterTest, TakesTheBandsOfRealImageryAndPlacesThemOverItsDem) {
     if (landsat.empty() || heights.empty()) GTEST_SKIP() << "no real data";
     DemInfo dem;
     ASSERT_TRUE(DemHeights::open(heights, {}, &dem));
-    ImageryRasterSettings settings;
-    settings.bands = {3, 2, 1};
-    settings.aligned_with = dem;
+    ImageryRasterSettings settings{.bands = {3, 2, 1}, .aligned_with = dem};
     ImageryRasterInfo info;
     const Imagery imagery = open(landsat, settings, &info);
     EXPECT_EQ(info.bands, settings.bands);

@@ -25,12 +25,10 @@ namespace terrane::test {
 namespace opening_test {
 
 RasterSpec rough(int columns, int rows) {
-    RasterSpec spec;
-    spec.columns = columns;
-    spec.rows = rows;
-    spec.value = [](int column, int row) {
-        return 100.0 + static_cast<double>((column * 7919 + row * 104729) % 1000) * 0.05;
-    };
+    RasterSpec spec{.columns = columns, .rows = rows, .value = [](int column, int row) {
+                        return 100.0 +
+                               static_cast<double>((column * 7919 + row * 104729) % 1000) * 0.05;
+                    }};
     return spec;
 }
 
@@ -87,11 +85,10 @@ TEST(DemOpening, ARasterAboveTheLimitOfMemoryIsRefusedBeforeItIsRead) {
     ASSERT_NE(file, nullptr);
     GDALClose(GDALDataset::ToHandle(file));
     int told = 0;
-    DemSettings settings;
-    settings.progress = [&told](double) {
-        ++told;
-        return false;
-    };
+    DemSettings settings{.detail_seed = {}, .progress = [&told](double) {
+                             ++told;
+                             return false;
+                         }};
     const auto source = DemHeights::open(path, settings);
     ASSERT_FALSE(source.has_value());
     EXPECT_EQ(source.error().code, ErrorCode::out_of_memory);
@@ -132,9 +129,8 @@ TEST(DemOpening, TakesTheHalvingOfACellWithinTheTolerance) {
     ASSERT_EQ(info.cell_x, info.cell_y);
     const auto halvings = [&](double ratio, double tolerance) {
         const double finest = ratio * info.cell_x;
-        DemSettings settings;
-        settings.finest_spacing = finest;
-        settings.spacing_tolerance = tolerance;
+        DemSettings settings{
+            .finest_spacing = finest, .spacing_tolerance = tolerance, .detail_seed = {}};
         const auto source = DemHeights::open(path, settings);
         EXPECT_TRUE(source.has_value());
         return source ? info.cell_x / (*source)->lattice().spacing : 0.0;
@@ -146,9 +142,8 @@ TEST(DemOpening, TakesTheHalvingOfACellWithinTheTolerance) {
     EXPECT_EQ(halvings(0.35, std::sqrt(2.0)), 4.0);
     EXPECT_EQ(halvings(8.0, 1.0), 1.0);
     for (const double tolerance : {0.5, 2.5, std::nan("")}) {
-        DemSettings settings;
-        settings.spacing_tolerance = tolerance;
-        const auto refused = DemHeights::open(path, settings);
+        const auto refused =
+            DemHeights::open(path, DemSettings{.spacing_tolerance = tolerance, .detail_seed = {}});
         ASSERT_FALSE(refused.has_value());
         EXPECT_NE(refused.error().message.find("spacing_tolerance must be 1 to 2"),
                   std::string::npos);
@@ -160,11 +155,10 @@ TEST(DemOpening, TellsAShareThatGrowsToOneAndStopsWhereItIsTold) {
     const std::string path = folder.file("raster.tif");
     write_raster(path, rough(700, 900));
     std::vector<double> shares;
-    DemSettings settings;
-    settings.progress = [&shares](double share) {
-        shares.push_back(share);
-        return true;
-    };
+    DemSettings settings{.detail_seed = {}, .progress = [&shares](double share) {
+                             shares.push_back(share);
+                             return true;
+                         }};
     ASSERT_TRUE(DemHeights::open(path, settings).has_value());
     ASSERT_GT(shares.size(), 10u);
     for (std::size_t i = 1; i < shares.size(); ++i) EXPECT_GE(shares[i], shares[i - 1]);
@@ -189,9 +183,7 @@ TEST(DemOpening, AReaderThatGivesNoAnswerIsGivenUp) {
         << "<VRTDataset rasterXSize=\"20\" rasterYSize=\"20\"><VRTRasterBand dataType=\"Float32\" "
            "band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">pipe.tif"
            "</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>\n";
-    DemSettings settings;
-    settings.read_timeout = 0.3;
-    const auto source = DemHeights::open(path, settings);
+    const auto source = DemHeights::open(path, DemSettings{.detail_seed = {}, .read_timeout = 0.3});
     ASSERT_FALSE(source.has_value());
     EXPECT_EQ(source.error().code, ErrorCode::timed_out) << source.error().message;
     EXPECT_NE(source.error().message.find(path), std::string::npos) << source.error().message;
@@ -212,17 +204,14 @@ using Place = DemCache::Place;
 
 /// Large enough to be kept, and with a void and nodata at its border.
 RasterSpec hills(double lift = 0.0) {
-    RasterSpec spec;
-    spec.columns = 300;
-    spec.rows = 260;
-    spec.nodata = -9999.0;
-    spec.value = [lift](int column, int row) {
-        const bool is_void = std::hypot(column - 100, row - 90) < 12;
-        if (is_void || column + row < 20) return -9999.0;
-        const double x = column % 40 - 20, y = row % 32 - 16;
-        const double bump = column == 150 && row == 130 ? lift : 0.0;
-        return 300.0 + 0.05 * x * x * x * 0.1 - 0.2 * y * y + bump;
-    };
+    RasterSpec spec{
+        .columns = 300, .rows = 260, .nodata = -9999.0, .value = [lift](int column, int row) {
+            const bool is_void = std::hypot(column - 100, row - 90) < 12;
+            if (is_void || column + row < 20) return -9999.0;
+            const double x = column % 40 - 20, y = row % 32 - 16;
+            const double bump = column == 150 && row == 130 ? lift : 0.0;
+            return 300.0 + 0.05 * x * x * x * 0.1 - 0.2 * y * y + bump;
+        }};
     return spec;
 }
 
@@ -233,9 +222,7 @@ struct Opened {
 
 Opened open(const std::string& path, const DemCache& cache, double finest_spacing = 0.0) {
     Opened opened;
-    DemSettings settings;
-    settings.finest_spacing = finest_spacing;
-    settings.cache = cache;
+    DemSettings settings{.finest_spacing = finest_spacing, .detail_seed = {}, .cache = cache};
     const auto source = DemHeights::open(path, settings, &opened.info);
     EXPECT_TRUE(source.has_value()) << (source ? "" : source.error().message);
     if (source) opened.source = *source;
@@ -303,8 +290,7 @@ TEST_F(OpeningCacheTest, TheSecondOpeningReadsWhatTheFirstMadeAndAnswersTheSame)
 
 TEST_F(OpeningCacheTest, ProgressReachesOneWhereBoundsAreReadToo) {
     open(raster_, in_folder_);
-    DemSettings settings;
-    settings.cache = in_folder_;
+    DemSettings settings{.detail_seed = {}, .cache = in_folder_};
     double last = 0.0;
     settings.progress = [&last](double share) {
         last = share;
@@ -388,8 +374,7 @@ TEST_F(OpeningCacheTest, AFileOfAnotherVersionIsReplaced) {
 TEST_F(OpeningCacheTest, WhereNothingCanBeWrittenItOpensAllTheSame) {
     // A file where a folder should be: not even root can write there.
     std::ofstream(folder_.file("taken")) << "x";
-    const DemCache nowhere{Place::folder, folder_.file("taken/cache")};
-    const Opened opened = open(raster_, nowhere);
+    const Opened opened = open(raster_, DemCache{Place::folder, folder_.file("taken/cache")});
     ASSERT_NE(opened.source, nullptr);
     EXPECT_NE(opened.info.cache_note.find("taken/cache"), std::string::npos);
     EXPECT_NE(open(raster_, {Place::folder, ""}).source, nullptr);
@@ -428,9 +413,7 @@ TEST_F(OpeningCacheTest, ManyThatOpenAtOnceAllAnswerTheSame) {
 
 TEST_F(OpeningCacheTest, ARasterReadByWindowHasTheSameKey) {
     open(raster_, in_folder_);
-    internal::StoreSettings by_window;
-    by_window.memory_bytes = 0;
-    by_window.bounds_cache = in_folder_;
+    internal::StoreSettings by_window{.memory_bytes = 0, .bounds_cache = in_folder_};
     const auto source = internal::DemSource::create(raster_, 0.0, by_window);
     ASSERT_TRUE(source.has_value());
     EXPECT_TRUE((*source)->cache_use().is_hit);

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -34,12 +33,12 @@ struct RasterSpec {
     GDALDataType type = GDT_Float32;
     std::array<double, 6> transform{1000.0, 10.0, 0.0, 5000.0, 0.0, -10.0};
     std::string crs = "EPSG:32633";  ///< "": none
-    std::optional<double> nodata;
+    std::optional<double> nodata{};
     double scale = 1.0, offset = 0.0;
-    std::string unit;
-    bool has_place = true;                             ///< false: no geotransform
-    std::vector<std::uint8_t> mask;                    ///< a mask band of its own; empty: none
-    std::function<double(int column, int row)> value;  ///< rows from the north
+    std::string unit{};
+    bool has_place = true;                               ///< false: no geotransform
+    std::vector<std::uint8_t> mask{};                    ///< a mask band of its own; empty: none
+    std::function<double(int column, int row)> value{};  ///< rows from the north
 };
 
 /// Writes a GeoTIFF; aborts the test program where it cannot.

@@ -17,11 +17,7 @@ namespace samples_test {
 double bumps(int column, int row) { return (column * 37 + row * 91 + column * row * 5) % 251; }
 
 RasterSpec bumpy(GDALDataType type, int columns = 37, int rows = 23) {
-    RasterSpec spec;
-    spec.columns = columns;
-    spec.rows = rows;
-    spec.type = type;
-    spec.value = bumps;
+    RasterSpec spec{.columns = columns, .rows = rows, .type = type, .value = bumps};
     return spec;
 }
 
@@ -38,7 +34,7 @@ void expect_samples(const RasterSpec& spec, double scale, double offset,
     ASSERT_EQ(info.columns, spec.columns);
     ASSERT_EQ(info.rows, spec.rows);
     const Lattice& lattice = source.lattice();
-    EXPECT_TRUE(check(lattice).has_value());
+    EXPECT_TRUE(lattice.validate().has_value());
     for (int row = 0; row < spec.rows; ++row) {
         for (int column = 0; column < spec.columns; ++column) {
             const double wanted = spec.value(column, row) * scale + offset;
@@ -83,9 +79,8 @@ TEST(DemSamples, FeetBecomeMetres) {
 
 TEST(DemSamples, SamplesStayOnAFinerLattice) {
     for (const double spacing : {4.0, 1.0, 0.3}) {
-        DemSettings settings;
-        settings.finest_spacing = spacing;
-        expect_samples(bumpy(GDT_Float32), 1.0, 0.0, settings);
+        expect_samples(bumpy(GDT_Float32), 1.0, 0.0,
+                       DemSettings{.finest_spacing = spacing, .detail_seed = {}});
     }
 }
 
@@ -200,9 +195,7 @@ void expect_same(const HeightSource& a, const HeightSource& b) {
 }
 
 TEST(DemWindowRead, AnswersAreThoseOfTheRasterInMemory) {
-    RasterSpec spec;
-    spec.columns = 700;
-    spec.rows = 530;
+    RasterSpec spec{.columns = 700, .rows = 530};
     // Rough ground with a frame, voids, and a large one.
     spec.value = [](int column, int row) {
         if (column + row < 90 || (column * 7 + row * 13) % 1009 == 0) return std::nan("");
@@ -227,10 +220,9 @@ TEST(DemWindowRead, AnswersAreThoseOfTheRasterInMemory) {
 }
 
 TEST(DemWindowRead, ThreadsReadTheSameHeights) {
-    RasterSpec spec;
-    spec.columns = 900;
-    spec.rows = 900;
-    spec.value = [](int column, int row) { return (column * 37 + row * 91) % 251; };
+    RasterSpec spec{.columns = 900, .rows = 900, .value = [](int column, int row) {
+                        return (column * 37 + row * 91) % 251;
+                    }};
     const TemporaryFolder folder;
     const std::string path = folder.file("threads.tif");
     write_raster(path, spec);
@@ -299,13 +291,10 @@ Opened open_spec(const RasterSpec& spec) {
 
 /// A plane with a hole of 12 x 9 samples in the middle.
 RasterSpec plane_with_hole(double hole) {
-    RasterSpec spec;
-    spec.columns = 60;
-    spec.rows = 50;
-    spec.value = [hole](int column, int row) {
-        const bool inside = column >= 20 && column < 32 && row >= 20 && row < 29;
-        return inside ? hole : 500.0 + 3.0 * column - 2.0 * row;
-    };
+    RasterSpec spec{.columns = 60, .rows = 50, .value = [hole](int column, int row) {
+                        const bool inside = column >= 20 && column < 32 && row >= 20 && row < 29;
+                        return inside ? hole : 500.0 + 3.0 * column - 2.0 * row;
+                    }};
     return spec;
 }
 

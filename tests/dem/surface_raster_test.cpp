@@ -28,11 +28,9 @@ constexpr SurfaceProperties kRoad{.friction = 0.9, .restitution = 0.0, .material
 
 /// 6 x 4 cells of 10 m: materials 0, 1, 2 ... from the north-west, row by row.
 RasterSpec numbered(GDALDataType type = GDT_Byte) {
-    RasterSpec spec;
-    spec.columns = 6;
-    spec.rows = 4;
-    spec.type = type;
-    spec.value = [](int column, int row) { return row * 6.0 + column; };
+    RasterSpec spec{.columns = 6, .rows = 4, .type = type, .value = [](int column, int row) {
+                        return row * 6.0 + column;
+                    }};
     return spec;
 }
 
@@ -244,8 +242,7 @@ TEST_F(SurfaceRasterTest, IsNotAlignedWithoutTheNameOfTheSameCrs) {
     for (const char* crs : {"EPSG:32632", "EPSG:32733", ""}) {
         RasterSpec spec = numbered();
         spec.crs = crs;
-        SurfaceRasterSettings settings;
-        settings.aligned_with = utm;
+        SurfaceRasterSettings settings{.aligned_with = utm};
         const std::string path = written(spec);
         const auto map = SurfaceRaster::open(path, settings);
         ASSERT_FALSE(map.has_value()) << crs;
@@ -257,8 +254,7 @@ TEST_F(SurfaceRasterTest, IsNotAlignedWithoutTheNameOfTheSameCrs) {
     nameless.crs = "";
     DemInfo none;
     ASSERT_TRUE(DemHeights::open(written(nameless, "dem.tif"), {}, &none).has_value());
-    SurfaceRasterSettings settings;
-    settings.aligned_with = none;
+    SurfaceRasterSettings settings{.aligned_with = none};
     EXPECT_FALSE(SurfaceRaster::open(written(nameless), settings).has_value());
 }
 
@@ -332,11 +328,9 @@ namespace surface_raster_errors_test {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 RasterSpec constant(double value, GDALDataType type = GDT_Float64) {
-    RasterSpec spec;
-    spec.columns = 30;
-    spec.rows = 20;
-    spec.type = type;
-    spec.value = [value](int column, int row) { return column >= 7 && row >= 5 ? value : 0.0; };
+    RasterSpec spec{.columns = 30, .rows = 20, .type = type, .value = [value](int column, int row) {
+                        return column >= 7 && row >= 5 ? value : 0.0;
+                    }};
     return spec;
 }
 

@@ -146,7 +146,7 @@ TEST(CameraPath, PosesAreOrthonormal) {
             view.eye_world = pose.eye_world;
             view.forward = pose.forward;
             view.up = pose.up;
-            const Result<void> good = check(view);
+            const Result<void> good = view.validate();
             EXPECT_TRUE(good) << name << " " << time << ": " << good.error().message;
         }
     }
@@ -381,7 +381,7 @@ TEST(CameraPathRefusals, NameTheSettingAndItsValue) {
 
 TEST(CameraPathRefusals, NameThePointOfATrack) {
     const auto refused = [](const Track& track) {
-        const Result<void> good = check(track);
+        const Result<void> good = track.validate();
         EXPECT_EQ(refusal(CameraPath::create(track, hills(), {})),
                   good ? std::string() : good.error().message);
         return good ? std::string() : good.error().message;

@@ -12,8 +12,8 @@ from grounds import SEED, has, loaded, main, small_fractal
 class Arrays(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.pager = loaded(small_fractal())
-        cls.ground = cls.pager.ground()
+        cls.terrain = loaded(small_fractal())
+        cls.ground = cls.terrain.frame.ground
 
     def test_contiguous_float64_is_not_copied(self):
         x, y = np.random.default_rng(SEED).uniform(-90, 90, (2, 100_000))
@@ -40,7 +40,7 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(found, answer)
 
     def test_chunks_are_views(self):
-        chunk = self.pager.resident.chunk(0)
+        chunk = self.terrain.resident.chunk(0)
         self.assertTrue(np.shares_memory(chunk.heights, chunk.heights))
         self.assertFalse(chunk.heights.flags.owndata)
         for view in (chunk.heights, chunk.cell_bounds):
@@ -98,12 +98,12 @@ class Arrays(unittest.TestCase):
         for call, words in ((lambda: terrane.fractal(octave_count=25), "octave_count .* 25"),
                             (lambda: terrane.fractal(kind="fbn"), 'kind .* ridged.*"fbn"'),
                             (lambda: terrane.fractal(gain=float("nan")), "gain"),
-                            (lambda: terrane.Pager(small_fractal(), worker_count=-1), "worker_count"),
-                            (lambda: terrane.Pager(small_fractal(), policy="none"), "policy"),
-                            (lambda: terrane.Triangulator(small_fractal(), triangle_budget=1), "triangle_budget"),
+                            (lambda: terrane.Terrain(small_fractal(), worker_count=-1), "worker_count"),
+                            (lambda: terrane.Terrain(small_fractal(), policy="none"), "policy"),
+                            (lambda: terrane.Terrain(small_fractal(), triangle_budget=1), "triangle_budget"),
                             (lambda: terrane.Shape.sphere(-1.0), "radius"),
                             (lambda: terrane.look_at((0, 0, 0), (0, 0, 0)), "."),
-                            (lambda: terrane.Ground(self.pager.resident, 99), "contact_level .* 99"),
+                            (lambda: terrane.Ground(self.terrain.resident, 99), "contact_level .* 99"),
                             (lambda: terrane.World(gravity=(0, 0, np.nan)), "gravity"),
                             (lambda: small_fractal().sample((0, 0), 0, 1), "columns"),
                             (lambda: small_fractal().sample((0, 0), 2, 2, 3), "step")):
@@ -111,11 +111,11 @@ class Arrays(unittest.TestCase):
                 call()
             self.assertNotIn("\n", str(caught.exception))
         with self.assertRaises(MemoryError):
-            terrane.Pager(small_fractal(), memory_bytes=1000)
+            terrane.Terrain(small_fractal(), memory_bytes=1000)
         with self.assertRaises(TypeError):
             terrane.fractal(octaves=3)
         with self.assertRaises(IndexError):
-            self.pager.resident.chunk(10**6)
+            self.terrain.resident.chunk(10**6)
 
     def test_files_that_are_not_there_are_an_os_error(self):
         for component, name in (("dem", "open_dem"), ("store", "open_store")):

@@ -12,7 +12,7 @@ from terrane import NO_BODY, LidarStatus, Shape
 class Batches(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.ground = loaded(small_fractal()).ground()
+        cls.ground = loaded(small_fractal()).frame.ground
         random = np.random.default_rng(SEED)
         cls.x, cls.y = random.uniform(-120, 120, (2, 5000))
         cls.x[::500] = np.nan
@@ -56,7 +56,7 @@ class Batches(unittest.TestCase):
 
 class Scans(unittest.TestCase):
     def test_a_scan_is_the_rays_of_the_world(self):
-        ground = loaded(small_fractal()).ground()
+        ground = loaded(small_fractal()).frame.ground
         top = float(ground.heights(0.0, 0.0).height)
         world = terrane.World()
         ball = world.add(Shape.sphere(1.0), (5, 0, top + 2), type="static")

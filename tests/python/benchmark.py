@@ -30,7 +30,7 @@ def main():
     program = sys.argv[-1]
     count, rounds, turns = (10_000, 2, 1) if quick else (1_000_000, 5, 7)
     x, y = np.random.default_rng(SEED).uniform(-99, 99, (2, count))
-    ground = loaded(small_fractal()).ground()
+    ground = loaded(small_fractal()).frame.ground
     out = ground.heights(x, y)
     batch = terrane.GroundBatch(worker_count=1)
     times = {"C++ loop": [], "numpy, out given": [], "numpy, new arrays": [], "numpy, GroundBatch": []}

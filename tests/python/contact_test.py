@@ -15,7 +15,7 @@ from terrane import QueryStatus, Shape
 class OnGround(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.ground = loaded(small_fractal()).ground()
+        cls.ground = loaded(small_fractal()).frame.ground
         random = np.random.default_rng(SEED)
         xy = random.uniform(-80, 80, (40, 2))
         height = cls.ground.heights(*np.ascontiguousarray(xy.T)).height
@@ -32,7 +32,7 @@ class OnGround(unittest.TestCase):
         high = self.places[self.places[:, 2] > self.ground.heights(
             self.places[:, 0], self.places[:, 1]).height + 0.5][:12]
         answer = self.ground.distances(Shape.sphere(0.25), high)
-        self.assertTrue((answer.status == QueryStatus.complete).all())
+        self.assertTrue((answer.status == QueryStatus.ok).all())
         for centre, distance, lower in zip(high, answer.distance, answer.lower_bound):
             found = self.nearest(centre, 4.0) - 0.25
             self.assertLessEqual(distance, found + 1e-9, f"seed {SEED}")
@@ -60,12 +60,12 @@ class OnGround(unittest.TestCase):
 
     def test_too_many_contacts_are_truncated_and_said_so(self):
         flat = terrane.fractal(amplitude=0.0, root_size_log2=10, root_count=(1, 1), first_root=(0, 0))
-        ground = loaded(flat, (10, 10, 90, 90)).ground()
+        ground = loaded(flat, (10, 10, 90, 90)).frame.ground
         box = Shape.box((0.5, 0.5, 0.5))
         answer = ground.contacts(box, (50.3, 50.2, 0.49), max_contacts=2)
         self.assertEqual((answer.status[0], len(answer.depth)), (QueryStatus.truncated, 2))
         answer = ground.contacts(box, (50.3, 50.2, 0.49))
-        self.assertEqual(answer.status[0], QueryStatus.complete)
+        self.assertEqual(answer.status[0], QueryStatus.ok)
         np.testing.assert_allclose(answer.depth, 0.01, atol=1e-9)
         np.testing.assert_allclose(answer.normal, [[0, 0, 1]] * 4, atol=1e-12)
 
@@ -88,7 +88,7 @@ class OnGround(unittest.TestCase):
         top = float(self.ground.heights(0.0, 0.0).height)
         answer = self.ground.distances(shape, [[0, 0, np.nan], [0, 0, top + 20.0], [1e7, 0, 0], [900.0, 900.0, 0]],
                                        max_distance=60.0)
-        self.assertEqual(answer.status.tolist(), [QueryStatus.invalid, QueryStatus.complete, QueryStatus.complete,
+        self.assertEqual(answer.status.tolist(), [QueryStatus.invalid, QueryStatus.ok, QueryStatus.ok,
                                                   QueryStatus.not_resident])
         self.assertEqual(answer.has_ground.tolist()[:3], [False, True, False])
         self.assertTrue(np.isnan(answer.distance[[0, 2]]).all())
@@ -114,7 +114,7 @@ class OnGround(unittest.TestCase):
 
     @unittest.skipUnless(os.path.exists(PROGRAM), "the program is not built")
     def test_answers_are_those_of_the_program(self):
-        ground = loaded(terrane.fractal(seed=5)).ground()
+        ground = loaded(terrane.fractal(seed=5)).frame.ground
         random = np.random.default_rng(SEED)
         xy = random.uniform(-60, 60, (30, 2))
         height = ground.heights(*np.ascontiguousarray(xy.T)).height

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The example plot_terrain.py as a user runs it, with a raster.
+"""The example plot_terrain.py as a user runs it, with a raster; the programs of docs/python.md.
 
     example_test.py OUT_DIR
 """
@@ -15,7 +15,8 @@ import numpy as np
 from grounds import has, write_raster
 
 OUT = pathlib.Path(sys.argv.pop(1))
-SCRIPT = pathlib.Path(__file__).parents[2] / "python/examples/plot_terrain.py"
+SOURCE = pathlib.Path(__file__).parents[2]
+SCRIPT = SOURCE / "python/examples/plot_terrain.py"
 
 
 @unittest.skipUnless(has("dem"), "rasters are not built")
@@ -43,6 +44,16 @@ class Example(unittest.TestCase):
                               check=False)
         self.assertNotEqual(done.returncode, 0)
         self.assertTrue(re.search(r"^OSError: .*nowhere\.tif", done.stderr, re.M), done.stderr)
+
+
+class Manual(unittest.TestCase):
+    def test_the_programs_run(self):
+        programs = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/python.md").read_text(), re.M | re.S)
+        self.assertEqual(len(programs), 2)
+        for program in programs:
+            done = subprocess.run([sys.executable, "-B", "-c", program], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), program)
+            self.assertTrue(done.stdout, program)
 
 
 unittest.main()

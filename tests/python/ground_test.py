@@ -9,25 +9,25 @@ import numpy as np
 
 import terrane
 from grounds import PROGRAM, SEED, loaded, main, small_fractal, triangle_height
-from terrane import GroundStatus
+from terrane import QueryStatus
 
 
 class Ground(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.source = small_fractal()
-        cls.pager = loaded(cls.source)
-        cls.ground = cls.pager.ground()
+        cls.terrain = loaded(cls.source)
+        cls.ground = cls.terrain.frame.ground
         cls.random = np.random.default_rng(SEED)
 
     def chunks(self):
-        resident = self.pager.resident
-        return [resident.chunk(i) for i in range(len(resident)) if resident.keys[i, 0] == self.pager.contact_level]
+        resident = self.terrain.resident
+        return [resident.chunk(i) for i in range(len(resident)) if resident.keys[i, 0] == self.terrain.contact_level]
 
     def test_heights_and_normals_are_those_of_the_samples(self):
         x, y = self.random.uniform(-100, 100, (2, 500))
         answer = self.ground.heights(x, y)
-        self.assertTrue((answer.status == GroundStatus.ok).all())
+        self.assertTrue((answer.status == QueryStatus.ok).all())
         for i in range(500):
             chunk = next(c for c in self.chunks() if 0 <= x[i] - c.origin[0] < 128 * c.spacing
                          and 0 <= y[i] - c.origin[1] < 128 * c.spacing)
@@ -58,14 +58,14 @@ class Ground(unittest.TestCase):
     def test_absent_ground_is_a_status_and_nan(self):
         x = np.array([0.0, 1e6, 900.0, np.nan, np.inf])
         answer = self.ground.heights(x, np.zeros(5))
-        wanted = [GroundStatus.ok, GroundStatus.outside, GroundStatus.not_resident, GroundStatus.invalid,
-                  GroundStatus.invalid]
+        wanted = [QueryStatus.ok, QueryStatus.outside, QueryStatus.not_resident, QueryStatus.invalid,
+                  QueryStatus.invalid]
         self.assertEqual(answer.status.tolist(), wanted)
         self.assertTrue(np.isfinite(answer.height[0]))
         for numbers in (answer.height, answer.normal, answer.error_m):
             self.assertTrue(np.isnan(numbers[1:]).all())
         rays = self.ground.rays([[0, 0, 1e3], [1e6, 0, 1e3], [0, 0, np.nan]], [[0, 0, -1e3], [1e6, 0, -1e3], [0, 0, 0]])
-        self.assertEqual(rays.status.tolist(), [GroundStatus.ok, GroundStatus.miss, GroundStatus.invalid])
+        self.assertEqual(rays.status.tolist(), [QueryStatus.ok, QueryStatus.miss, QueryStatus.invalid])
         self.assertTrue(np.isnan(rays.point_world[1:]).all())
 
     def test_heights_below_are_those_below(self):
@@ -74,13 +74,13 @@ class Ground(unittest.TestCase):
         below = self.ground.heights_below(x, y, top.height + 1)
         np.testing.assert_array_equal(below.height, top.height)
         above = self.ground.heights_below(x, y, top.height - 1)
-        self.assertTrue((above.status == GroundStatus.miss).all())
+        self.assertTrue((above.status == QueryStatus.miss).all())
 
     def test_rays_end_where_a_march_over_the_heights_does(self):
         start = np.array([0.0, 0.0, float(self.ground.heights(0.0, 0.0).height) + 30])
         ends = np.column_stack([self.random.uniform(-100, 100, (200, 2)), np.full(200, -200.0)])
         rays = self.ground.rays(start, ends)
-        self.assertTrue((rays.status == GroundStatus.ok).all())
+        self.assertTrue((rays.status == QueryStatus.ok).all())
         self.assertLess(np.abs(start + rays.fraction[:, None] * (ends - start) - rays.point_world).max(), 1e-9)
         at = self.ground.heights(*np.ascontiguousarray(rays.point_world[:, :2].T))
         self.assertLess(np.abs(at.height - rays.point_world[:, 2]).max(), 1e-6)
@@ -92,21 +92,21 @@ class Ground(unittest.TestCase):
         ray = self.ground.rays((0, 0, 1e3), (0, 0, -1e3))
         self.assertEqual((ray.fraction.shape, ray.point_world.shape), ((), (3,)))
 
-    def test_a_ground_outlives_its_pager(self):
-        pager = loaded(self.source)
-        ground = pager.ground()
-        chunk = pager.resident.chunk(0)
+    def test_a_ground_outlives_its_terrain(self):
+        terrain = loaded(self.source)
+        ground = terrain.frame.ground
+        chunk = terrain.resident.chunk(0)
         heights = chunk.heights
         before = ground.heights(1.0, 2.0).height
-        pager.close()
-        del pager, chunk
+        terrain.close()
+        del terrain, chunk
         self.assertEqual(ground.heights(1.0, 2.0).height, before)
         self.assertGreater(np.abs(heights).max(), 0)
 
     @unittest.skipUnless(os.path.exists(PROGRAM), "the program is not built")
     def test_heights_and_rays_are_those_of_the_program(self):
-        pager = loaded(terrane.fractal(seed=5))
-        ground = pager.ground()
+        terrain = loaded(terrane.fractal(seed=5))
+        ground = terrain.frame.ground
         x, y = self.random.uniform(-90, 90, (2, 100))
         starts = np.column_stack([x, y, np.full(100, 2000.0)])
         ends = np.column_stack([self.random.uniform(-90, 90, (100, 2)), np.full(100, -2000.0)])

@@ -15,12 +15,11 @@ def has(component):
 
 
 def loaded(source, region=(-100.0, -100.0, 100.0, 100.0), **settings):
-    """A pager of a source with all ground of a region resident, west, south, east, north."""
-    pager = terrane.Pager(source, worker_count=0, **settings)
-    pager.require(region)
-    pager.update(0.0)
-    pager.finish()
-    return pager
+    """The terrain of a source with all ground of a region resident, west, south, east, north."""
+    terrain = terrane.Terrain(source, worker_count=0, **settings)
+    terrain.require(region)
+    terrain.load([], None, 0.0)
+    return terrain
 
 
 def small_fractal(**settings):

@@ -3,8 +3,7 @@
 //
 //   python_heights_benchmark POINTS ROUNDS     POINTS: doubles, all x, then all y. Prints each round's milliseconds
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/ground.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/terrain.h>
 
 #include <algorithm>
 #include <chrono>
@@ -35,7 +34,7 @@ void ask(const Ground& ground, const std::vector<double>& numbers, Columns& out)
     const std::size_t count = numbers.size() / 2;
     for (std::size_t i = 0; i < count; ++i) {
         const HeightAnswer answer = ground.height(numbers[i], numbers[count + i]);
-        const bool is_ok = answer.status == GroundStatus::ok;
+        const bool is_ok = answer.status == QueryStatus::ok;
         out.height[i] = is_ok ? answer.height : kNaN;
         for (Eigen::Index axis = 0; axis < 3; ++axis)
             out.normal[3 * i + static_cast<std::size_t>(axis)] = is_ok ? answer.normal[axis] : kNaN;
@@ -61,11 +60,9 @@ int main(int argc, char** argv) {
                                                 .wavelength_log2 = 9,
                                                 .root_size_log2 = 10})
                             .value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const RequiredRegion region = pager.require({-100, -100, 100, 100}, 0.0);
-    pager.update({}, {}, 0.0);
-    pager.finish();
-    const Ground ground = pager.ground();
+    Terrain terrain = Terrain::create(source, {.paging = {.worker_count = 0}}).value();
+    const RequiredRegion region = terrain.require({-100, -100, 100, 100}, 0.0);
+    const Ground ground = terrain.load({}, {}, 0.0).ground;
     Columns out(numbers.size() / 2);
     ask(ground, numbers, out);
     double sum = 0.0;

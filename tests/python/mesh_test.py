@@ -7,7 +7,7 @@ import unittest
 import numpy as np
 
 import terrane
-from grounds import has, loaded, main, small_fractal
+from grounds import has, main, small_fractal
 from terrane import MeshStatus
 
 BUDGET = 20_000
@@ -18,13 +18,11 @@ class Scene(unittest.TestCase):
     def setUpClass(cls):
         cls.source = small_fractal()
         cls.view = terrane.look_at((-300, -300, 150), (0, 0, 0), width_px=320, height_px=180)
-        cls.pager = terrane.Pager(cls.source, worker_count=0)
-        cls.pager.update(0.0, [terrane.Camera(cls.view)])
-        cls.pager.finish()
+        cls.camera = terrane.Camera(cls.view)
 
     def make(self, **settings):
-        triangulator = terrane.Triangulator(self.source, triangle_budget=BUDGET, **settings)
-        return triangulator, triangulator.update(self.pager.resident, self.view)
+        terrain = terrane.Terrain(self.source, worker_count=0, triangle_budget=BUDGET, **settings)
+        return terrain, terrain.load([self.camera], None, 0.0).meshes[0]
 
 
 class Meshes(Scene):
@@ -53,44 +51,42 @@ class Meshes(Scene):
         error = np.abs(self.source.heights(mesh.vertices[:, 0], mesh.vertices[:, 1]) - mesh.vertices[:, 2])
         self.assertLessEqual(error.max(), self.source.lattice.quantum)
         self.assertGreater(mesh.error_px, 0)
-        self.assertGreater(mesh.threshold_px, 0)
 
     def test_a_mesh_is_valid_until_the_next_update(self):
-        triangulator, mesh = self.make()
+        terrain, mesh = self.make()
         vertices, triangles = mesh.vertices, mesh.triangles.copy()
-        _, late = self.make()
-        late_maker, late = self.make()
-        late_maker.update(self.pager.resident, self.view)
-        triangulator.update(self.pager.resident, terrane.look_at((300, 300, 100), (0, 0, 0)))
+        late = terrain.frame.meshes[0]
+        self.assertEqual(late.triangle_count, mesh.triangle_count)
+        terrain.update([terrane.Camera(terrane.look_at((300, 300, 100), (0, 0, 0)))], None, 0.1)
         self.assertIs(mesh.vertices, vertices)  # asked for before
         np.testing.assert_array_equal(mesh.triangles, triangles)
         with self.assertRaisesRegex(RuntimeError, "until the next update"):
             late.vertices
         self.assertGreater(late.triangle_count, 0)
 
+    def test_each_camera_has_its_mesh(self):
+        other = terrane.Camera(terrane.look_at((300, 300, 100), (0, 0, 0)))
+        terrain, _ = self.make()
+        one, same, another = terrain.update([self.camera, self.camera, other], None, 0.1).meshes
+        np.testing.assert_array_equal(same.triangles, one.triangles)
+        np.testing.assert_array_equal(same.vertices, one.vertices)
+        self.assertFalse(np.array_equal(another.vertices, one.vertices))
+        self.assertEqual(terrain.update([], None, 0.2).meshes, ())
+
     def test_a_mesh_keeps_what_it_needs_alive(self):
-        source = small_fractal()
-        pager = loaded(source)
-        triangulator = terrane.Triangulator(source, triangle_budget=1000)
-        mesh = triangulator.update(pager.resident, self.view)
-        pager.close()
-        del triangulator, pager, source
+        terrain, mesh = self.make()
+        del terrain
         gc.collect()
         self.assertEqual(len(mesh.triangles), mesh.triangle_count)
 
-    def test_another_sources_chunks_and_closed_triangulators_are_refused(self):
-        triangulator, mesh = self.make()
-        other = loaded(small_fractal(root_size_log2=11))
-        with self.assertRaisesRegex(ValueError, "another source"):
-            triangulator.update(other.resident, self.view)
-        triangulator.close()
-        for call in (lambda: triangulator.update(self.pager.resident, self.view), lambda: mesh.vertices):
-            with self.assertRaisesRegex(ValueError, "this Triangulator is closed"):
-                call()
+    def test_a_mesh_of_a_closed_terrain_is_refused(self):
+        terrain, mesh = self.make()
+        terrain.close()
+        with self.assertRaisesRegex(ValueError, "this Terrain is closed"):
+            mesh.vertices
 
     def test_absent_roots_are_a_mesh_without_triangles(self):
-        pager = terrane.Pager(self.source, worker_count=1)
-        mesh = terrane.Triangulator(self.source).update(pager.resident, self.view)
+        mesh = terrane.Terrain(self.source, worker_count=1).update([self.camera], None, 0.0).meshes[0]
         self.assertEqual(mesh.status, MeshStatus.not_resident)
         self.assertEqual((mesh.vertices.shape, mesh.triangles.shape), ((0, 3), (0, 3)))
 
@@ -111,7 +107,7 @@ class Pictures(Scene):
         self.assertTrue((picture[0, :, 2] > picture[0, :, 0]).all())  # blue sky
         self.assertFalse((picture[170] == picture[0]).all())
         eye, forward = self.view.eye_world, self.view.forward
-        ball = ("ball", eye + 20 * forward, (2, 2, 2), None, (1.0, 0.0, 0.0))
+        ball = ("ellipsoid", eye + 20 * forward, (2, 2, 2), None, (1.0, 0.0, 0.0))
         seen = self.renderer.draw(mesh, self.view, [ball])
         changed = (seen != picture).any(axis=2)
         self.assertTrue(changed[85:95, 155:165].all())

@@ -14,12 +14,10 @@ PROGRAM = """
 import pathlib, sys, terrane
 assert pathlib.Path(terrane.__file__).is_relative_to(sys.prefix), terrane.__file__
 assert (pathlib.Path(terrane.__file__).parent / "py.typed").exists()
-pager = terrane.Pager(terrane.fractal(seed=7), worker_count=0)
-pager.require((-9, -9, 9, 9))
-pager.update(0.0)
-pager.finish()
-answer = pager.ground().heights([0.0, 1.0], [0.0, 1.0])
-assert (answer.status == terrane.GroundStatus.ok).all(), answer
+terrain = terrane.Terrain(terrane.fractal(seed=7), worker_count=0)
+terrain.require((-9, -9, 9, 9))
+answer = terrain.load([], None, 0.0).ground.heights([0.0, 1.0], [0.0, 1.0])
+assert (answer.status == terrane.QueryStatus.ok).all(), answer
 print(terrane.__version__, terrane.components, answer.height)
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sources: fractals, rasters, baked stores; pagers over them."""
+"""Sources: fractals, rasters, baked stores; terrains over them."""
 import os
 import pathlib
 import tempfile
@@ -69,7 +69,7 @@ class Raster(unittest.TestCase):
         x, y = np.random.default_rng(SEED).uniform(-300, 300, (2, 1000))
         expected = bilinear(self.heights, 10.0, x, y)
         self.assertLess(np.abs(source.heights(x, y) - expected).max(), 1e-6)
-        answer = loaded(source, (-300, -300, 300, 300)).ground().heights(x, y)
+        answer = loaded(source, (-300, -300, 300, 300)).frame.ground.heights(x, y)
         self.assertTrue((answer.status == 0).all())
         self.assertLessEqual((np.abs(answer.height - expected) - answer.error_m).max(), 1e-9)
 
@@ -109,7 +109,7 @@ class Raster(unittest.TestCase):
         write_raster(self.path, self.heights, 10.0)
         source = terrane.open_dem(self.path)
         self.assertGreater(source.info.filled_share, 0)
-        at = loaded(source).ground().heights((31.5 + 0.5 - 40) * 10, (32 - 21.5 - 0.5) * 10)
+        at = loaded(source).frame.ground.heights((31.5 + 0.5 - 40) * 10, (32 - 21.5 - 0.5) * 10)
         self.assertEqual((int(at.status), bool(at.filled)), (0, True))
 
 
@@ -140,55 +140,62 @@ class Store(unittest.TestCase):
 
 
 class Paging(unittest.TestCase):
-    def test_a_required_region_is_ready_after_finish_and_forgotten_after_release(self):
-        with terrane.Pager(small_fractal(), worker_count=0, contact_spacing=4.0) as pager:
-            ticket = pager.require((-50, -50, 50, 50))
-            self.assertFalse(pager.is_ready(ticket))
-            pager.update(0.0)
-            pager.finish()
-            self.assertTrue(pager.is_ready(ticket))
-            self.assertEqual(pager.state_of(ticket), RegionState.ready)
-            self.assertEqual(len(pager.resident), pager.stats.resident_chunks)
-            keys = pager.resident.keys
-            self.assertEqual((keys.dtype, keys.shape), (np.int32, (len(pager.resident), 3)))
-            chunk = pager.resident.chunk(len(pager.resident) - 1)
+    def test_a_required_region_is_ready_after_load_and_forgotten_after_release(self):
+        with terrane.Terrain(small_fractal(), worker_count=0, contact_spacing=4.0) as terrain:
+            region = terrain.require((-50, -50, 50, 50))
+            self.assertFalse(region.is_ready)
+            terrain.load([], None, 0.0)
+            self.assertTrue(region.is_ready)
+            self.assertEqual(region.state, RegionState.ready)
+            resident = terrain.resident
+            self.assertEqual(len(resident), terrain.stats.resident_chunks)
+            self.assertEqual((resident.keys.dtype, resident.keys.shape), (np.int32, (len(resident), 3)))
+            chunk = resident.chunk(len(resident) - 1)
             self.assertEqual(chunk.spacing, 4.0)
-            self.assertEqual(chunk.key, tuple(keys[-1]))
-            self.assertEqual(pager.last_failure, "")
-            pager.release(ticket)
-            self.assertEqual(pager.state_of(ticket), RegionState.released)
+            self.assertEqual(chunk.key, tuple(resident.keys[-1]))
+            self.assertEqual(terrain.last_failure, "")
+            region.release()
+            region.release()
+            self.assertEqual(region.state, RegionState.released)
+        with self.assertRaisesRegex(ValueError, "this Terrain is closed"):
+            region.state
 
     def test_bodies_and_cameras_are_needs(self):
-        pager = terrane.Pager(small_fractal(), worker_count=0)
+        terrain = terrane.Terrain(small_fractal(), worker_count=0)
         bodies = terrane.BodyNeeds(np.array([[200.0, 200.0, 50.0]]), radius=2.0)
         self.assertEqual(len(bodies), 1)
-        view = terrane.look_at((-500, -500, 200), (-300, -300, 0))
-        pager.update(0.0, [terrane.Camera(view, threshold_px=4.0)], bodies)
-        pager.finish()
-        self.assertEqual(int(pager.ground().heights(200.0, 200.0).status), 0)
-        levels = pager.resident.keys[:, 0]
+        camera = terrane.Camera(terrane.look_at((-500, -500, 200), (-300, -300, 0)), (1, 0, 0))
+        self.assertEqual(camera.velocity.tolist(), [1, 0, 0])
+        self.assertTrue(np.isnan(terrain.frame.ground.heights(200.0, 200.0).height))
+        frame = terrain.load([camera], bodies, 0.0)
+        self.assertTrue(np.isfinite(frame.ground.heights(200.0, 200.0).height))
+        self.assertEqual((len(frame.meshes), frame.late_chunks, frame.groundless_bodies), (1, 0, 0))
+        self.assertEqual(terrain.frame.meshes[0].triangle_count, frame.meshes[0].triangle_count)
+        levels = terrain.resident.keys[:, 0]
         self.assertGreater((levels == levels.max()).sum(), 1)
-        self.assertTrue(pager.resident.has_roots)
-        self.assertEqual(pager.resident.fades.shape, (len(pager.resident),))
+        self.assertTrue(terrain.resident.has_roots)
+        self.assertEqual(terrain.resident.fades.shape, (len(terrain.resident),))
 
-    def test_a_closed_pager_is_a_value_error(self):
-        pager = terrane.Pager(small_fractal(), worker_count=1)
-        pager.close()
-        pager.close()
-        self.assertTrue(pager.closed)
-        for call in (lambda: pager.update(0.0), pager.finish, pager.ground, lambda: pager.resident, lambda: pager.stats,
-                     lambda: pager.require((0, 0, 1, 1))):
-            with self.assertRaisesRegex(ValueError, "this Pager is closed"):
+    def test_a_closed_terrain_is_a_value_error(self):
+        terrain = terrane.Terrain(small_fractal(), worker_count=1)
+        terrain.close()
+        terrain.close()
+        self.assertTrue(terrain.closed)
+        for call in (lambda: terrain.update([], None, 0.0), lambda: terrain.load([], None, 0.0), lambda: terrain.frame,
+                     lambda: terrain.resident, lambda: terrain.stats, lambda: terrain.require((0, 0, 1, 1))):
+            with self.assertRaisesRegex(ValueError, "this Terrain is closed"):
                 call()
 
     def test_bad_needs_are_refused(self):
-        pager = terrane.Pager(small_fractal(), worker_count=0)
+        terrain = terrane.Terrain(small_fractal(), worker_count=0)
         with self.assertRaisesRegex(ValueError, "time_s"):
-            pager.update(float("nan"))
+            terrain.update([], None, float("nan"))
         with self.assertRaisesRegex(TypeError, "bodies"):
-            pager.update(0.0, bodies=3)
+            terrain.update([], 3, 0.0)
         with self.assertRaises(TypeError):
-            pager.update(0.0, cameras=[3])
+            terrain.update([3], None, 0.0)
+        with self.assertRaises(TypeError):
+            terrane.Terrain(3)
         with self.assertRaisesRegex(ValueError, "centre_world has 2 rows, radius has 3"):
             terrane.BodyNeeds(np.zeros((2, 3)), radius=np.ones(3))
 

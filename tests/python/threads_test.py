@@ -36,8 +36,8 @@ class Lock(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.source = small_fractal()
-        cls.pager = loaded(cls.source)
-        cls.ground = cls.pager.ground()
+        cls.terrain = loaded(cls.source)
+        cls.ground = cls.terrain.frame.ground
 
     def check(self, call):
         call()  # first use
@@ -75,8 +75,8 @@ class Lock(unittest.TestCase):
         self.check(steps)
         self.check(lambda: loaded(small_fractal(seed=9)))
         view = terrane.look_at((-300, -300, 150), (0, 0, 0))
-        triangulator = terrane.Triangulator(self.source, max_error_px=0.1)
-        self.check(lambda: triangulator.update(self.pager.resident, view).vertices)
+        terrain = loaded(self.source, max_error_px=0.1)
+        self.check(lambda: terrain.load([terrane.Camera(view)], None, 0.0).meshes[0].vertices)
         if has("store"):
             small = small_fractal(root_size_log2=8, root_count=(1, 1), first_root=(0, 0))
             with tempfile.TemporaryDirectory() as folder:

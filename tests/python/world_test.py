@@ -12,7 +12,7 @@ from terrane import NO_BODY, BodyCondition, ContactPhase, Shape
 class World(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.ground = loaded(small_fractal()).ground()
+        cls.ground = loaded(small_fractal()).frame.ground
 
     def above(self, xy, clearance):
         return np.column_stack([xy, self.ground.heights(xy[:, 0], xy[:, 1]).height + clearance])
@@ -21,16 +21,16 @@ class World(unittest.TestCase):
         world = terrane.World(gravity=(0, 0, -10))
         ball = world.add(Shape.sphere(0.5), self.above(np.zeros((1, 2)), 100.0)[0])
         self.assertIsInstance(ball, int)
-        before = world.states().position[0, 2]
+        before = world.state(ball).position[2]
         for _ in range(60):
             world.step(self.ground, 1 / 60)
-        states = world.states()
-        self.assertAlmostEqual(states.velocity[0, 2], -10.0, delta=1e-6)
-        self.assertAlmostEqual(before - states.position[0, 2], 5.0, delta=0.1)
+        state = world.state(ball)
+        self.assertAlmostEqual(state.velocity[2], -10.0, delta=1e-6)
+        self.assertAlmostEqual(before - state.position[2], 5.0, delta=0.1)
         for _ in range(900):
             report = world.step(self.ground, 1 / 60)
             self.assertEqual(report.too_deep, 0)
-        gap = self.ground.distances(Shape.sphere(0.5), world.states().position[0]).distance
+        gap = self.ground.distances(Shape.sphere(0.5), world.state(ball).position).distance
         self.assertLess(abs(gap), 0.02)
 
     def test_no_body_is_deeper_than_its_tolerance(self):
@@ -84,11 +84,30 @@ class World(unittest.TestCase):
         for bad in (a, NO_BODY, 77):
             for call in (world.remove, world.wake, lambda body: world.set_velocity(body, (0, 0, 1)),
                          lambda body: world.teleport(body, (0, 0, 0)), lambda body: world.add_force(body, (0, 0, 1)),
-                         world.vehicle, world.character):
+                         world.state, world.settings, world.vehicle, world.character):
                 with self.assertRaises(ValueError):
                     call(bad)
         with self.assertRaises(TypeError):
             world.remove(-1)
+
+    def test_a_body_is_read_by_its_number(self):
+        world = terrane.World()
+        arguments = {"type": "kinematic", "mass": 3.0, "friction": 0.1, "restitution": 0.5, "contact_tolerance": 0.02,
+                     "layers": 2, "collides_with": 5, "is_sensor": True, "rotates": False}
+        world.add(Shape.sphere(0.5), (0, 0, 500))
+        box = world.add(Shape.box((1, 2, 3)), (7, 8, 900), (0, 0, 0, 1), velocity=(1, 2, 3), angular_velocity=(4, 5, 6),
+                        **{**arguments, "rotates": True})
+        state = world.state(box)
+        for found, wanted in zip(state[:4], ((7, 8, 900), np.diag([-1, -1, 1]), (1, 2, 3), (4, 5, 6))):
+            np.testing.assert_array_equal(found, wanted)
+        self.assertEqual(state.condition, BodyCondition.awake)
+        settings = world.settings(box)
+        wanted = Shape.box((1, 2, 3))
+        self.assertEqual((settings.shape.kind, settings.shape.bounding_radius, settings.shape.smallest_half_extent),
+                         (wanted.kind, wanted.bounding_radius, wanted.smallest_half_extent))
+        self.assertEqual(settings._asdict(), {**arguments, "rotates": True, "shape": settings.shape})
+        other = world.add(position=(0, 0, 600), **settings._replace(rotates=False)._asdict())
+        self.assertFalse(world.settings(other).rotates)
 
     def test_bodies_are_added_all_or_none(self):
         world = terrane.World()
@@ -105,19 +124,19 @@ class World(unittest.TestCase):
         world = terrane.World(gravity=(0, 0, 0))
         ball = world.add(Shape.sphere(0.5), (0, 0, 500), mass=2.0)
         world.apply_impulse(ball, (4, 0, 0), (0, 0, 500))
-        np.testing.assert_allclose(world.states().velocity[0], (2, 0, 0), atol=1e-12)
+        np.testing.assert_allclose(world.state(ball).velocity, (2, 0, 0), atol=1e-12)
         world.add_force(ball, (0, 120, 0))
         world.add_torque(ball, (0, 0, 1))
         world.step(self.ground, 1 / 60)
-        np.testing.assert_allclose(world.states().velocity[0], (2, 1, 0), atol=1e-9)
-        self.assertGreater(world.states().angular_velocity[0, 2], 0)
+        np.testing.assert_allclose(world.state(ball).velocity, (2, 1, 0), atol=1e-9)
+        self.assertGreater(world.state(ball).angular_velocity[2], 0)
         world.teleport(ball, (5, 6, 700), (0, 0, 0, 1), velocity=(0, 0, 3))
-        np.testing.assert_array_equal(world.states().position[0], (5, 6, 700))
-        np.testing.assert_array_equal(world.states().rotation[0], np.diag([-1, -1, 1]))
+        np.testing.assert_array_equal(world.state(ball).position, (5, 6, 700))
+        np.testing.assert_array_equal(world.state(ball).rotation, np.diag([-1, -1, 1]))
         lift = world.add(Shape.box((1, 1, 0.1)), (0, 0, 600), type="kinematic")
         world.move_kinematic(lift, (0, 0, 601), dt=0.1)
         world.step(self.ground, 0.1)
-        self.assertAlmostEqual(world.states().position[1, 2], 601.0)
+        self.assertAlmostEqual(world.state(lift).position[2], 601.0)
 
     def test_rays_meet_bodies_before_ground(self):
         world = terrane.World()
@@ -145,15 +164,14 @@ class World(unittest.TestCase):
         self.assertIn(ContactPhase.stayed, phases)
 
     def test_bodies_without_ground_are_parked(self):
-        pager = terrane.Pager(small_fractal(), worker_count=0)
-        pager.update(0.0)
+        terrain = terrane.Terrain(small_fractal(), worker_count=0)
+        terrain.update([], None, 0.0)
         world = terrane.World()
-        world.add(Shape.sphere(0.5), (300, 300, 0))
-        self.assertEqual(world.step(pager.ground(), 1 / 60).parked, 1)
-        self.assertEqual(world.states().condition[0], BodyCondition.parked)
-        pager.update(0.1, bodies=world)
-        pager.finish()
-        self.assertEqual(world.step(pager.ground(), 1 / 60).parked, 0)
+        ball = world.add(Shape.sphere(0.5), (300, 300, 0))
+        self.assertEqual(world.step(terrain.frame.ground, 1 / 60).parked, 1)
+        self.assertEqual(world.state(ball).condition, BodyCondition.parked)
+        frame = terrain.load([], world.needs(), 0.1)
+        self.assertEqual((frame.groundless_bodies, world.step(frame.ground, 1 / 60).parked), (0, 0))
 
     def test_bad_steps_and_closed_worlds_are_an_error(self):
         world = terrane.World()
@@ -172,7 +190,7 @@ class World(unittest.TestCase):
 class Journeys(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.ground = loaded(small_fractal(amplitude=5.0)).ground()
+        cls.ground = loaded(small_fractal(amplitude=5.0)).frame.ground
 
     def test_a_truck_follows_a_path_to_its_end(self):
         world = terrane.World()

@@ -98,6 +98,7 @@ TEST_F(GroundImageryTest, LiesWhereItsSourceSaysAndLeavesTheRest) {
     TerrainRenderer renderer = make(source, true);
     const Image with = draw(renderer, scene);
     EXPECT_GT(renderer.counts().imagery_squares, 0u);
+    int beside = 0, white = 0, black = 0;
     for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
             const double east = 256.0 + x + 0.5 - 0.5 * kWidth;
@@ -110,13 +111,17 @@ TEST_F(GroundImageryTest, LiesWhereItsSourceSaysAndLeavesTheRest) {
             SCOPED_TRACE(testing::Message() << east << ", " << north);
             if (!source->rect().contains(east, north)) {
                 ASSERT_EQ(brightness(with, x, y), brightness(without, x, y));
+                ++beside;
             } else if (Chessboard::is_white(east, north)) {
                 ASSERT_GT(brightness(with, x, y), 540);
+                ++white;
             } else {
                 ASSERT_LT(brightness(with, x, y), 140);
+                ++black;
             }
         }
     }
+    EXPECT_GT(std::min({beside, white, black}), kWidth * kHeight / 50);
 }
 
 TEST_F(GroundImageryTest, AFrameDoesNotWaitForItsSourceAndFadesTheAnswerIn) {
@@ -224,6 +229,7 @@ TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
     const Scene scene = make_plane_scene();
     const Lattice& lattice = scene.resident->lattice();
     const double texel_size = 0.01;
+    int finer = 0, shown = 0;
     for (int i = 0; i < 12; ++i) {
         const WorldPos eye(100.0 + 30.0 * i, 100.0, 1.0 + i * i);
         const View view = *look_at(eye, {256.0, 110.0, 0.0}, 1.0, kWidth, kHeight);
@@ -234,6 +240,7 @@ TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
             ASSERT_TRUE(known.insert(square).second);
             if (square.level == 0) continue;
             ASSERT_TRUE(known.contains({square.level - 1, square.y >> 1, square.x >> 1}));
+            ++finer;
         }
         // the finest square of every point that a pixel shows has texels as small as the pixel
         for (int pixel = 0; pixel < 200; ++pixel) {
@@ -244,6 +251,7 @@ TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
             if (ray.z() >= 0.0) continue;
             const WorldPos p = eye - ray * (eye.z() / ray.z());
             if (!rect.contains(p.x(), p.y())) continue;
+            ++shown;
             double texel = 1e30;
             for (const ImagerySquare& square : squares) {
                 if (imagery_rect(lattice, square).contains(p.x(), p.y()))
@@ -253,6 +261,8 @@ TEST(SelectImagery, GivesEverySquareAfterItsParentAndTexelsForThePixelsInView) {
         }
         EXPECT_EQ(select_imagery(*scene.resident, view, rect, texel_size, 5).size(), 5u);
     }
+    EXPECT_GT(finer, 100);
+    EXPECT_GT(shown, 500);
 }
 
 TEST(ImageryTexture, AveragesColoursByTheirOpacity) {

@@ -190,8 +190,9 @@ Difference difference_of(const Image& a, const Image& b, const Image& empty) {
         difference.mean += apart;
         difference.share += apart > 32 ? 1.0 : 0.0;
     }
-    difference.mean /= std::max(covered, 1);
-    difference.share /= std::max(covered, 1);
+    EXPECT_GT(covered, 0) << "neither picture has an object";
+    difference.mean /= covered;
+    difference.share /= covered;
     return difference;
 }
 

@@ -149,7 +149,7 @@ protected:
         for (const Colour& colour : {Colour{1.0f, 0.0f, 1.0f}, Colour{0.0f, 1.0f, 0.0f}}) {
             RendererSettings settings;
             settings.haze_distance = kInfinity;
-            settings.horizon = settings.zenith = colour;
+            settings.horizon_colour = settings.zenith_colour = colour;
             renderers_.push_back(make(settings));
         }
     }
@@ -297,14 +297,14 @@ TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     using Form = DrawnObject::Form;
     // 12 m at 114 to 126 m are about 16 pixels: a square, a disc, and a lying cylinder
     for (const auto& [form, least, most] :
-         {std::tuple(Form::box, 200, 400), std::tuple(Form::ball, 150, 300),
-          std::tuple(Form::tube, 200, 400)}) {
+         {std::tuple(Form::box, 200, 400), std::tuple(Form::ellipsoid, 150, 300),
+          std::tuple(Form::cylinder, 200, 400)}) {
         SCOPED_TRACE(static_cast<int>(form));
         DrawnObject object;
         object.form = form;
         object.extents = {6.0, 6.0, 6.0};
         object.world_from_object.translation = {240.0, 130.0, 30.0};
-        if (form == Form::tube) {
+        if (form == Form::cylinder) {
             object.world_from_object.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
         }
         ASSERT_TRUE(renderer.draw(scene.mesh(), view_down(), {&object, 1}));

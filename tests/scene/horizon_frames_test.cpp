@@ -285,8 +285,7 @@ TEST_F(ForestOnHills, ObjectsThatAreLeftOutHaveNoPointInSight) {
             for (const double height : {0.5, 3.0, 5.6}) {
                 const WorldPos p = foot + Eigen::Vector3d(0.0, 0.0, height);
                 const RayAnswer answer = ground.ray(view.eye_world, p);
-                ASSERT_EQ(answer.status, GroundStatus::ok)
-                    << height << " m of a tree in view " << i;
+                ASSERT_EQ(answer.status, QueryStatus::ok) << height << " m of a tree in view " << i;
             }
         }
     }

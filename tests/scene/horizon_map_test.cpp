@@ -263,7 +263,7 @@ TEST(HorizonMap, NothingHiddenIsInSightOverTheFinestSurfaceLoweredByTheError) {
                 const double distance = (p - eye).norm();
                 const WorldPos raised = p + Eigen::Vector3d(0.0, 0.0, error * distance);
                 const RayAnswer answer = finest.ray(eye, raised);
-                ASSERT_EQ(answer.status, GroundStatus::ok) << "state " << state << " ball " << i;
+                ASSERT_EQ(answer.status, QueryStatus::ok) << "state " << state << " ball " << i;
                 ++hidden;
             }
         }

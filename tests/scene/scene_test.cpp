@@ -48,25 +48,6 @@ Made make_random(Random& random) {
     return made;
 }
 
-std::size_t granted(std::span<const TriangleDemand> demands, double threshold_px) {
-    std::size_t triangles = 0;
-    for (const TriangleDemand& demand : demands)
-        triangles += demand.threshold_px > threshold_px ? demand.triangles : 0;
-    return triangles;
-}
-
-// By hand: pixels per metre of error at scale 1.
-double factor_of(const View& view, const ObjectModel& model, const PlacedObject& object) {
-    const Eigen::Vector3d middle = 0.5 * (model.bounds.low + model.bounds.high);
-    const Eigen::Quaterniond rotation(object.rotation[3], object.rotation[0], object.rotation[1],
-                                      object.rotation[2]);
-    const auto scale = static_cast<double>(object.scale);
-    const WorldPos centre = object.position_world + rotation.normalized() * (scale * middle);
-    const double radius = 0.5 * scale * (model.bounds.high - model.bounds.low).norm();
-    const double distance = (centre - view.eye_world).norm() - radius;
-    return scale * view.pixels_per_radian() / std::max(distance, view.near_distance);
-}
-
 TEST(Scene, DrawsNoMoreTrianglesThanItsDemandsAboveTheThreshold) {
     int frames = 0, exact = 0;
     for (std::uint64_t seed = 0; seed < 60; ++seed) {
@@ -248,6 +229,7 @@ TEST(Scene, ASlowApproachChangesCoverageByLittleAndNeverSwapsALevelAtOnce) {
 }
 
 TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
+    int compared = 0;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -271,16 +253,17 @@ TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
             }
             const SceneDraws c = used.scene.end_frame(2.0), d = fresh.scene.end_frame(2.0);
             ASSERT_EQ(c.instances.size(), d.instances.size());
-            if (!c.instances.empty()) {
-                ASSERT_EQ(
-                    std::memcmp(c.instances.data(), d.instances.data(), c.instances.size_bytes()),
-                    0);
-            }
+            if (c.instances.empty()) continue;
+            ++compared;
+            ASSERT_EQ(std::memcmp(c.instances.data(), d.instances.data(), c.instances.size_bytes()),
+                      0);
         }
     }
+    EXPECT_GT(compared, 40) << "of 200 frames";
 }
 
 TEST(Scene, ManyGroupsThatComeAndGoLeaveWhatAFreshSceneHas) {
+    int compared = 0;
     for (std::uint64_t seed = 0; seed < 6; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -310,14 +293,17 @@ TEST(Scene, ManyGroupsThatComeAndGoLeaveWhatAFreshSceneHas) {
             const SceneDraws a = used.end_frame(0.5), b = fresh.end_frame(0.5);
             ASSERT_EQ(a.instances.size(), b.instances.size());
             if (a.instances.empty()) continue;
+            ++compared;
             ASSERT_EQ(std::memcmp(a.instances.data(), b.instances.data(), a.instances.size_bytes()),
                       0);
         }
         EXPECT_GT(alive.size(), 300u);
     }
+    EXPECT_GT(compared, 40) << "of 180 frames";
 }
 
 TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
+    int compared = 0;
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
@@ -338,6 +324,7 @@ TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
             ASSERT_EQ(made.scene.counts().drawn, counts.drawn);
             ASSERT_EQ(some.instances.size(), instances.size());
             if (!instances.empty()) {
+                ++compared;
                 ASSERT_EQ(std::memcmp(some.instances.data(), instances.data(),
                                       some.instances.size_bytes()),
                           0);
@@ -351,6 +338,7 @@ TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
             ASSERT_EQ(made.scene.counts().drawn, drawn);
         }
     }
+    EXPECT_GT(compared, 40) << "of 400 frames";
 }
 
 TEST(Scene, GroupsThatChangeWithinAFrameEndIt) {

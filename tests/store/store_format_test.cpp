@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace terrane::internal {
-namespace sha256_test {
+namespace terrane::internal::sha256_test {
 
 std::string sha_of_text(const std::string& text) {
     return sha256(std::vector<std::uint8_t>(text.begin(), text.end()));
@@ -35,11 +34,9 @@ TEST(Sha256, GivesWhatTheStandardSays) {
               "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-}  // namespace sha256_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::sha256_test
 
-namespace terrane {
-namespace sealed_file_test {
+namespace terrane::sealed_file_test {
 
 using namespace test;
 
@@ -127,11 +124,9 @@ TEST(Bytes, AreLittleEndianAndDoNotReadBeyondTheirEnd) {
     EXPECT_TRUE(believes.has_failed());
 }
 
-}  // namespace sealed_file_test
-}  // namespace terrane
+}  // namespace terrane::sealed_file_test
 
-namespace terrane::internal {
-namespace chunk_codec_test {
+namespace terrane::internal::chunk_codec_test {
 
 using namespace test;
 
@@ -182,11 +177,9 @@ TEST(ChunkCodec, RefusesBytesThatAreNoChunk) {
     EXPECT_FALSE(decode_chunk({}, source->lattice(), root).has_value());
 }
 
-}  // namespace chunk_codec_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::chunk_codec_test
 
-namespace terrane {
-namespace damage_test {
+namespace terrane::damage_test {
 
 using namespace test;
 
@@ -292,5 +285,4 @@ TEST_F(DamagedStore, AFileThatIsCutWhileItIsReadIsAnError) {
     EXPECT_FALSE(store->sample({{0, 0}, 1, 1, 1}, {&height, 1}).has_value());
 }
 
-}  // namespace damage_test
-}  // namespace terrane
+}  // namespace terrane::damage_test

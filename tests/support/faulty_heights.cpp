@@ -7,9 +7,7 @@
 #include <sys/fsuid.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <new>
 #include <span>

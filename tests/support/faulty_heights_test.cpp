@@ -15,13 +15,9 @@
 #include <stdexcept>
 #include <thread>
 
-namespace terrane {
-namespace faulty_heights_test {
+namespace terrane::faulty_heights_test {
 
-using test::Fault;
-using test::FaultRule;
-using test::FaultyHeights;
-using test::Question;
+using namespace test;
 
 constexpr ChunkKey kKey{-1, 1, 1};
 
@@ -128,11 +124,11 @@ TEST(FaultyHeights, HangsUntilItIsReleased) {
     }
 }
 
-}  // namespace faulty_heights_test
+}  // namespace terrane::faulty_heights_test
 
-namespace file_heights_test {
+namespace terrane::file_heights_test {
 
-using test::FileHeights;
+using namespace test;
 
 constexpr ChunkKey kSouth{0, -2, 1}, kNorth{0, 1, 1};
 
@@ -212,5 +208,4 @@ TEST_F(FileHeightsTest, FailsWithoutHandlesAndWithoutAFile) {
     EXPECT_EQ(error(kNorth).code, ErrorCode::io);
 }
 
-}  // namespace file_heights_test
-}  // namespace terrane
+}  // namespace terrane::file_heights_test

@@ -2,7 +2,6 @@
 #include "support/grounds.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -92,9 +91,7 @@ WorldRect whole_extent(const Lattice& lattice) {
 }
 
 Lattice small_world(int finest_level, double spacing) {
-    Lattice lattice;
-    lattice.finest_level = finest_level;
-    lattice.spacing = spacing;
+    Lattice lattice{.spacing = spacing, .finest_level = finest_level};
     lattice.first_root_x = lattice.first_root_y = -1;
     lattice.root_count_x = lattice.root_count_y = 2;
     return lattice;
@@ -181,11 +178,10 @@ private:
 
 Ground make_test_ground(std::function<double(double, double)> height,
                         const TableGroundSettings& settings) {
-    Lattice lattice;
-    lattice.origin_x = settings.origin_x;
-    lattice.origin_y = settings.origin_y;
-    lattice.spacing = settings.spacing;
-    lattice.quantum = settings.quantum;
+    Lattice lattice{.origin_x = settings.origin_x,
+                    .origin_y = settings.origin_y,
+                    .spacing = settings.spacing,
+                    .quantum = settings.quantum};
     lattice.first_root_x = lattice.first_root_y = settings.first_root;
     lattice.root_count_x = lattice.root_count_y = settings.roots;
     const WorldRect extent{lattice.x(lattice.west()), lattice.y(lattice.south()),
@@ -213,9 +209,7 @@ Ground make_test_ground(std::function<double(double, double)> height,
 }
 
 Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots) {
-    TableGroundSettings settings;
-    settings.spacing = spacing;
-    settings.roots = roots;
+    TableGroundSettings settings{.spacing = spacing, .roots = roots};
     return make_test_ground(std::move(height), settings);
 }
 

@@ -5,10 +5,8 @@
 #include <terrane/terrain/height_source.h>
 
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <memory>
-#include <thread>
 
 namespace terrane::test {
 

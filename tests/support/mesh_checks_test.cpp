@@ -106,16 +106,14 @@ TEST(FindFlaw, TakesTheTwoZerosForOne) {
 }
 
 TEST(FindFlaw, FindsThatPartOfTheWorldIsMissing) {
-    Lattice two_roots;
-    two_roots.root_count_x = 2;
+    Lattice two_roots{.root_count_x = 2};
     EXPECT_NE(find_flaw(fan(), two_roots), "");
 }
 
 TEST(FindFlaw, FindsThatNothingIsThere) { EXPECT_TRUE(has(flaw_of({}), "cover 0")) << flaw_of({}); }
 
 TEST(FindFlaw, FindsATriangleThatIsLargerThanARoot) {
-    Lattice lattice;
-    lattice.root_count_x = 2;
+    Lattice lattice{.root_count_x = 2};
     std::vector<SoupTriangle> soup = fan();
     for (SoupTriangle& t : soup) {
         for (SoupVertex& v : t) v.point.x *= 2;
@@ -131,8 +129,7 @@ TEST(FindFlaw, FindsAVertexOutsideTheWorld) {
 }
 
 TEST(FindFlaw, AddsUpAreasThatNoDoubleHolds) {
-    Lattice lattice;
-    lattice.finest_level = 24;
+    Lattice lattice{.finest_level = 24};
     const std::int64_t side = lattice.chunk_side(0);
     const SoupVertex sw{{0, 0}, 0}, se{{side, 0}, 0}, ne{{side, side}, 0}, nw{{0, side}, 0};
     EXPECT_EQ(find_flaw({{sw, se, ne}, {sw, ne, nw}}, lattice), "");
@@ -143,8 +140,7 @@ TEST(FindFlaw, AddsUpAreasThatNoDoubleHolds) {
 class HandMade {
 public:
     HandMade() {
-        Lattice lattice;
-        lattice.quantum = 0x1p-4;
+        Lattice lattice{.quantum = 0x1p-4};
         const WaveHeights flat(lattice, 0.0, 1000.0);
         chunk_ = make_chunk(flat, {0, 0, 0}).value();
         mesh_.resident = std::make_shared<const ResidentSet>(

@@ -81,13 +81,22 @@ double measured_distance(std::span<const Eigen::Vector3d> vertices, const MeshTr
 
 ShapeMesh make_sphere(double radius, int depth) {
     const double g = std::numbers::phi;
-    ShapeMesh mesh;
-    mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                     {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-    mesh.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                      {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                      {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                      {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+    ShapeMesh mesh{.vertices = {{-1, g, 0},
+                                {1, g, 0},
+                                {-1, -g, 0},
+                                {1, -g, 0},
+                                {0, -1, g},
+                                {0, 1, g},
+                                {0, -1, -g},
+                                {0, 1, -g},
+                                {g, 0, -1},
+                                {g, 0, 1},
+                                {-g, 0, -1},
+                                {-g, 0, 1}},
+                   .triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}}};
     for (; depth > 0; --depth) {
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
         const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -174,8 +183,7 @@ EdgeCounts count_edges(const MeshTriangles& triangles) {
             }
         }
     }
-    EdgeCounts counts;
-    counts.vertices = vertices.size();
+    EdgeCounts counts{.vertices = vertices.size()};
     for (const auto& [edge, uses] : edges) {
         if (uses.forward == 1 && uses.backward == 1) {
             ++counts.inner;

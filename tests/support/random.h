@@ -2,12 +2,18 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <span>
+#include <string>
+#include <type_traits>
 
 namespace terrane::test {
 
@@ -59,13 +65,30 @@ private:
     std::uint64_t state_;
 };
 
-/// FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo) of the bytes of plain values.
+/// A generator whose seed is in the message of every failure in its scope.
+class SeededRandom : public Random {
+public:
+    explicit SeededRandom(std::uint64_t seed, const char* file = __builtin_FILE(),
+                          int line = __builtin_LINE())
+        : Random(seed), trace_(file, line, "seed " + std::to_string(seed)) {}
+
+private:
+    testing::ScopedTrace trace_;
+};
+
+/// FNV-1a hash (G. Fowler, L. C. Noll, K.-P. Vo) of numbers, from their least significant byte on every machine.
 class Hash {
 public:
     template <class T>
-    void add(const T& value) {
-        const auto* bytes = reinterpret_cast<const unsigned char*>(&value);
-        for (std::size_t i = 0; i < sizeof(T); ++i) value_ = (value_ ^ bytes[i]) * 0x100000001b3u;
+    void add(T value) {
+        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+        auto bytes = std::bit_cast<std::array<unsigned char, sizeof(T)>>(value);
+        if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
+        for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001b3u;
+    }
+    template <class T, std::size_t kCount>
+    void add(const std::array<T, kCount>& values) {
+        add_all(std::span<const T>(values));
     }
     template <class T>
     void add_all(std::span<const T> values) {
@@ -82,6 +105,11 @@ template <class Number>
 Number number_from(const char* variable, Number otherwise) {
     const char* const text = std::getenv(variable);
     return text == nullptr ? otherwise : static_cast<Number>(std::strtod(text, nullptr));
+}
+
+/// Number of cases of a test: `few`, or `many` in runs under the label `long`, which set TERRANE_LONG.
+inline int few_or_many(int few, int many) {
+    return number_from("TERRANE_LONG", 0) != 0 ? many : few;
 }
 
 }  // namespace terrane::test

@@ -9,7 +9,6 @@
 #include <bit>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <sstream>
 
 namespace terrane::test {
@@ -21,10 +20,9 @@ bool is_chance(Random& random, double share) { return random.between(0.0, 1.0) <
 std::int32_t random_count(Random& random) { return std::max(1, random.below(6) - 2); }
 
 std::shared_ptr<const HeightSource> random_fractal(Random& random) {
-    FractalSettings settings;
-    settings.seed = random.bits();
-    settings.kind = static_cast<FractalKind>(random.below(4));
-    settings.finest_spacing_log2 = random.below(7) - 3;
+    FractalSettings settings{.seed = random.bits(),
+                             .kind = static_cast<FractalKind>(random.below(4)),
+                             .finest_spacing_log2 = random.below(7) - 3};
     settings.root_size_log2 = settings.finest_spacing_log2 + 7 + random.below(5);
     settings.octave_count = 2 + random.below(5);
     settings.wavelength_log2 = std::clamp(settings.root_size_log2 - random.below(4), 0, 24);
@@ -38,8 +36,7 @@ std::shared_ptr<const HeightSource> random_fractal(Random& random) {
 }
 
 std::shared_ptr<const HeightSource> random_waves(Random& random) {
-    Lattice lattice;
-    lattice.finest_level = random.below(5);
+    Lattice lattice{.finest_level = random.below(5)};
     lattice.spacing = std::ldexp(random.between(0.5, 1.0), random.below(7) - 3);
     lattice.origin_x = random.between(-1e3, 1e3);
     lattice.origin_y = random.between(-1e3, 1e3);

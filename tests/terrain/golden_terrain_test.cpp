@@ -14,24 +14,18 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace terrane {
 namespace golden_heights_test {
 
-/// FNV-1a over the bytes of the doubles, least significant byte first.
 std::uint64_t hash_of(const std::vector<double>& values) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const double value : values) {
-        const std::uint64_t bits = std::bit_cast<std::uint64_t>(value);
-        for (int shift = 0; shift < 64; shift += 8) {
-            hash = (hash ^ ((bits >> shift) & 0xff)) * 0x100000001b3u;
-        }
-    }
-    return hash;
+    test::Hash hash;
+    hash.add_all(std::span<const double>(values));
+    return hash.value();
 }
 
 /// Samples of a fine and a coarse grid and heights between them, around (place, -place).

@@ -3,12 +3,9 @@
 // Triangulator::update() allocates nothing in any frame of a flight after the first.
 #include "paging/demand/contact_needs.h"
 #include "support/allocation_counter.h"
-#include "support/grounds.h"
-#include "support/random.h"
 #include "terrain/ground/batch_scene.h"
 
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/ground.h>
 #include <terrane/terrain/ground_batch.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/surface.h>
@@ -23,8 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace allocation_test {
+namespace terrane::allocation_test {
 
 using test::AllocationCounter;
 
@@ -139,14 +135,12 @@ TEST(Allocation, NeverHappensInUpdateWhileChunksComeAndGo) {
     EXPECT_EQ(count, 0u);
 }
 
-}  // namespace allocation_test
-}  // namespace terrane
+}  // namespace terrane::allocation_test
 
 // ContactNeeds::find() allocates only if it needs more memory than before: bodies on a closed path cause no allocation
 // after the first round.
 
-namespace terrane::internal {
-namespace contact_needs_allocation_test {
+namespace terrane::internal::contact_needs_allocation_test {
 
 TEST(Allocation, NeverHappensInContactNeedsOnARepeatedTrajectory) {
     constexpr std::uint64_t kSeed = 3;
@@ -174,13 +168,11 @@ TEST(Allocation, NeverHappensInContactNeedsOnARepeatedTrajectory) {
     EXPECT_EQ(count, 0u) << "seed " << kSeed;
 }
 
-}  // namespace contact_needs_allocation_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::contact_needs_allocation_test
 
 // Ground::surface() and copies of a Ground allocate nothing, with or without a surface map.
 
-namespace terrane {
-namespace surface_allocation_test {
+namespace terrane::surface_allocation_test {
 
 Ground ground_with(std::shared_ptr<const SurfaceMap> map) {
     return {std::make_shared<const ResidentSet>(Lattice{}, WorldRect{0.0, 0.0, 128.0, 128.0},
@@ -219,11 +211,11 @@ TEST(Allocation, NeverHappensInSurfacePropertiesOfTheGround) {
     EXPECT_GT(map->fault_count(), 0u);
 }
 
-}  // namespace surface_allocation_test
+}  // namespace terrane::surface_allocation_test
 
 // Queries of an existing GroundBatch allocate nothing.
 
-namespace batch_allocation_test {
+namespace terrane::batch_allocation_test {
 
 TEST(Allocation, NeverHappensInHeightsAndRaysOfABatch) {
     if (!test::AllocationCounter::kCounts)
@@ -235,10 +227,8 @@ TEST(Allocation, NeverHappensInHeightsAndRaysOfABatch) {
     std::vector<double> numbers(kCount);
     for (const int workers : {1, 2}) {
         GroundBatch batch = GroundBatch::create({.worker_count = workers}).value();
-        HeightArrays heights;
-        heights.heights = numbers;
-        RayArrays rays;
-        rays.fractions = numbers;
+        HeightArrays heights{.heights = numbers};
+        RayArrays rays{.fractions = numbers};
         const PointArray places = PointArray::interleaved_xyz(points);
         const WorldPos from(100.0, 100.0, 30.0);
         const test::AllocationCounter counter;
@@ -248,5 +238,4 @@ TEST(Allocation, NeverHappensInHeightsAndRaysOfABatch) {
     }
 }
 
-}  // namespace batch_allocation_test
-}  // namespace terrane
+}  // namespace terrane::batch_allocation_test

@@ -149,7 +149,7 @@ TEST(DropCamera, LooksAtTheMiddleFromAboveTheGroundAndFollows) {
         }
         camera.follow(bodies, 1.0 / 30.0);
         const View view = camera.view(make_picture());
-        ASSERT_TRUE(check(view)) << frame;
+        ASSERT_TRUE(view.validate()) << frame;
         ASSERT_GT(view.eye_world.z(), kHills->height(view.eye_world.x(), view.eye_world.y()));
         EXPECT_LT(camera.velocity().norm(), 60.0) << frame;
         WorldPos middle = WorldPos::Zero();
@@ -179,7 +179,7 @@ TEST(DropCamera, StaysWithThoseThatAreOnTheTerrain) {
     EXPECT_LT((camera.view(make_picture()).eye_world - before).norm(), 5.0);
     bodies[0] = bodies[1];
     camera.follow(bodies, 1.0 / 30.0);
-    EXPECT_TRUE(check(camera.view(make_picture())));
+    EXPECT_TRUE(camera.view(make_picture()).validate());
 }
 
 }  // namespace drop_camera_test

@@ -2,7 +2,6 @@
 #include "lab/crowd.h"
 
 #include "lab/study.h"
-#include "lab/study_plans.h"
 
 #include <gtest/gtest.h>
 
@@ -46,11 +45,11 @@ TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
         Crowd dense(layout);
         std::size_t touching = 0;
         for (int step = 0; step < 40; ++step) {
-            const CrowdQuery brute = expected.query();
+            const CrowdTotals brute = expected.query();
             EXPECT_EQ(brute.candidates, 300u * 299u / 2u);
             touching += brute.touching;
             for (Crowd* crowd : {&sap, &grid, &two_scene, &hashed, &dense}) {
-                const CrowdQuery query = crowd->query();
+                const CrowdTotals query = crowd->query();
                 ASSERT_EQ(query.pairs, brute.pairs) << step;
                 ASSERT_EQ(query.touching, brute.touching) << step;
                 ASSERT_LT(query.candidates, brute.candidates / 4);
@@ -81,10 +80,10 @@ TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
             }
             std::size_t pairs = 0;
             for (int step = 0; step < 10; ++step) {
-                const CrowdQuery brute = expected.query();
+                const CrowdTotals brute = expected.query();
                 pairs += brute.pairs;
                 for (Crowd& crowd : crowds) {
-                    const CrowdQuery query = crowd.query();
+                    const CrowdTotals query = crowd.query();
                     ASSERT_EQ(query.pairs, brute.pairs)
                         << spread << " " << power << " " << aspect << " " << step;
                     ASSERT_EQ(query.touching, brute.touching)
@@ -104,7 +103,7 @@ TEST(Crowd, TwoScenesComputeBoxesOfPairsOfCubesOnly) {
     Crowd crowd(layout);
     std::size_t boxes = 0;
     for (int step = 0; step < 100; ++step) {
-        const CrowdQuery query = crowd.query();
+        const CrowdTotals query = crowd.query();
         EXPECT_LE(query.pairs, query.boxes);
         boxes += query.boxes;
         crowd.move(1.0);
@@ -163,7 +162,7 @@ TEST(Crowd, DentedBodiesTouchLessOftenThanConvexOnes) {
 TEST(Crowd, OneBodyTouchesNothing) {
     Crowd crowd(layout_of(1, CrowdScheme::grid));
     for (int step = 0; step < 10; ++step) {
-        const CrowdQuery query = crowd.query();
+        const CrowdTotals query = crowd.query();
         EXPECT_EQ(query.pairs, 0u);
         EXPECT_EQ(query.touching, 0u);
         crowd.move(1e3);
@@ -265,11 +264,11 @@ StudyPoint point_of(double x, std::span<const std::array<double, 2>> times) {
 }
 
 // A table without points.
-StudyTable table_of(const std::string& key, std::vector<std::string> series) {
+StudyTable table_of(const std::string& key, const std::vector<std::string>& series) {
     StudyTable table;
     table.key = key;
     table.x_name = "bodies";
-    table.series = std::move(series);
+    for (const std::string& name : series) table.series.push_back({.name = name});
     return table;
 }
 
@@ -369,9 +368,10 @@ TEST(Study, LeavesOutWhatIsEstimatedToTakeTooLong) {
     settings.seconds_a_point = 1e-4;
     settings.most_seconds_a_point = 1e-6;
     settings.most_bodies = 3000;
-    std::vector<StudyPlan> plans = make_study_plans(settings);
-    std::erase_if(plans, [](const StudyPlan& plan) { return plan.table.key != "many"; });
-    const std::vector<StudyTable> tables = run_plans(std::move(plans), settings, [](double) {});
+    std::vector<StudyTable> wanted = make_study_tables(settings);
+    std::erase_if(wanted, [](const StudyTable& table) { return table.key != "many"; });
+    const std::vector<StudyTable> tables =
+        measure_tables(std::move(wanted), settings, [](double) {});
     ASSERT_EQ(tables.size(), 1u);
     const StudyTable* const many = tables.data();
     ASSERT_EQ(many->left_out.size(), many->series.size());
@@ -389,11 +389,12 @@ TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     settings.seconds_a_point = 0.001;
     settings.most_bodies = 300;
     double last = -1.0;
-    const std::vector<StudyTable> tables = run_study(settings, [&](double share) {
-        EXPECT_GT(share, last);
-        EXPECT_LT(share, 1.0);
-        last = share;
-    });
+    const std::vector<StudyTable> tables =
+        measure_tables(make_study_tables(settings), settings, [&](double share) {
+            EXPECT_GT(share, last);
+            EXPECT_LT(share, 1.0);
+            last = share;
+        });
     std::vector<std::string> keys;
     std::size_t published = 0;
     for (const StudyTable& table : tables) {
@@ -463,17 +464,20 @@ TEST(StudyMarkdown, HasEveryPublishedTimeAndRowsAsWideAsTheirHeads) {
 
 TEST(CrowdTotals, CountPositiveQueriesSeparately) {
     CrowdTotals totals;
-    CrowdQuery query;
-    query.query_ms = 1.0;
-    totals.add(query);
+    Crowd alone(crowd_test::layout_of(1, CrowdScheme::sap));
+    totals.add(alone.query());
+    EXPECT_EQ(totals.positive_queries, 0u);
     EXPECT_EQ(totals.mean_positive_ms(), 0.0);
-    query.query_ms = 3.0;
-    query.touching = 2;
+    CrowdLayout layout = crowd_test::layout_of(20, CrowdScheme::sap);
+    layout.room = 3.0;
+    Crowd crowded(layout);
+    const CrowdTotals query = crowded.query();
+    ASSERT_GT(query.touching, 0u);
     totals.add(query);
     EXPECT_EQ(totals.queries, 2u);
     EXPECT_EQ(totals.positive_queries, 1u);
-    EXPECT_EQ(totals.mean_query_ms(), 2.0);
-    EXPECT_EQ(totals.mean_positive_ms(), 3.0);
+    EXPECT_EQ(totals.mean_positive_ms(), query.query_ms);
+    EXPECT_EQ(totals.mean_query_ms(), totals.query_ms / 2.0);
 }
 
 }  // namespace study_test

@@ -110,7 +110,7 @@ TEST(FrameHorizon, NoObjectThatAFrameLeavesOutIsInSightOverItsGround) {
             const View view = view_at(i, i < 30 ? 2.0 : 60.0);
             const MadeFrame frame = maker.make({.view = view}, {}, 0.1 * i);
             all->begin_frame(view);
-            const SceneDraws draws = all->end_frame(frame.mesh.others_threshold_px);
+            const SceneDraws draws = all->end_frame(frame.mesh.demand_threshold_px);
             occluded += frame.record.objects_occluded;
             const FrameRecord& record = frame.record;
             EXPECT_LE(record.triangles, budget);

@@ -73,7 +73,7 @@ TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
         // The tyre touches the groove beside its lowest line.
         const double before = undisturbed->height(p.x(), kMiddle);
         const HeightAnswer now = ground.height(p.x(), kMiddle);
-        ASSERT_EQ(now.status, GroundStatus::ok);
+        ASSERT_EQ(now.status, QueryStatus::ok);
         EXPECT_GT(now.height, before - 0.2);
         deep += now.height < before - 0.1 ? 1u : 0u;
         sunk += p.z() < undisturbed->height(p.x(), p.y()) - 0.04 ? 1u : 0u;

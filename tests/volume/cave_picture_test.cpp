@@ -3,7 +3,7 @@
 // Pictures of volumes: no gap shows the sky, and vertices on the heightfield have the bits of the heightfield's.
 #include "render/render_scene.h"
 #include "support/grounds.h"
-#include "terrain/solid_draws.h"
+#include "terrain/volume_draws.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/pager.h>
@@ -13,10 +13,8 @@
 
 #include <memory>
 #include <set>
-#include <utility>
 
-namespace terrane {
-namespace cave_picture_test {
+namespace terrane::cave_picture_test {
 
 constexpr int kWidth = 640, kHeight = 360;
 // A tunnel that winds deep below the ground, over the borders of chunks, closed at both ends.
@@ -27,8 +25,7 @@ const Eigen::Vector3d kPath[] = {{200.0, 380.0, -90.0},
                                  {520.0, 250.0, -100.0}};
 
 std::shared_ptr<const VolumeHeights> closed_tunnel(double extra_z = 0.0) {
-    Lattice lattice;
-    lattice.finest_level = 3;
+    Lattice lattice{.finest_level = 3};
     VolumeTube tube{{}, 5.0};
     for (Eigen::Vector3d p : kPath) {
         p.z() += extra_z;
@@ -58,9 +55,8 @@ int count_sky(const Image& image) {
 // From inside a closed tunnel every direction meets a wall, at every level of detail and on every border of chunks.
 TEST_F(CavePicture, ShowsNoSkyThroughAGap) {
     const auto source = closed_tunnel();
-    RendererSettings settings;
-    settings.sample_count = 1;
-    settings.horizon = settings.zenith = {1.0f, 0.0f, 1.0f};
+    RendererSettings settings{.sample_count = 1};
+    settings.horizon_colour = settings.zenith_colour = {1.0f, 0.0f, 1.0f};
     settings.haze_distance = std::numeric_limits<double>::infinity();
     settings.sun_direction = {0.0, 0.0, -1.0};  // its glow is not in the sky
     TerrainRenderer renderer =
@@ -75,8 +71,7 @@ TEST_F(CavePicture, ShowsNoSkyThroughAGap) {
                                    Eigen::Vector3d(0.4 * std::sin(9.0 * t), 0.3 * std::cos(7.0 * t),
                                                    0.5 * std::sin(5.0 * t));
             const View view = look_at(eye, ahead, 1.3, kWidth, kHeight).value();
-            CameraNeed camera;
-            camera.view = view;
+            CameraNeed camera{.view = view};
             pager.update({&camera, 1}, {}, 0.1 * frame);
             pager.finish();
             const TerrainMesh mesh = triangulator.update(pager.resident(), view);
@@ -131,5 +126,4 @@ TEST(SolidVertices, OnSamplesHaveNoOffset) {
     EXPECT_GT(on_samples, 100);
 }
 
-}  // namespace cave_picture_test
-}  // namespace terrane
+}  // namespace terrane::cave_picture_test

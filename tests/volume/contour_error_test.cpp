@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Error bounds of contours are compared with an analytic oracle: from points of the contour to the true surface, and
-// back. TERRANE_SCENES=1000 selects the long run; a failure prints its seed.
+// back. A failure prints its seed.
 #include "support/grounds.h"
-#include "support/random.h"
-#include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
 
 #include <terrane/volume/volume_heights.h>
@@ -12,20 +10,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace contour_error_test {
+namespace terrane::contour_error_test {
 
-using test::AnalyticSolid;
-using test::FrameMesh;
-using test::Random;
-using test::WaveHeights;
+using namespace test;
 
 constexpr int kFinest = 3;  // of 1 m
 constexpr ChunkKey kKey{3, 3, kFinest};
@@ -137,8 +130,7 @@ struct Comparison {
 
 void compare(const std::vector<VolumeOperation>& operations, Random& random,
              Comparison& comparison) {
-    Lattice lattice;
-    lattice.finest_level = kFinest;
+    Lattice lattice{.finest_level = kFinest};
     const auto ground = std::make_shared<const WaveHeights>(lattice, 3.0, 200.0);
     const auto volumes = Volumes::create(lattice, operations, {.level = kFinest});
     ASSERT_TRUE(volumes) << volumes.error().message;
@@ -194,7 +186,7 @@ void compare(const std::vector<VolumeOperation>& operations, Random& random,
     }
 }
 
-int scene_count() { return test::number_from("TERRANE_SCENES", 20); }
+int scene_count() { return test::few_or_many(10, 1000); }
 
 TEST(ContourError, IsNeverLessThanTheDistanceOfFormulasBothWays) {
     Comparison comparison;
@@ -212,8 +204,7 @@ TEST(ContourError, IsNeverLessThanTheDistanceOfFormulasBothWays) {
 
 /// One shape alone: slabs of a few spacings, and tubes whose segments are short, turn back, or end behind a bend.
 VolumeOperation random_thin_shape(Random& random) {
-    VolumeOperation made;
-    made.voxel = 1.0;
+    VolumeOperation made{.voxel = 1.0};
     if (random.below(2) == 0) {
         made.shape = VolumeBox{
             {random.between(0.6, 3.5), random.between(10.0, 25.0), random.between(10.0, 25.0)}};
@@ -247,8 +238,7 @@ TEST(ContourError, OfThinSlabsAndShortSegmentsIsNeverTooSmall) {
 
 /// A tunnel of one segment, away from its ends.
 TEST(ContourError, OfATunnelIsThatOfItsCurvature) {
-    Lattice lattice;
-    lattice.finest_level = kFinest;
+    Lattice lattice{.finest_level = kFinest};
     const auto ground = std::make_shared<const WaveHeights>(lattice, 0.01, 200.0);
     VolumeOperation tunnel{
         .op = VolumeOp::remove,
@@ -260,9 +250,10 @@ TEST(ContourError, OfATunnelIsThatOfItsCurvature) {
     EXPECT_LT(chunk->solid->triangles().error_m, 0.1);
     EXPECT_GT(chunk->solid->triangles().error_m, 0.02);
     // The mouth of a shaft has the error of tetrahedra, the tunnel below it what it had.
-    VolumeOperation shaft{.op = VolumeOp::remove, .shape = VolumeCapsule{6.0, 20.0}};
-    shaft.world_from_shape.translation = {400.0, 450.0, -15.0};
-    shaft.voxel = 1.0;
+    VolumeOperation shaft{.op = VolumeOp::remove,
+                          .shape = VolumeCapsule{6.0, 20.0},
+                          .world_from_shape = {.translation = {400.0, 450.0, -15.0}},
+                          .voxel = 1.0};
     const std::vector<VolumeOperation> both{tunnel, shaft};
     const auto joined =
         VolumeHeights::create(ground, Volumes::create(lattice, both, {.level = kFinest}).value())
@@ -277,5 +268,4 @@ TEST(ContourError, OfATunnelIsThatOfItsCurvature) {
     EXPECT_EQ(beside, chunk->solid->triangles().error_m);
 }
 
-}  // namespace contour_error_test
-}  // namespace terrane
+}  // namespace terrane::contour_error_test

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "level_set/tile_level_set.h"
-#include "support/random.h"
-#include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
-
-#include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
 #include <openvdb/tools/Composite.h>
@@ -15,8 +11,7 @@
 #include <cmath>
 #include <thread>
 
-namespace terrane {
-namespace level_set_test {
+namespace terrane::level_set_test {
 
 using namespace test;
 
@@ -105,8 +100,10 @@ TEST(TileLevelSet, IsEmptyWhereOperationsCancel) {
 
 TEST(TileLevelSet, IsNoLargerAfterManyDigsInOnePlace) {
     const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
-    VolumeOperation dig{.op = VolumeOp::remove, .shape = VolumeSphere{3.0}, .voxel = 1.0};
-    dig.world_from_shape.translation = {16.0, 16.0, 0.0};
+    VolumeOperation dig{.op = VolumeOp::remove,
+                        .shape = VolumeSphere{3.0},
+                        .world_from_shape = {.translation = {16.0, 16.0, 0.0}},
+                        .voxel = 1.0};
     const Volumes volumes = Volumes::create(world.lattice, {&dig, 1}).value();
     auto tile = VolumeTile::create(volumes, {0, 0}, world.tile_heights({0, 0})).value();
     Random random(2);
@@ -123,9 +120,9 @@ TEST(TileLevelSet, IsNoLargerAfterManyDigsInOnePlace) {
     EXPECT_LT(tile.contour().triangles.size(), 20000u);
 }
 
-}  // namespace level_set_test
+}  // namespace terrane::level_set_test
 
-namespace contour_test {
+namespace terrane::contour_test {
 
 using namespace test;
 
@@ -282,9 +279,9 @@ TEST(JoinedMeshChecks, FindWhatIsBroken) {
     EXPECT_NE(find_leak(world, join(world, joined.volumes, kept)), "");
 }
 
-}  // namespace contour_test
+}  // namespace terrane::contour_test
 
-namespace volume_tile_test {
+namespace terrane::volume_tile_test {
 
 using namespace test;
 
@@ -381,5 +378,4 @@ TEST(VolumeThreads, GiveTheSameBits) {
     }
 }
 
-}  // namespace volume_tile_test
-}  // namespace terrane
+}  // namespace terrane::volume_tile_test

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // What is saved is there again, with the same bits; what is damaged is refused.
-#include "support/random.h"
 #include "volume/edited_world.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace terrane {
-namespace edit_files_test {
+namespace terrane::edit_files_test {
 
 using namespace test;
 
@@ -123,7 +121,7 @@ TEST(EditFiles, ADamagedFileOfAChunkIsRefusedAndTheChunkMadeFromTheLog) {
     const std::string path = saved.folder.chunk_files().front();
     const std::vector<char> good = read_bytes(path);
     Random random(3);
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < few_or_many(20, 60); ++i) {
         std::vector<char> bad = good;
         const auto at = static_cast<std::size_t>(random.below(static_cast<int>(good.size())));
         bad[at] = static_cast<char>(bad[at] ^ (1 << random.below(8)));
@@ -269,16 +267,16 @@ TEST(EditFiles, ALogThatAnotherProgramChangesIsNotOverwritten) {
     EXPECT_EQ(read_bytes(saved.folder.log()), bytes);
 }
 
-}  // namespace edit_files_test
+}  // namespace terrane::edit_files_test
 
 // Bits depend on the volumes and the log alone.
 
-namespace edit_bits_test {
+namespace terrane::edit_bits_test {
 
 using namespace test;
 
 // A tenth where contracts are checked: such builds are slow.
-const int kEdits = test::number_from("TERRANE_EDITS", TERRANE_ASSERTS ? 100 : 300);
+const int kEdits = test::few_or_many(TERRANE_ASSERTS ? 60 : 120, 1000);
 
 /// Digs, fills and undos, one after the other; what is in force at the end.
 std::vector<VolumeOperation> play(EditedWorld& world, VolumeEditor& editor, Pager* pager,
@@ -353,5 +351,4 @@ TEST(EditedBits, DoNotDependOnThreads) {
     }
 }
 
-}  // namespace edit_bits_test
-}  // namespace terrane
+}  // namespace terrane::edit_bits_test

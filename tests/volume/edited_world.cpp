@@ -7,11 +7,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <thread>
 
 namespace terrane::test {
 namespace {
@@ -28,11 +26,7 @@ std::string name_of(const ChunkKey& key) {
 
 }  // namespace
 
-Lattice dig_lattice() {
-    Lattice lattice;
-    lattice.finest_level = 2;
-    return lattice;
-}
+Lattice dig_lattice() { return Lattice{.finest_level = 2}; }
 
 EditedWorld::EditedWorld(bool has_tunnel)
     : hills(std::make_shared<WaveHeights>(dig_lattice(), 20.0, 200.0)) {
@@ -72,11 +66,7 @@ VolumeOperation random_edit(Random& random, const WaveHeights& hills) {
     return edit;
 }
 
-Pose at(double x, double y, double z) {
-    Pose pose;
-    pose.translation = {x, y, z};
-    return pose;
-}
+Pose at(double x, double y, double z) { return Pose{.translation = {x, y, z}}; }
 
 std::uint32_t apply(VolumeEditor& editor, const VolumeOperation& operation) {
     const auto number = operation.op == VolumeOp::remove

@@ -3,13 +3,10 @@
 // Random scenes: the joined mesh is closed, on the right side, and near the surface.
 #include "support/grounds.h"
 #include "support/mesh_checks.h"
-#include "support/random.h"
-#include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
 
 #include <terrane/terrain/mesh_buffers.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
 #include <terrane/volume/volume_heights.h>
 
 #include <gtest/gtest.h>
@@ -20,17 +17,14 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace scenes_test {
+namespace terrane::scenes_test {
 
 using namespace test;
 
-const std::uint64_t kScenes =
-    number_from<std::uint64_t>("TERRANE_JOINED_SCENES", TERRANE_ASSERTS ? 100 : 250);
+const auto kScenes = static_cast<std::uint64_t>(few_or_many(100, 1000));
 constexpr int kPoints = 300;
 
 struct Scene {
@@ -112,24 +106,18 @@ TEST(JoinedScenes, HaveVerticesNearTheSurface) {
                 worst_shared);
 }
 
-}  // namespace scenes_test
+}  // namespace terrane::scenes_test
 
 // P1, P2 and P3 of frames with volumes: random operations, resident sets, fades, views, budgets and targets.
-// TERRANE_SCENES=1000 for the long run; the seed of a failure is printed.
+// The seed of a failure is printed.
 
-namespace frames_test {
+namespace terrane::frames_test {
 
-using test::FrameMesh;
-using test::Random;
-using test::WaveHeights;
+using namespace test;
 
 constexpr int kFinest = 3;
 
-Lattice small_lattice() {
-    Lattice lattice;
-    lattice.finest_level = kFinest;
-    return lattice;
-}
+Lattice small_lattice() { return Lattice{.finest_level = kFinest}; }
 
 std::shared_ptr<const HeightSource> random_hills(Random& random) {
     const double amplitude = random.below(4) == 0 ? 0.01 : random.between(5.0, 40.0);
@@ -309,7 +297,7 @@ double measure_joined(const FinestSurface& finest, const FrameMesh& shown, const
     return most;
 }
 
-int scene_count() { return test::number_from("TERRANE_SCENES", 40); }
+int scene_count() { return test::few_or_many(15, 1000); }
 
 TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
     int drawn = 0, with_caps = 0, replaced = 0, met = 0, frames = 0;
@@ -367,9 +355,9 @@ TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
     EXPECT_GT(met, 0);
 }
 
-}  // namespace frames_test
+}  // namespace terrane::frames_test
 
-namespace volume_buffers_test {
+namespace terrane::volume_buffers_test {
 
 using Place = std::array<float, 3>;
 using Corners = std::array<Place, 3>;
@@ -389,8 +377,7 @@ std::vector<Corners> sorted(std::vector<Corners> triangles) {
 }
 
 TEST(MeshBuffers, HoldTheTrianglesOfVolumesWithNormalsOutOfTheSolid) {
-    Lattice lattice;
-    lattice.finest_level = 3;
+    Lattice lattice{.finest_level = 3};
     const auto ground = std::make_shared<const test::WaveHeights>(lattice, 8.0, 300.0);
     std::vector<VolumeOperation> operations(2);
     operations[0].shape = VolumeSphere{9.0};
@@ -447,5 +434,4 @@ TEST(MeshBuffers, HoldTheTrianglesOfVolumesWithNormalsOutOfTheSolid) {
     for (const MeshPart& part : buffers.parts()) EXPECT_EQ(part.change, PartChange::same);
 }
 
-}  // namespace volume_buffers_test
-}  // namespace terrane
+}  // namespace terrane::volume_buffers_test

@@ -2,15 +2,12 @@
 //
 // Volumes as a source of a pager: what is loaded, what it claims, and what answers.
 #include "support/grounds.h"
-#include "support/random.h"
 #include "volume/volume_scenes.h"
 
 #include <terrane/terrain/chunk.h>
-#include <terrane/terrain/ground.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/scatter.h>
 #include <terrane/volume/volume_heights.h>
-#include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
 
@@ -22,17 +19,12 @@
 #include <optional>
 #include <vector>
 
-namespace terrane {
-namespace volume_heights_test {
+namespace terrane::volume_heights_test {
 
-using test::WaveHeights;
+using namespace test;
 
 /// Four levels of 1 m to 8 m, one root of 1024 m.
-Lattice small_lattice() {
-    Lattice lattice;
-    lattice.finest_level = 3;
-    return lattice;
-}
+Lattice small_lattice() { return Lattice{.finest_level = 3}; }
 
 std::shared_ptr<const HeightSource> hills() {
     return std::make_shared<const WaveHeights>(small_lattice(), 30.0, 300.0);
@@ -90,14 +82,12 @@ TEST(VolumeHeights, AVolumeThatTouchesNothingAddsNothing) {
 TEST(VolumeHeights, BodiesInATunnelHaveItsChunksResident) {
     const auto source = with_volumes({tunnel(100.0, 900.0, 500.0, -60.0)});
     Pager pager = make_pager(source, std::size_t{256} << 20);
-    BodyNeed body;
-    body.centre_world = {500.0, 500.0, -61.0};
-    body.radius = 2.0;
-    body.velocity = {10.0, 0.0, 0.0};
+    BodyNeed body{
+        .centre_world = {500.0, 500.0, -61.0}, .velocity = {10.0, 0.0, 0.0}, .radius = 2.0};
     for (int i = 0; i < 5; ++i) pager.update({}, {&body, 1}, 0.1 * i);
     const Ground ground = pager.ground();
     const HeightAnswer floor = ground.height_below(500.0, 500.0, -60.0);
-    ASSERT_EQ(floor.status, GroundStatus::ok);
+    ASSERT_EQ(floor.status, QueryStatus::ok);
     EXPECT_NEAR(floor.height, -64.0, 0.1);
     EXPECT_EQ(pager.stats().failed, 0u) << pager.last_failure();
 }
@@ -133,30 +123,25 @@ TEST(VolumeHeights, ClaimsWhatChunksNeed) {
     const auto source = with_volumes(operations);
     const std::size_t ceiling = 48'000'000;
     Pager pager = make_pager(source, ceiling);
-    BodyNeed body;
-    body.radius = 2.0;
-    body.velocity = {50.0, 0.0, 0.0};
+    BodyNeed body{.velocity = {50.0, 0.0, 0.0}, .radius = 2.0};
     for (int i = 0; i < 200; ++i) {
         body.centre_world = {20.0 + 4.8 * i, 500.0, -60.0};
         pager.update({}, {&body, 1}, 0.1 * i);
         ASSERT_LE(pager.stats().peak_bytes, ceiling);
         const Ground ground = pager.ground();
         const HeightAnswer below = ground.height_below(body.centre_world.x(), 500.0, 0.0);
-        ASSERT_EQ(below.status, GroundStatus::ok) << i << ": " << pager.last_failure();
+        ASSERT_EQ(below.status, QueryStatus::ok) << i << ": " << pager.last_failure();
     }
     EXPECT_GT(pager.stats().evicted, 0u);
 }
 
-}  // namespace volume_heights_test
+}  // namespace terrane::volume_heights_test
 
 // The ground over chunks with volumes, against formulas: heights, the next surface down, and rays.
 
-namespace chunk_solid_test {
+namespace terrane::chunk_solid_test {
 
-using test::AnalyticSolid;
-using test::make_test_ground;
-using test::Random;
-using test::TableGroundSettings;
+using namespace test;
 
 double hill(double x, double y) { return 30.0 * std::sin(0.02 * x) + 3.0 * std::cos(0.21 * y); }
 
@@ -166,9 +151,10 @@ struct Scene {
 };
 
 VolumeOperation remove(const VolumeShape& shape, const WorldPos& place) {
-    VolumeOperation operation{.op = VolumeOp::remove, .shape = shape};
-    operation.world_from_shape.translation = place;
-    operation.voxel = 1.0;
+    VolumeOperation operation{.op = VolumeOp::remove,
+                              .shape = shape,
+                              .world_from_shape = {.translation = place},
+                              .voxel = 1.0};
     return operation;
 }
 
@@ -179,21 +165,21 @@ std::vector<VolumeOperation> make_operations() {
         remove(VolumeTube{{{20.0, 64.0, 2.0}, {230.0, 70.0, 2.0}}, 5.0}, WorldPos::Zero()));
     operations.push_back(remove(VolumeSphere{14.0}, {128.0, 67.0, 4.0}));
     operations.push_back(remove(VolumeCapsule{4.0, 30.0}, {60.0, 65.0, 30.0}));
-    VolumeOperation arch{.op = VolumeOp::add, .shape = VolumeSphere{6.0}};
-    arch.world_from_shape.translation = {90.0, 100.0, hill(90.0, 100.0) + 2.0};
-    arch.voxel = 1.0;
+    VolumeOperation arch{
+        .op = VolumeOp::add,
+        .shape = VolumeSphere{6.0},
+        .world_from_shape = {.translation = {90.0, 100.0, hill(90.0, 100.0) + 2.0}},
+        .voxel = 1.0};
     operations.push_back(arch);
     return operations;
 }
 
 Scene make_scene() {
     std::optional<Volumes> volumes;
-    TableGroundSettings settings;
-    settings.roots = 2;
+    TableGroundSettings settings{.roots = 2};
     settings.solid = [&](const Chunk& chunk) -> std::shared_ptr<const SolidSurface> {
         if (!volumes) {
-            Lattice lattice;
-            lattice.quantum = settings.quantum;
+            Lattice lattice{.quantum = settings.quantum};
             lattice.root_count_x = lattice.root_count_y = settings.roots;
             volumes = Volumes::create(lattice, make_operations()).value();
         }
@@ -222,7 +208,7 @@ TEST(ChunkSolid, SurfacesBelowEachOtherDivideSolidFromAir) {
         bool was_solid = false;
         for (int count = 0; count < 20; ++count) {
             const HeightAnswer surface = scene.ground.height_below(x, y, z);
-            const double bottom = surface.status == GroundStatus::ok ? surface.height : z - 20.0;
+            const double bottom = surface.status == QueryStatus::ok ? surface.height : z - 20.0;
             const Eigen::Vector3d middle(x, y, 0.5 * (std::min(z, 100.0) + bottom));
             const bool is_clear = oracle.distance_to_shapes(middle) > 1.2 &&
                                   std::abs(middle.z() - oracle.height(x, y)) > 1e-6;
@@ -230,7 +216,7 @@ TEST(ChunkSolid, SurfacesBelowEachOtherDivideSolidFromAir) {
                 ASSERT_EQ(oracle.is_solid(middle), was_solid) << middle.transpose();
                 ++compared;
             }
-            if (surface.status != GroundStatus::ok) break;
+            if (surface.status != QueryStatus::ok) break;
             // Ceilings are below solid, floors below air.
             ASSERT_EQ(surface.normal.z() < 0.0, was_solid) << x << ", " << y << ", " << bottom;
             was_solid = !was_solid;
@@ -252,7 +238,7 @@ TEST(ChunkSolid, RaysInATunnelMeetItsWallAtItsRadius) {
         Eigen::Vector3d n = random.direction();
         n -= along.normalized() * along.normalized().dot(n);
         const RayAnswer answer = scene.ground.ray(middle, middle + 8.0 * n.normalized());
-        ASSERT_EQ(answer.status, GroundStatus::ok);
+        ASSERT_EQ(answer.status, QueryStatus::ok);
         ASSERT_NEAR((answer.point_world - middle).norm(), 5.0, 0.1);
         ASSERT_LT(answer.normal.dot(n.normalized()), -0.7);
         ASSERT_GE(answer.error_m, std::abs((answer.point_world - middle).norm() - 5.0));
@@ -260,19 +246,17 @@ TEST(ChunkSolid, RaysInATunnelMeetItsWallAtItsRadius) {
     // Along the axis, over the border of the chunks and out of the mouth in the far side of the hill; and back, to the
     // blind end.
     const WorldPos inside = from + 0.3 * along, outside = from + 1.0 * along;
-    EXPECT_EQ(scene.ground.ray(inside, outside).status, GroundStatus::miss);
+    EXPECT_EQ(scene.ground.ray(inside, outside).status, QueryStatus::miss);
     const RayAnswer back = scene.ground.ray(outside, from - 0.2 * along);
-    ASSERT_EQ(back.status, GroundStatus::ok);
+    ASSERT_EQ(back.status, QueryStatus::ok);
     EXPECT_NEAR((back.point_world - from).norm(), 5.0, 0.1);
 }
 
 TEST(ChunkSolid, NothingSlipsThroughTheSeamWithTheHeightfield) {
     // Neither spacing nor origin is a short binary fraction, so that coordinates round.
     TableGroundSettings settings{.spacing = 0.3, .roots = 2, .origin_x = 123456.7};
-    Lattice lattice;
-    lattice.origin_x = settings.origin_x;
-    lattice.spacing = settings.spacing;
-    lattice.quantum = settings.quantum;
+    Lattice lattice{
+        .origin_x = settings.origin_x, .spacing = settings.spacing, .quantum = settings.quantum};
     lattice.root_count_x = lattice.root_count_y = settings.roots;
     const auto rough = [](double x, double y) { return std::sin(0.7 * x) + std::cos(0.9 * y); };
     // Over the border of two chunks.
@@ -302,9 +286,9 @@ TEST(ChunkSolid, NothingSlipsThroughTheSeamWithTheHeightfield) {
                     Eigen::Vector3d n = random.direction();
                     n.z() = std::abs(n.z()) + 3.0;  // steeper than the ground: it passes through
                     const RayAnswer answer = ground.ray(target + 0.2 * n, target - 0.2 * n);
-                    ASSERT_EQ(answer.status, GroundStatus::ok) << target.transpose();
+                    ASSERT_EQ(answer.status, QueryStatus::ok) << target.transpose();
                     const HeightAnswer height = ground.height(target.x(), target.y());
-                    ASSERT_EQ(height.status, GroundStatus::ok);
+                    ASSERT_EQ(height.status, QueryStatus::ok);
                     ASSERT_NEAR(height.height, target.z(), 1e-6);
                     ++count;
                 }
@@ -370,27 +354,22 @@ TEST(ChunkSolid, OfAChunkWithoutVolumesIsNull) {
     EXPECT_EQ(refused.error().code, ErrorCode::invalid_argument);
 }
 
-}  // namespace chunk_solid_test
+}  // namespace terrane::chunk_solid_test
 
 // Objects that are scattered over ground with volumes.
 
-namespace volume_scatter_test {
+namespace terrane::volume_scatter_test {
 
 // One root of 256 m, 1 m spacing: two by two chunks of the finest level.
-Lattice small_lattice() {
-    Lattice lattice;
-    lattice.finest_level = 1;
-    return lattice;
-}
+Lattice small_lattice() { return Lattice{.finest_level = 1}; }
 
 std::shared_ptr<const HeightSource> hills(double amplitude) {
     return std::make_shared<const test::WaveHeights>(small_lattice(), amplitude, 150.0);
 }
 
 VolumeOperation operation(VolumeOp op, const VolumeShape& shape, const WorldPos& place) {
-    VolumeOperation made{.op = op, .shape = shape};
-    made.world_from_shape.translation = place;
-    made.voxel = 1.0;
+    VolumeOperation made{
+        .op = op, .shape = shape, .world_from_shape = {.translation = place}, .voxel = 1.0};
     return made;
 }
 
@@ -492,5 +471,4 @@ TEST(ScatterOverVolumes, OnlyObjectsAtVolumesAreLeftOutAndTheOthersStayAsTheyWer
     EXPECT_EQ(all_objects(far).size(), before.size()) << "a volume above stands on no ground";
 }
 
-}  // namespace volume_scatter_test
-}  // namespace terrane
+}  // namespace terrane::volume_scatter_test

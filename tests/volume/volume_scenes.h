@@ -8,8 +8,6 @@
 #include <terrane/volume/volumes.h>
 
 #include <functional>
-#include <limits>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,8 +67,8 @@ inline VolumeWorld flat_world() {
 
 /// An operation with voxels of 1 m, at a place.
 inline VolumeOperation place(VolumeOp op, VolumeShape shape, const Eigen::Vector3d& at) {
-    VolumeOperation operation{.op = op, .shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
+    VolumeOperation operation{
+        .op = op, .shape = std::move(shape), .world_from_shape = {.translation = at}, .voxel = 1.0};
     return operation;
 }
 inline VolumeOperation place(VolumeShape shape, const Eigen::Vector3d& at) {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "level_set/sampled_shape.h"
-#include "support/random.h"
-#include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
-
-#include <terrane/volume/volumes.h>
 
 #include <gtest/gtest.h>
 #include <openvdb/io/Stream.h>
@@ -20,8 +16,7 @@
 #include <random>
 #include <sstream>
 
-namespace terrane {
-namespace shapes_test {
+namespace terrane::shapes_test {
 
 using namespace test;
 
@@ -174,18 +169,24 @@ TEST(Volumes, TouchTilesAlongATunnelAndNotItsWholeBox) {
     EXPECT_EQ(volumes.operations_at({5, 5}).size(), 1u);
 }
 
-}  // namespace shapes_test
+}  // namespace terrane::shapes_test
 
-namespace mesh_volume_test {
+namespace terrane::mesh_volume_test {
 
 using namespace test;
 
 /// A sphere of radius 1: an octahedron, divided.
 VolumeMesh ball(int divisions, double radius) {
-    VolumeMesh mesh;
-    mesh.points_shape = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                      {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    VolumeMesh mesh{
+        .points_shape = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+        .triangles = {{0, 2, 4},
+                      {2, 1, 4},
+                      {1, 3, 4},
+                      {3, 0, 4},
+                      {2, 0, 5},
+                      {1, 2, 5},
+                      {3, 1, 5},
+                      {0, 3, 5}}};
     for (int i = 0; i < divisions; ++i) {
         std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
         const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -285,8 +286,7 @@ TEST(MeshVolume, RefusesMeshesThatBoundNoSolid) {
               std::string::npos);
 }
 
-}  // namespace mesh_volume_test
-}  // namespace terrane
+}  // namespace terrane::mesh_volume_test
 
 // OpenVDB's reader leaks the nodes that it has read when it throws.
 // NOLINTNEXTLINE(readability-identifier-naming): the sanitizer's name
@@ -295,8 +295,7 @@ extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reser
     return "leak:readTopology\nleak:readBuffers\n";
 }
 
-namespace terrane {
-namespace vdb_file_test {
+namespace terrane::vdb_file_test {
 
 using namespace test;
 
@@ -490,5 +489,4 @@ TEST_F(VdbFile, ReadsWhatAStreamWrote) {
               std::string::npos);
 }
 
-}  // namespace vdb_file_test
-}  // namespace terrane
+}  // namespace terrane::vdb_file_test

@@ -9,7 +9,6 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <array>
 #include <memory>
 
 namespace terrane::tools {
@@ -25,9 +24,7 @@ struct BodiesOptions {
     double dt = 1.0 / 60.0;
     std::size_t seed = 1;
     bool is_study = false;
-    std::size_t most_bodies = 1'000'000;  ///< of the study
-    double seconds_a_point = 0.3;         ///< of the study
-    double most_seconds_a_point = 30.0;   ///< of the study
+    StudySettings study;
     std::string out;
     bool json = false;
 };
@@ -39,14 +36,11 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
         OutputFolder::open(options.out, {kReportName, kMarkdownName}, false);
     if (!folder) return pass_on(folder.error());
     watch_for_interrupts();
-    StudySettings settings;
+    StudySettings settings = options.study;
     settings.seed = options.seed;
-    settings.most_bodies = options.most_bodies;
-    settings.seconds_a_point = options.seconds_a_point;
-    settings.most_seconds_a_point = options.most_seconds_a_point;
     Progress progress("studying");
-    const std::vector<StudyTable> tables =
-        run_study(settings, [&](double share) { progress.show(share); });
+    const std::vector<StudyTable> tables = measure_tables(
+        make_study_tables(settings), settings, [&](double share) { progress.show(share); });
     if (is_interrupted()) return failure("interrupted before the study's tables were whole");
     nlohmann::ordered_json summary, findings;  // the report shows findings beside their tables
     for (const StudyTable& table : tables) {
@@ -72,7 +66,7 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
 }
 
 CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& command) {
-    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+    TERRANE_TRY(refuse_idle_flags(
         command,
         {{{"--count", "--detail", "--detail-deviation", "--radius", "--size-spread", "--aspect",
            "--size-power", "--dented", "--room", "--share", "--speed", "--spin", "--dt",
@@ -83,8 +77,7 @@ CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& com
          {{"--share"}, options.layout.room == 0.0, "goes without --room, which sets the width"},
          {{"--most-bodies", "--seconds-a-point", "--most-seconds-a-point", "--out"},
           options.is_study,
-          "goes with --study"}});
-    if (!no_idle_flags) return no_idle_flags;
+          "goes with --study"}}));
     if (options.is_study) return run_study_command(options);
     CrowdLayout layout = options.layout;
     layout.seed = options.seed;
@@ -94,20 +87,19 @@ CommandResult<void> run_bodies(const BodiesOptions& options, const CLI::App& com
         progress.show(static_cast<double>(so_far.queries) / static_cast<double>(options.queries));
         return so_far.queries < options.queries;
     });
-    nlohmann::ordered_json summary;
-    summary["bodies"] = layout.count;
-    summary["broadphase"] = to_string(layout.scheme);
-    summary["corners"] = crowd.corner_count();
-    summary["queries"] = options.queries;
-    summary["query_ms"] = totals.mean_query_ms();
-    summary["positive_queries"] = totals.positive_queries;
-    summary["positive_ms"] = totals.mean_positive_ms();
-    summary["update_ms"] = totals.mean_update_ms();
-    summary["boxes_ms"] = totals.mean_boxes_ms();
-    summary["boxes"] = totals.boxes;
-    summary["pairs"] = totals.pairs;
-    summary["touching"] = totals.touching;
-    summary["candidates"] = totals.candidates;
+    const nlohmann::ordered_json summary{{"bodies", layout.count},
+                                         {"broadphase", to_string(layout.scheme)},
+                                         {"corners", crowd.corner_count()},
+                                         {"queries", options.queries},
+                                         {"query_ms", totals.mean_query_ms()},
+                                         {"positive_queries", totals.positive_queries},
+                                         {"positive_ms", totals.mean_positive_ms()},
+                                         {"update_ms", totals.mean_update_ms()},
+                                         {"boxes_ms", totals.mean_boxes_ms()},
+                                         {"boxes", totals.boxes},
+                                         {"pairs", totals.pairs},
+                                         {"touching", totals.touching},
+                                         {"candidates", totals.candidates}};
     print_summary(summary, options.json);
     return {};
 }
@@ -145,24 +137,22 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
     add_in_range(*bodies, "--dt", options->dt, 1e-6, 1e3, "Time between two queries, seconds");
     add_count(*bodies, "--queries", options->queries, 1, "Queries of all bodies", kMostQueries);
     add_count(*bodies, "--seed", options->seed, 0, "Of positions, velocities and details");
-    CrowdScheme* const scheme = &layout.scheme;
-    constexpr std::array kSchemes{CrowdScheme::sap,   CrowdScheme::grid,   CrowdScheme::two_scene,
-                                  CrowdScheme::brute, CrowdScheme::hashed, CrowdScheme::dense};
     std::vector<std::string> names;
-    for (const CrowdScheme each : kSchemes) names.emplace_back(to_string(each));
+    for (const CrowdScheme each : kCrowdSchemes) names.emplace_back(to_string(each));
     add_choice(
         *bodies, "--broadphase", names, 0,
-        [scheme, kSchemes](std::size_t number) { *scheme = kSchemes[number]; },
+        [&layout](std::size_t number) { layout.scheme = kCrowdSchemes[number]; },
         "sap (sweep-and-prune), grid (sparse, for bodies of like size), two-scene (cubes that "
         "ignore rotation first), brute (every pair), hashed (hashed cells as wide as the mean "
         "distance of bodies) or dense (40^3 cells, cleared in each update)");
     bodies->add_flag("--study", options->is_study,
                      "Tables against count, detail, radius, size and aspect, beside published "
                      "ones: report.html and study.md in --out");
-    add_count(*bodies, "--most-bodies", options->most_bodies, 50, "Of the study's tables, at most");
-    add_positive(*bodies, "--seconds-a-point", options->seconds_a_point,
+    add_count(*bodies, "--most-bodies", options->study.most_bodies, 50,
+              "Of the study's tables, at most");
+    add_positive(*bodies, "--seconds-a-point", options->study.seconds_a_point,
                  "Time that the study measures each point and broadphase for, seconds");
-    add_positive(*bodies, "--most-seconds-a-point", options->most_seconds_a_point,
+    add_positive(*bodies, "--most-seconds-a-point", options->study.most_seconds_a_point,
                  "The study leaves out a broadphase at a point of more than 1000 bodies where five "
                  "queries are estimated to take longer, seconds");
     bodies->add_option("--out", options->out, "Folder of the study's report")->type_name("DIR");

@@ -25,8 +25,8 @@ struct DriveOptions : FlightOptions {
 };
 
 CommandResult<void> run_drive(const DriveOptions& options) {
-    if (const CommandResult<void> good = check(options); !good) return good;
-    if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
+    TERRANE_TRY(check(options));
+    TERRANE_TRY(check_drivable(options.path));
     TerrainOptions wanted = options.terrain;
     if (options.ruts) wanted.dig_spacing = kRutSpacing;
     CommandResult<Terrain> terrain = open_terrain(wanted);
@@ -37,7 +37,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
         if (!made) return pass_on(made.error());
         ruts = *std::move(made);
     }
-    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
+    TERRANE_TRY(check_limits(options, *terrain));
     const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualSpeed);
     if (!plan) return pass_on(plan.error());
     Result<PathDriver> driver =
@@ -62,7 +62,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
         return pass_on(added.error());
 
-    if (const CommandResult<void> played = drive->play(*maker, *output); !played) return played;
+    TERRANE_TRY(drive->play(*maker, *output));
     nlohmann::ordered_json summary;
     summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];
     summary.update(summarize(drive->totals()));
@@ -139,11 +139,11 @@ struct WalkOptions : FlightOptions {
 };
 
 CommandResult<void> run_walk(const WalkOptions& options) {
-    if (const CommandResult<void> good = check(options); !good) return good;
-    if (const CommandResult<void> good = check_drivable(options.path); !good) return good;
+    TERRANE_TRY(check(options));
+    TERRANE_TRY(check_drivable(options.path));
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
+    TERRANE_TRY(check_limits(options, *terrain));
     const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualWalk);
     if (!plan) return pass_on(plan.error());
     CharacterTraveller character({}, plan->path, plan->speed, *terrain->source);
@@ -159,7 +159,7 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
         return pass_on(added.error());
 
-    if (const CommandResult<void> played = walk->play(*maker, *output); !played) return played;
+    TERRANE_TRY(walk->play(*maker, *output));
     nlohmann::ordered_json summary = summarize(walk->totals());
     summary["arrived"] = character.has_arrived();
     summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));

@@ -101,13 +101,12 @@ DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput 
 
 Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
                                   const World& world) {
-    Result<FrameMaker> maker = FrameMaker::create(terrain.source, frame_maker_settings(options));
-    if (!maker) return tl::unexpected(maker.error());
-    Result<FlightOutput> output = FlightOutput::create(options, terrain, kColumns);
-    if (!output) return tl::unexpected(output.error());
+    TERRANE_TRY(FrameMaker maker,
+                FrameMaker::create(terrain.source, frame_maker_settings(options)));
+    TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, kColumns));
     DropCamera camera(terrain.source, world.states());
-    maker->load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
-    return DropFilm(options, std::move(*maker), std::move(*output), std::move(camera));
+    maker.load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
+    return DropFilm(options, std::move(maker), std::move(output), std::move(camera));
 }
 
 Result<void> DropFilm::show(const World& world, const StepReport& report, double time) {
@@ -124,8 +123,7 @@ Result<void> DropFilm::show(const World& world, const StepReport& report, double
         for (std::size_t body = 0; body < world.states().size(); ++body) {
             add_objects(world.settings()[body].shape, world.states()[body], objects_);
         }
-        const Result<void> added = output_.add(std::move(frame), view, objects_);
-        if (!added) return added;
+        TERRANE_TRY(output_.add(std::move(frame), view, objects_));
     }
 }
 
@@ -133,7 +131,7 @@ Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& 
     // the report also shows the cost of the frames; the summary of the drop does not
     nlohmann::ordered_json of_frames = summary;
     of_frames.update(summarize(output_.frames(), options_.memory_bytes(), options_.fps));
-    if (const Result<void> ended = output_.finish(title, of_frames); !ended) return ended;
+    TERRANE_TRY(output_.finish(title, of_frames));
     for (const char* key : {"frames", "renderer", "samples", "out"}) summary[key] = of_frames[key];
     return {};
 }
@@ -302,21 +300,20 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
             fmt::format("--seconds {:.6g} with --dt {:.6g} is more than {:.6g} steps",
                         options.seconds, options.dt, kMaxSteps));
     }
-    if (const CommandResult<void> good = check_pictures(options.film); !good) return good;
+    TERRANE_TRY(check_pictures(options.film));
     if (options.layout.count == 0 && options.terrain.scene.empty()) {
         return usage_error("--count 0 leaves nothing to drop: only a --scene has other bodies");
     }
-    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+    TERRANE_TRY(refuse_idle_flags(
         command,
         {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
          {{"--shape", "--scale", "--count", "--speed", "--spin", "--substep", "--no-sleep"},
           options.restore.empty(),
           "is in the world that --restore reads"},
-         {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}});
-    if (!no_idle_flags) return no_idle_flags;
+         {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}}));
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
     if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
         return failure(fmt::format("--count 0 leaves nothing to drop: the scene '{}' has no bodies",
                                    options.terrain.scene));

@@ -73,8 +73,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
             .view = view,
             .velocity = pose.velocity,
             .trajectory = trajectory_ahead(std::span<const CameraMoment>(future), time, horizon)};
-        const Result<void> added = output.add(maker.make(camera, {}, time), view);
-        if (!added) return added;
+        TERRANE_TRY(output.add(maker.make(camera, {}, time), view));
         const FrameRecord& record = output.frames().back();
         maker.add_frame_time(record);
         if (output.is_closed()) break;
@@ -83,16 +82,15 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
 }
 
 CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) {
-    if (const CommandResult<void> good = check(options); !good) return good;
-    const CommandResult<void> no_idle_flags = refuse_idle_flags(
+    TERRANE_TRY(check(options));
+    TERRANE_TRY(refuse_idle_flags(
         command,
         {{{"--radius"}, options.policy == PagingChoice::distance, "goes with --policy distance"},
          {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
-         {{"--frame-ms"}, options.has_pictures(), "goes with --png, --video or --window"}});
-    if (!no_idle_flags) return no_idle_flags;
+         {{"--frame-ms"}, options.has_pictures(), "goes with --png, --video or --window"}}));
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_limits(options, *terrain); !fit) return fit;
+    TERRANE_TRY(check_limits(options, *terrain));
     const Result<CameraPath> path = open_path(options.path, *terrain,
                                               {.speed = given(options.speed),
                                                .altitude = given(options.altitude),

@@ -123,11 +123,10 @@ Result<void> write_heightmap(const adapters::Heightmap& map, RasterFormat format
     vsi_l_offset size = 0;
     const std::unique_ptr<GByte, FreeBytes> bytes(VSIGetMemFileBuffer(file.path.c_str(), &size, 1));
     if (bytes == nullptr) return gdal_failure(path);
-    Result<OutputFile> out = OutputFile::create(path);
-    if (!out) return tl::unexpected(out.error());
-    out->write(std::string_view(reinterpret_cast<const char*>(bytes.get()),
-                                static_cast<std::size_t>(size)));
-    return out->commit();
+    TERRANE_TRY(OutputFile out, OutputFile::create(path));
+    out.write(std::string_view(reinterpret_cast<const char*>(bytes.get()),
+                               static_cast<std::size_t>(size)));
+    return out.commit();
 }
 
 namespace {

@@ -28,10 +28,9 @@ Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& 
         if (!settings.speed) settings.speed = usual_speed;
         return CameraPath::create(options.path, *terrain.source, planned_in(terrain, settings));
     }
-    Result<Track> track = read_track(options.path, make_geo_reference(terrain.dem));
-    if (!track) return tl::unexpected(track.error());
-    if (!track->has_times && !settings.speed) settings.speed = usual_speed;
-    return follow_track(std::move(*track), *terrain.source, settings);
+    TERRANE_TRY(Track track, read_track(options.path, make_geo_reference(terrain.dem)));
+    if (!track.has_times && !settings.speed) settings.speed = usual_speed;
+    return follow_track(std::move(track), *terrain.source, settings);
 }
 
 }  // namespace
@@ -48,8 +47,7 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
             {ErrorCode::invalid_argument,
              fmt::format("no vehicle or character can jump as the path '{}' does", options.path)});
     }
-    const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
-    if (!frame_count) return tl::unexpected(frame_count.error());
+    TERRANE_TRY(const std::size_t frame_count, count_frames(options.fps, path->duration()));
 
     constexpr double kSpacing = 1.0;  // least distance of points, metres
     constexpr double kTimeStep = 0.05;
@@ -70,7 +68,7 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
     const double mean_speed = std::clamp(length / path->duration(), 1.0, kGreatestMean);
     return DrivePlan{.path = Polyline(std::move(points)),
                      .speed = settings.speed.value_or(mean_speed),
-                     .frame_count = *frame_count};
+                     .frame_count = frame_count};
 }
 
 namespace {
@@ -237,7 +235,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
     needs.insert(needs.end(), of_scene.begin(), of_scene.end());
     maker.load_until_stable(camera_->view(picture), needs, 0.0);
     if (output.is_closed()) return {};
-    if (const CommandResult<void> placed = put_down(ground_of(maker)); !placed) return placed;
+    TERRANE_TRY(put_down(ground_of(maker)));
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < plan_.frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(plan_.frame_count));
@@ -259,8 +257,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         const Result<void> added = output.add(std::move(frame), view, objects_);
         if (!added) return pass_on(added.error());
         if (output.is_closed() || traveller_.has_ended(world_)) break;
-        const CommandResult<void> advanced = advance(ground_of(maker), 1.0 / options_.fps);
-        if (!advanced) return advanced;
+        TERRANE_TRY(advance(ground_of(maker), 1.0 / options_.fps));
     }
     return {};
 }

@@ -111,8 +111,8 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     }
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
-    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    TERRANE_TRY(check_budget(*terrain, options.budget));
+    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
     const Result<View> view = make_view(options, *terrain);
     if (!view) {
         const Result<void> read = read_middle(*terrain);
@@ -232,18 +232,17 @@ const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error
 Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptions& options) {
     TriangleMesh near = mesh;
     const double rounding = move_to_origin(near);
-    Result<ProgressiveMesh> made =
-        ProgressiveMesh::create(near, {.least_triangle_count = options.triangles});
-    if (!made) return tl::unexpected<Error>(made.error());
-    if (made->triangles().empty())
+    TERRANE_TRY(ProgressiveMesh made,
+                ProgressiveMesh::create(near, {.least_triangle_count = options.triangles}));
+    if (made.triangles().empty())
         return fail(ErrorCode::bad_data, "all of its triangles have two corners in one place");
     SimplifiedFile file;
-    file.stop = set_level(*made, options.triangles, options.error_m - rounding);
-    file.error_m = made->error_m() > 0.0 ? made->error_m() + rounding : 0.0;
+    file.stop = set_level(made, options.triangles, options.error_m - rounding);
+    file.error_m = made.error_m() > 0.0 ? made.error_m() + rounding : 0.0;
     constexpr std::uint32_t kUnused = ~std::uint32_t{0};
     std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
-    for (const auto& triangle : made->triangles()) {
-        for (const std::uint32_t vertex : triangle) number[made->input_vertices()[vertex]] = 0;
+    for (const auto& triangle : made.triangles()) {
+        for (const std::uint32_t vertex : triangle) number[made.input_vertices()[vertex]] = 0;
     }
     for (std::size_t i = 0; i < number.size(); ++i) {
         if (number[i] == kUnused) continue;
@@ -254,12 +253,12 @@ Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptio
         if (!mesh.texture_coordinates.empty())
             file.mesh.texture_coordinates.push_back(mesh.texture_coordinates[i]);
     }
-    std::vector<std::uint32_t> order(made->triangles().size());
+    std::vector<std::uint32_t> order(made.triangles().size());
     std::iota(order.begin(), order.end(), 0u);
-    std::ranges::sort(order, {}, [&](std::uint32_t i) { return made->input_triangles()[i]; });
+    std::ranges::sort(order, {}, [&](std::uint32_t i) { return made.input_triangles()[i]; });
     for (const std::uint32_t i : order) {
-        TriangleMesh::Triangle triangle = made->triangles()[i];
-        for (std::uint32_t& vertex : triangle) vertex = number[made->input_vertices()[vertex]];
+        TriangleMesh::Triangle triangle = made.triangles()[i];
+        for (std::uint32_t& vertex : triangle) vertex = number[made.input_vertices()[vertex]];
         file.mesh.triangles.push_back(triangle);
     }
     return file;

@@ -129,33 +129,30 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
 }
 
 Result<void> write_frames(const OutputPlace& place, const PagingRun& run) {
-    Result<OutputFile> file = OutputFile::create(place);
-    if (!file) return tl::unexpected(file.error());
-    file->write(
+    TERRANE_TRY(OutputFile file, OutputFile::create(place));
+    file.write(
         "time_s,eye_x_m,eye_y_m,eye_z_m,triangles,error_px,late,status,threshold_px,"
         "resident_bytes,in_flight_bytes,chunks_resident,late_chunks,contact_late,bytes_read,"
         "chunks_loaded,chunks_evicted,chunks_cancelled\n");
     for (std::size_t i = 0; i < run.frames.size(); ++i) {
         const FrameRecord& r = run.frames[i];
-        file->write(fmt::format(
+        file.write(fmt::format(
             "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.time, r.eye_world.x(),
             r.eye_world.y(), r.eye_world.z(), r.triangles, r.error_px, r.is_late() ? 1 : 0,
             name_of(r.status), r.threshold_px, r.paging.resident_bytes, r.paging.in_flight_bytes,
             r.paging.resident_chunks, r.paging.late_chunks, run.contact_late[i],
             r.paging.bytes_read, r.paging.loaded, r.paging.evicted, r.paging.cancelled));
     }
-    return file->commit();
+    return file.commit();
 }
 
 Result<void> write_files(const PageOptions& options, const Terrain& terrain, const Plan& plan,
                          const std::shared_ptr<OutputFolder>& folder) {
     if (folder == nullptr) return {};
     const std::span<const PagingRow> rows = std::span(plan.rows).first(plan.rows_done);
-    if (const Result<void> cleared = folder->clear(); !cleared) return cleared;
+    TERRANE_TRY(folder->clear());
     if (plan.rows.size() == 1) {
-        const Result<void> written =
-            write_frames(OutputPlace(folder, kFramesName), rows.front().run);
-        if (!written) return written;
+        TERRANE_TRY(write_frames(OutputPlace(folder, kFramesName), rows.front().run));
     }
     nlohmann::ordered_json summary;
     summary["terrain"] = terrain.name;
@@ -176,23 +173,21 @@ Result<void> write_files(const PageOptions& options, const Terrain& terrain, con
 }
 
 CommandResult<void> run_page(const PageOptions& options, const CLI::App& command) {
-    if (const CommandResult<void> good = check(options); !good) return good;
-    if (const CommandResult<void> good = refuse_idle_page_flags(options, command); !good) {
-        return good;
-    }
+    TERRANE_TRY(check(options));
+    TERRANE_TRY(refuse_idle_page_flags(options, command));
     const CommandResult<Terrain> terrain = open_terrain(options.terrain);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_budget(*terrain, options.budget); !fit) return fit;
+    TERRANE_TRY(check_budget(*terrain, options.budget));
     for (const double memory_mb : options.memories_mb) {
-        if (const CommandResult<void> fit = check_memory(*terrain, memory_mb); !fit) return fit;
+        TERRANE_TRY(check_memory(*terrain, memory_mb));
     }
     CommandResult<Plan> plan = make_plan(options, *terrain);
     if (!plan) return pass_on(plan.error());
     const bool has_jumps = std::ranges::any_of(
         plan->paths, [](const CameraPath& path) { return !path.jumps().empty(); });
-    const CommandResult<void> no_idle_flags = refuse_idle_flags(
-        command, {{{"--announce-s"}, has_jumps, "goes with a path that jumps, such as teleports"}});
-    if (!no_idle_flags) return no_idle_flags;
+    TERRANE_TRY(refuse_idle_flags(
+        command,
+        {{{"--announce-s"}, has_jumps, "goes with a path that jumps, such as teleports"}}));
     std::shared_ptr<OutputFolder> folder;
     if (!options.out.empty()) {
         Result<std::shared_ptr<OutputFolder>> opened =

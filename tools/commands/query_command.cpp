@@ -29,7 +29,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
     whole.world = WorldKind::whole;
     const CommandResult<Terrain> terrain = open_terrain(whole);
     if (!terrain) return pass_on(terrain.error());
-    if (const CommandResult<void> fit = check_memory(*terrain, options.memory_mb); !fit) return fit;
+    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
     Result<QueryGround> ground = QueryGround::create(
         terrain->source, {.contact_spacing = options.contact_spacing_m,
                           .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),

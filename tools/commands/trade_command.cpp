@@ -12,15 +12,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <utility>
 
 namespace terrane::tools {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* kTradeName = "trade.json";
 // Target duration of a run, seconds: two thirds of the documented one, as a margin for slow machines.
@@ -60,14 +57,10 @@ CommandResult<std::vector<TradeTerrain>> open_trade_terrains(const TradeOptions&
     return terrains;
 }
 
-double seconds_from(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// Measures the chosen dials over the terrains. Each gets its share of the time that is left.
 CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
                                                const std::vector<TradeTerrain>& terrains) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch(Clock::wall);
     std::vector<Dial> dials = all_dials();
     if (!options.dials.empty()) {
         std::erase_if(dials, [&options](const Dial& dial) {
@@ -89,16 +82,16 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
         for (const TradeTerrain& each : terrains) {
             progress.show(1.0 - static_cast<double>(left) / all);
             const double aim = options.is_quick ? kQuickSeconds : kFullSeconds;
-            const double share = (aim - seconds_from(start)) / static_cast<double>(left--);
+            const double share = (aim - 1e-3 * watch.ms()) / static_cast<double>(left--);
             const TradePlace place{
                 .terrain = &each.terrain, .flags = each.flags, .is_quick = options.is_quick};
             if (const auto reason = dial.idle_reason ? dial.idle_reason(place) : std::nullopt) {
                 document.idle_dials.push_back({dial.key, each.terrain.name, *reason});
                 continue;
             }
-            const TradePatience patience{
+            const Patience patience{
                 .seconds = std::clamp(share, 0.0, kMostSecondsOfDial),
-                .most_repetitions = options.is_quick ? std::size_t{3} : std::size_t{9}};
+                .most_turns = options.is_quick ? std::size_t{4} : std::size_t{10}};
             const CommandResult<TradeTable> table = measure_dial(dial, place, patience);
             if (!table) return pass_on(table.error());
             document.tables.push_back(*table);
@@ -107,7 +100,7 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
         }
     }
     document.reference_ms = summarize_figure(reference_ms, {});
-    document.seconds = seconds_from(start);
+    document.seconds = 1e-3 * watch.ms();
     return document;
 }
 
@@ -135,20 +128,17 @@ nlohmann::ordered_json summarize_fronts(const TradeDocument& document) {
     return summary;
 }
 
-CommandResult<void> write_text(const OutputPlace& place, const std::string& text) {
-    Result<OutputFile> file = OutputFile::create(place);
-    if (!file) return pass_on(file.error());
-    file->write(text);
-    const Result<void> done = file->commit();
-    if (!done) return pass_on(done.error());
-    return {};
+Result<void> write_text(const OutputPlace& place, const std::string& text) {
+    TERRANE_TRY(OutputFile file, OutputFile::create(place));
+    file.write(text);
+    return file.commit();
 }
 
 CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& command) {
     const bool compares = is_given(command, "--compare");
-    const CommandResult<void> no_idle_flags = refuse_idle_flags(
-        command, {{{"--seed", "--dem", "--dial", "--quick"}, !compares, "goes without --compare"}});
-    if (!no_idle_flags) return no_idle_flags;
+    TERRANE_TRY(refuse_idle_flags(
+        command,
+        {{{"--seed", "--dem", "--dial", "--quick"}, !compares, "goes without --compare"}}));
     if (compares) {
         if (options.compare.size() == 2) {
             return run_comparison(
@@ -175,9 +165,8 @@ CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& comma
         if (const Result<void> cleared = folder->clear(); !cleared) {
             return pass_on(cleared.error());
         }
-        const CommandResult<void> saved =
-            write_text(OutputPlace(folder, kTradeName), to_line(json));
-        if (!saved) return saved;
+        const Result<void> saved = write_text(OutputPlace(folder, kTradeName), to_line(json));
+        if (!saved) return pass_on(saved.error());
         const Result<void> written = write_trade_report(OutputPlace(folder, kReportName),
                                                         {.title = "Trade-offs",
                                                          .command_line = document->command_line,

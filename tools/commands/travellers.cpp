@@ -65,17 +65,15 @@ Pose VehicleTraveller::pose(const World& world) const {
 }
 
 Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const World& obstacles) {
-    const Result<Pose> pose = pose_on_ground(settings_, start_, ground);
-    if (!pose) return tl::unexpected(pose.error());
-    const Result<BodyId> added = world.add_vehicle(settings_, *pose);
-    if (!added) return added;
-    if (!is_free(obstacles, ground, world.settings(*added).shape, *pose)) {
+    TERRANE_TRY(const Pose pose, pose_on_ground(settings_, start_, ground));
+    TERRANE_TRY(const BodyId added, world.add_vehicle(settings_, pose));
+    if (!is_free(obstacles, ground, world.settings(added).shape, pose)) {
         return fail(ErrorCode::invalid_argument,
                     fmt::format("a body of the scene is at x {:.6g} m, y {:.6g} m, where the "
                                 "vehicle starts",
-                                pose->translation.x(), pose->translation.y()));
+                                pose.translation.x(), pose.translation.y()));
     }
-    body_ = *added;
+    body_ = added;
     return body_;
 }
 
@@ -158,19 +156,17 @@ Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
 Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
     constexpr double kStartHeight = 0.05;  // metres
     // A world of its own tells where the wheels hang.
-    Result<World> world = World::create({});
-    if (!world) return tl::unexpected(world.error());
-    const Result<BodyId> vehicle = world->add_vehicle(settings, pose);
-    if (!vehicle) return tl::unexpected(vehicle.error());
+    TERRANE_TRY(World world, World::create({}));
+    TERRANE_TRY(const BodyId vehicle, world.add_vehicle(settings, pose));
     double lift = -std::numeric_limits<double>::infinity();
     bool is_complete = true;
     const auto add = [&](const Shape& shape, const Pose& at) {
         const LiftAnswer answer = compute_lift(shape, at, ground);
         lift = std::max(lift, answer.lift);
-        is_complete = is_complete && answer.status == QueryStatus::complete;
+        is_complete = is_complete && answer.status == QueryStatus::ok;
     };
-    add(world->settings(*vehicle).shape, pose);
-    for (const WheelState& wheel : world->vehicle(*vehicle)->wheels) {
+    add(world.settings(vehicle).shape, pose);
+    for (const WheelState& wheel : world.vehicle(vehicle)->wheels) {
         Pose at;
         at.translation = wheel.centre_world;
         add(Sphere{settings.wheel_radius}, at);
@@ -239,7 +235,7 @@ Result<BodyId> CharacterTraveller::enter(World& world, const Ground& ground,
     at.translation = start_;
     const Shape shape = capsule_of(settings_);
     const LiftAnswer lift = compute_lift(shape, at, ground);
-    if (lift.status != QueryStatus::complete) {
+    if (lift.status != QueryStatus::ok) {
         return fail(ErrorCode::invalid_argument,
                     fmt::format("the ground at x {:.6g} m, y {:.6g} m, where the character "
                                 "starts, is not loaded",
@@ -314,7 +310,7 @@ void CharacterTraveller::draw(const World& world, std::vector<DrawnObject>& obje
     const Pose at = pose(world);
     add_objects(Shape(capsule_of(settings_)), at, kCoat, objects);
     const double r = settings_.radius;
-    objects.push_back({DrawnObject::Form::ball,
+    objects.push_back({DrawnObject::Form::ellipsoid,
                        {at.rotation, at * Eigen::Vector3d(0.35 * r, 0.0, settings_.half_height)},
                        Eigen::Vector3d(0.8 * r, 0.7 * r, 0.7 * r),
                        kFace});

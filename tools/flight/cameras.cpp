@@ -36,7 +36,7 @@ double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
     if (ground == nullptr || !ground->has_solids()) return height;
     const double top = pose_world.translation.z() + settings_.above;
     const HeightAnswer below = ground->height_below(x, y, top);
-    return below.status == GroundStatus::ok ? below.height : std::min(height, top);
+    return below.status == QueryStatus::ok ? below.height : std::min(height, top);
 }
 
 WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) const {
@@ -49,7 +49,7 @@ WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) c
 // Moves the eye to the near side of a wall between it and its target.
 void ChaseCamera::stay_in_sight(const Ground& ground) {
     const RayAnswer wall = ground.ray(target_world_, eye_world_);
-    if (wall.status != GroundStatus::ok) return;
+    if (wall.status != QueryStatus::ok) return;
     const Eigen::Vector3d along = eye_world_ - target_world_;
     const double free = wall.fraction * along.norm();
     const double wanted = std::max(kLeastSight * free, free - kWallClearance);

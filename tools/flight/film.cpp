@@ -221,10 +221,9 @@ Result<Film> Film::create(const OutputPlace& place, int width_px, int height_px,
     const Descriptor input(ends[1]);
     const timeval patience{.tv_sec = patience_s, .tv_usec = 0};
     setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    Result<TemporaryFile> part = TemporaryFile::beside(path);
-    if (!part) return tl::unexpected(part.error());
-    part->close();  // ffmpeg opens it by its name
-    state->part.emplace(std::move(*part));
+    TERRANE_TRY(TemporaryFile part, TemporaryFile::beside(path));
+    part.close();  // ffmpeg opens it by its name
+    state->part.emplace(std::move(part));
     const int error =
         start(make_arguments(state->part->path(), width_px, height_px, frames_per_second),
               input.number(), fileno(state->complaints.get()), state->process);

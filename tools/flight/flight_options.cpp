@@ -123,9 +123,8 @@ Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
     if (!names_track_file(name)) {
         return CameraPath::create(name, *terrain.source, planned_in(terrain, settings));
     }
-    Result<Track> track = read_track(name, make_geo_reference(terrain.dem));
-    if (!track) return tl::unexpected(track.error());
-    return follow_track(std::move(*track), *terrain.source, settings);
+    TERRANE_TRY(Track track, read_track(name, make_geo_reference(terrain.dem)));
+    return follow_track(std::move(track), *terrain.source, settings);
 }
 
 CommandResult<void> check_pictures(const FlightOptions& options) {
@@ -151,8 +150,8 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
 }
 
 CommandResult<void> check(const FlightOptions& options) {
-    if (const CommandResult<void> good = check_path(options.path); !good) return good;
-    if (const CommandResult<void> good = check_pictures(options); !good) return good;
+    TERRANE_TRY(check_path(options.path));
+    TERRANE_TRY(check_pictures(options));
     if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
         // before the path is created: its memory grows with its duration
         const CommandResult<std::size_t> frames = count_frames(options.fps, options.seconds);
@@ -176,7 +175,7 @@ std::string drivable_paths() {
 }
 
 CommandResult<void> check_limits(const FlightOptions& options, const Terrain& terrain) {
-    if (CommandResult<void> good = check_budget(terrain, options.budget); !good) return good;
+    TERRANE_TRY(check_budget(terrain, options.budget));
     return check_memory(terrain, options.memory_mb);
 }
 

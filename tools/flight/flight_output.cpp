@@ -20,29 +20,24 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
     if (!options.out.empty()) {
         std::vector<std::string> names{kFramesName, kReportName};
         if (options.video) names.emplace_back(kFilmName);
-        Result<std::shared_ptr<OutputFolder>> opened =
-            OutputFolder::open(options.out, std::move(names), options.png);
-        if (!opened) return tl::unexpected(opened.error());
-        folder = std::move(*opened);
+        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
+                    OutputFolder::open(options.out, std::move(names), options.png));
+        folder = std::move(opened);
     }
     watch_for_interrupts();
     std::optional<FlightPictures> pictures;
     if (options.has_pictures()) {
-        Result<FlightPictures> made = FlightPictures::create(options, terrain, folder);
-        if (!made) return tl::unexpected(made.error());
-        pictures.emplace(std::move(*made));
+        TERRANE_TRY(FlightPictures made, FlightPictures::create(options, terrain, folder));
+        pictures.emplace(std::move(made));
     }
     // removes the files of earlier runs last, when nothing else can fail
     std::optional<OutputPlace> csv;
     if (folder != nullptr) {
-        if (const Result<void> cleared = folder->clear(); !cleared) {
-            return tl::unexpected(cleared.error());
-        }
+        TERRANE_TRY(folder->clear());
         csv.emplace(folder, kFramesName);
     }
-    Result<FlightLog> log = FlightLog::create(csv, std::move(extra_columns));
-    if (!log) return tl::unexpected(log.error());
-    FlightOutput output(options, std::move(folder), std::move(*log));
+    TERRANE_TRY(FlightLog log, FlightLog::create(csv, std::move(extra_columns)));
+    FlightOutput output(options, std::move(folder), std::move(log));
     output.pictures_ = std::move(pictures);
     return output;
 }
@@ -50,24 +45,23 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
     if (terrain.objects == nullptr) return {};
     TerrainRenderer* const renderer = pictures_ ? &pictures_->renderer() : nullptr;
-    Result<ObjectField> field =
+    TERRANE_TRY(
+        ObjectField field,
         ObjectField::create(terrain.source, *terrain.objects,
                             {.max_error_px = options_.max_error_px,
                              .picture = make_view(options_.size, options_.fov_deg),
                              .has_thread = options_.threads > 0,
                              .shadows = renderer != nullptr ? renderer->shadows() : std::nullopt},
-                            renderer);
-    if (!field) return tl::unexpected(field.error());
-    maker.set_objects(std::make_unique<ObjectField>(*std::move(field)));
+                            renderer));
+    maker.set_objects(std::make_unique<ObjectField>(std::move(field)));
     return {};
 }
 
 Result<void> FlightOutput::add(MadeFrame frame, const View& view,
                                std::span<const DrawnObject> objects) {
     if (pictures_) {
-        const Result<double> drawn = pictures_->add(log_.frames().size(), frame, view, objects);
-        if (!drawn) return tl::unexpected(drawn.error());
-        frame.record.draw_ms = *drawn;
+        TERRANE_TRY(const double drawn, pictures_->add(log_.frames().size(), frame, view, objects));
+        frame.record.draw_ms = drawn;
     }
     return log_.add(std::move(frame.record));
 }
@@ -83,9 +77,9 @@ Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_js
     if (folder_ == nullptr) return {};
     summary["out"] = options_.out;
     if (pictures_) {
-        if (const Result<void> ended = pictures_->finish(); !ended) return ended;
+        TERRANE_TRY(pictures_->finish());
     }
-    if (const Result<void> ended = log_.commit(); !ended) return ended;
+    TERRANE_TRY(log_.commit());
     return write_flight_report(OutputPlace(folder_, kReportName),
                                {.title = title,
                                 .command_line = own_command_line(),

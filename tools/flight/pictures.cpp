@@ -30,15 +30,15 @@ public:
         : colour_(colour), share_(share), out_(objects) {}
 
     void add(const Sphere& sphere, const Pose& pose) {
-        out_.push_back({Form::ball, pose, Eigen::Vector3d::Constant(sphere.radius),
+        out_.push_back({Form::ellipsoid, pose, Eigen::Vector3d::Constant(sphere.radius),
                         shade({0.90f, 0.45f, 0.10f})});
     }
     void add(const Capsule& capsule, const Pose& pose) {
         const Colour colour = shade({0.15f, 0.45f, 0.85f});
         out_.push_back(
-            {Form::tube, pose, {capsule.radius, capsule.radius, capsule.half_height}, colour});
+            {Form::cylinder, pose, {capsule.radius, capsule.radius, capsule.half_height}, colour});
         for (const double end : {-capsule.half_height, capsule.half_height}) {
-            out_.push_back({Form::ball,
+            out_.push_back({Form::ellipsoid,
                             {pose.rotation, pose * Eigen::Vector3d(0.0, 0.0, end)},
                             Eigen::Vector3d::Constant(capsule.radius),
                             colour});
@@ -91,8 +91,8 @@ private:
         pose.rotation << side, along.cross(side), along;
         pose.translation = 0.5 * (a + b);
         const Colour colour = shade({0.55f, 0.50f, 0.47f});
-        out_.push_back({Form::tube, pose, {radius, radius, 0.5 * (b - a).norm()}, colour});
-        out_.push_back({Form::ball,
+        out_.push_back({Form::cylinder, pose, {radius, radius, 0.5 * (b - a).norm()}, colour});
+        out_.push_back({Form::ellipsoid,
                         {Eigen::Matrix3d::Identity(), a},
                         Eigen::Vector3d::Constant(radius),
                         colour});
@@ -139,7 +139,8 @@ void add_wheel(const Eigen::Matrix3d& world_from_body, const WheelState& wheel, 
         0.0, 1.0, 0.0,                                        //
         -std::sin(wheel.spin), 0.0, std::cos(wheel.spin);
     const Pose pose{world_from_body * steered * spun, wheel.centre_world};
-    objects.push_back({DrawnObject::Form::ball, pose, Eigen::Vector3d::Constant(radius), kTyre});
+    objects.push_back(
+        {DrawnObject::Form::ellipsoid, pose, Eigen::Vector3d::Constant(radius), kTyre});
     objects.push_back({DrawnObject::Form::box, pose,
                        Eigen::Vector3d(0.5 * radius, 0.9 * radius, 0.12 * radius), kSpokes});
 }
@@ -212,33 +213,30 @@ FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
 
 Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
                                               const std::shared_ptr<OutputFolder>& folder) {
-    Result<EglContext> context = EglContext::create();
-    if (!context) return tl::unexpected(context.error());
+    TERRANE_TRY(EglContext context, EglContext::create());
     RendererSettings settings;
     fit_tints(terrain, settings);
-    settings.sample_count = options.samples > 0      ? static_cast<int>(options.samples)
-                            : context->is_software() ? 1
-                                                     : settings.sample_count;
+    settings.sample_count = options.samples > 0     ? static_cast<int>(options.samples)
+                            : context.is_software() ? 1
+                                                    : settings.sample_count;
     settings.shadow_distance = options.shadows;
     settings.water_level = terrain.water_m;
     settings.imagery = terrain.imagery;
     settings.imagery_waits = !options.waits_for_clock();  // films need not keep real time
-    Result<TerrainRenderer> renderer =
-        TerrainRenderer::create(*context, options.size.width_px, options.size.height_px, settings);
-    if (!renderer) return tl::unexpected(renderer.error());
-    FlightPictures pictures(std::move(*context), std::move(*renderer));
+    TERRANE_TRY(
+        TerrainRenderer renderer,
+        TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
+    FlightPictures pictures(std::move(context), std::move(renderer));
     if (options.png) pictures.picture_folder_ = folder;
     if (options.video) {
-        Result<Film> film = Film::create(OutputPlace(folder, kFilmName), options.size.width_px,
-                                         options.size.height_px, options.fps);
-        if (!film) return tl::unexpected(film.error());
-        pictures.film_.emplace(std::move(*film));
+        TERRANE_TRY(Film film, Film::create(OutputPlace(folder, kFilmName), options.size.width_px,
+                                            options.size.height_px, options.fps));
+        pictures.film_.emplace(std::move(film));
     }
     if (options.window) {
-        Result<Window> window =
-            Window::create("terrane", options.size.width_px, options.size.height_px);
-        if (!window) return tl::unexpected(window.error());
-        pictures.window_.emplace(std::move(*window));
+        TERRANE_TRY(Window window,
+                    Window::create("terrane", options.size.width_px, options.size.height_px));
+        pictures.window_.emplace(std::move(window));
         pictures.context_.make_current();
     }
     return pictures;
@@ -247,8 +245,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
 Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, const View& view,
                                    std::span<const DrawnObject> objects) {
     const auto start = std::chrono::steady_clock::now();
-    if (const Result<void> drawn = renderer_.draw(made.mesh, view, objects, made.draws); !drawn)
-        return tl::unexpected(drawn.error());
+    TERRANE_TRY(renderer_.draw(made.mesh, view, objects, made.draws));
     const Image image = renderer_.read();
     const std::chrono::duration<double, std::milli> taken =
         std::chrono::steady_clock::now() - start;
@@ -260,14 +257,11 @@ Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, con
         const std::string name = frame_name(frame);
         const std::string path = picture_folder_->path_of(name);
         const RemovedIfKilled part(path + ".part");  // as write_png() names it
-        if (const Result<void> written = write_png(image, path); !written)
-            return tl::unexpected(written.error());
-        if (const Result<void> listed = picture_folder_->record(path, name); !listed)
-            return tl::unexpected(listed.error());
+        TERRANE_TRY(write_png(image, path));
+        TERRANE_TRY(picture_folder_->record(path, name));
     }
     if (film_) {
-        if (const Result<void> added = film_->add(image); !added)
-            return tl::unexpected(added.error());
+        TERRANE_TRY(film_->add(image));
     }
     return taken.count();
 }

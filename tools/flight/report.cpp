@@ -123,10 +123,9 @@ Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                                      {"CHART_JS", std::string(assets::chart_js)},
                                      {"REPORT_JS", std::string(assets::report_js)},
                                      {"SCRIPT", std::string(script)}});
-    Result<OutputFile> file = OutputFile::create(place);
-    if (!file) return tl::unexpected(file.error());
-    file->write(page);
-    return file->commit();
+    TERRANE_TRY(OutputFile file, OutputFile::create(place));
+    file.write(page);
+    return file.commit();
 }
 
 namespace {

@@ -80,9 +80,8 @@ Result<FlightLog> FlightLog::create(const std::optional<OutputPlace>& csv,
     FlightLog log;
     log.extra_columns_ = std::move(extra_columns);
     if (!csv) return log;
-    Result<OutputFile> file = OutputFile::create(*csv);
-    if (!file) return tl::unexpected(file.error());
-    log.csv_.emplace(std::move(*file));
+    TERRANE_TRY(OutputFile file, OutputFile::create(*csv));
+    log.csv_.emplace(std::move(file));
     log.csv_->write(header(log.extra_columns_));
     return log;
 }

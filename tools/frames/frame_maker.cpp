@@ -80,12 +80,10 @@ FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
 Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source,
                                       const FrameMakerSettings& settings,
                                       std::unique_ptr<ChunkLoader> loader) {
-    Result<Triangulator> triangulator = Triangulator::create(*source, settings.triangulator);
-    if (!triangulator) return tl::unexpected(triangulator.error());
-    Result<Pager> pager = loader ? Pager::create(source, settings.pager, std::move(loader))
-                                 : Pager::create(source, settings.pager);
-    if (!pager) return tl::unexpected(pager.error());
-    FrameMaker maker(std::move(*pager), std::move(*triangulator));
+    TERRANE_TRY(Triangulator triangulator, Triangulator::create(*source, settings.triangulator));
+    TERRANE_TRY(Pager pager, loader ? Pager::create(source, settings.pager, std::move(loader))
+                                    : Pager::create(source, settings.pager));
+    FrameMaker maker(std::move(pager), std::move(triangulator));
     maker.budget_ = settings.triangulator.triangle_budget;
     maker.max_error_px_ = settings.triangulator.max_error_px;
     if (settings.verify) maker.verifier_.emplace(*source);
@@ -104,9 +102,9 @@ std::span<const TriangleDemand> FrameMaker::with_kept_free(
 }
 
 std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
-                                                        const HorizonMap* horizon) {
+                                                        const HorizonMap* horizon_map) {
     if (!objects_) return with_kept_free({});
-    const std::span<const TriangleDemand> demands = objects_->begin_frame(view, horizon);
+    const std::span<const TriangleDemand> demands = objects_->begin_frame(view, horizon_map);
     return with_kept_free(horizon_.pays(objects_->counts()) ? demands
                                                             : objects_->begin_again(view));
 }
@@ -114,9 +112,9 @@ std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
 // Triangulates a frame with its objects. Objects hidden by the ground are omitted if the map pays and is valid.
 TerrainMesh FrameMaker::triangulate(const View& view) {
     const std::shared_ptr<const ResidentSet> resident = pager_.resident();
-    const HorizonMap* const horizon =
+    const HorizonMap* const horizon_map =
         objects_ && objects_->can_be_hidden() ? horizon_.begin(resident, view) : nullptr;
-    const TerrainMesh mesh = triangulator_.update(resident, view, begin_frame(view, horizon));
+    const TerrainMesh mesh = triangulator_.update(resident, view, begin_frame(view, horizon_map));
     if (horizon_.holds_for(mesh)) return mesh;
     return triangulator_.update(resident, view, with_kept_free(objects_->begin_again(view)));
 }
@@ -158,7 +156,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     pager_.update({&camera, 1}, bodies, time);
     frame.mesh = triangulate(view);
     if (objects_) {
-        frame.draws = objects_->end_frame(frame.mesh.others_threshold_px);
+        frame.draws = objects_->end_frame(frame.mesh.demand_threshold_px);
         horizon_.end(frame.mesh, objects_->counts());
     }
     const std::chrono::duration<double, std::milli> taken = Clock::now() - start;

@@ -113,7 +113,7 @@ public:
 private:
     FrameMaker(Pager pager, Triangulator triangulator);
     std::span<const TriangleDemand> with_kept_free(std::span<const TriangleDemand> of_objects);
-    std::span<const TriangleDemand> begin_frame(const View& view, const HorizonMap* horizon);
+    std::span<const TriangleDemand> begin_frame(const View& view, const HorizonMap* horizon_map);
     TerrainMesh triangulate(const View& view);
 
     Pager pager_;

@@ -39,17 +39,16 @@ std::vector<MeshLevel> ObjectLevels::mesh_levels() const {
 }
 
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
-    Result<ProgressiveMesh> progressive = ProgressiveMesh::create(mesh);
-    if (!progressive) return tl::unexpected(progressive.error());
+    TERRANE_TRY(ProgressiveMesh progressive, ProgressiveMesh::create(mesh));
     ObjectLevels made;
-    made.mesh = progressive->finest();
+    made.mesh = progressive.finest();
     if (made.mesh.triangles.empty())
         return fail(ErrorCode::invalid_argument, "an object must have triangles and an extent");
     made.model.bounds = bounding_box(made.mesh.positions);
     const double size = (made.model.bounds.high - made.model.bounds.low).norm();
 
     const auto add = [&](double error_m) {
-        const std::span<const TriangleMesh::Triangle> triangles = progressive->triangles();
+        const std::span<const TriangleMesh::Triangle> triangles = progressive.triangles();
         made.model.levels.push_back(
             {.error_m = error_m,
              .triangles = static_cast<std::uint32_t>(triangles.size()),
@@ -60,14 +59,14 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
     add(0.0);
     for (const double error : kLevelErrors) {
         const std::size_t before = made.triangles.back().size();
-        progressive->set_error(error * size);
-        const std::size_t count = progressive->triangles().size();
+        progressive.set_error(error * size);
+        const std::size_t count = progressive.triangles().size();
         if (count == 0 || static_cast<double>(count) > kLeastSaving * static_cast<double>(before))
             continue;
-        progressive->set_triangle_count(before);
-        made.morph_targets.back() = progressive->geomorph_targets(count);
+        progressive.set_triangle_count(before);
+        made.morph_targets.back() = progressive.geomorph_targets(count);
         made.model.levels.back().morphs = true;
-        progressive->set_triangle_count(count);
+        progressive.set_triangle_count(count);
         // The limit that it was contracted to, so that errors keep their ratio.
         add(error * size);
     }
@@ -77,10 +76,10 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
             {.error_m = kImpostorError * size, .triangles = 2, .is_impostor = true});
     }
     if (made.model.levels[0].triangles >= kLeastContinuous) {
-        made.model.continuous = std::make_shared<const ProgressiveMesh>(*std::move(progressive));
+        made.model.continuous = std::make_shared<const ProgressiveMesh>(std::move(progressive));
     }
     made.model.absence_error_m = size;
-    if (const Result<void> good = check(made.model); !good) return tl::unexpected(good.error());
+    TERRANE_TRY(made.model.validate());
     return made;
 }
 
@@ -190,9 +189,8 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
                                         const ObjectFieldSettings& settings,
                                         TerrainRenderer* renderer) {
     const SceneSettings of_scene;
-    Result<Scene> scene = Scene::create(of_scene);
-    if (!scene) return tl::unexpected(scene.error());
-    ObjectField field(*std::move(scene), settings);
+    TERRANE_TRY(Scene scene, Scene::create(of_scene));
+    ObjectField field(std::move(scene), settings);
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < objects.meshes.size(); ++i) {
         Result<ObjectLevels> made = make_levels(objects.meshes[i]);
@@ -200,7 +198,7 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
         levels.push_back(*std::move(made));
     }
     if (renderer != nullptr) {
-        if (auto ok = upload(objects, levels, *renderer); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(upload(objects, levels, *renderer));
     }
     std::vector<ModelId> models;
     for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -315,10 +313,10 @@ void ObjectField::load_all(const View& view) {
     add_made(kAll);
 }
 
-std::span<const TriangleDemand> ObjectField::cull(const View& view, const HorizonMap* horizon) {
+std::span<const TriangleDemand> ObjectField::cull(const View& view, const HorizonMap* horizon_map) {
     const Clock::time_point start = Clock::now();
     const std::span<const TriangleDemand> demands =
-        scene_.begin_frame(view, max_error_px_, shadows_, horizon);
+        scene_.begin_frame(view, max_error_px_, shadows_, horizon_map);
     counts_.occluded = scene_.counts().occluded;
     counts_.occluded_share = scene_.counts().occluded_share;
     counts_.ms += ms_since(start);
@@ -326,13 +324,13 @@ std::span<const TriangleDemand> ObjectField::cull(const View& view, const Horizo
 }
 
 std::span<const TriangleDemand> ObjectField::begin_frame(const View& view,
-                                                         const HorizonMap* horizon) {
+                                                         const HorizonMap* horizon_map) {
     const Clock::time_point start = Clock::now();
     // no new requests while the thread is behind
     if (pending_ < kMostPending) follow(view.eye_world, kSquaresAFrame);
     add_made(kSquaresAFrame * scattered_.size());
     counts_.ms = ms_since(start);
-    return cull(view, horizon);
+    return cull(view, horizon_map);
 }
 
 std::span<const TriangleDemand> ObjectField::begin_again(const View& view) {

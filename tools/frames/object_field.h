@@ -126,9 +126,9 @@ public:
 
     /// Begins a frame: updates squares and culls. A square whose heights cannot be read stays empty, and is counted.
     ///
-    /// @param horizon see Scene::begin_frame()
+    /// @param horizon_map see Scene::begin_frame()
     std::span<const TriangleDemand> begin_frame(const View& view,
-                                                const HorizonMap* horizon = nullptr);
+                                                const HorizonMap* horizon_map = nullptr);
     /// Restarts the frame without occlusion by the ground.
     std::span<const TriangleDemand> begin_again(const View& view);
     /// Ends the frame: see Scene::end_frame().
@@ -153,7 +153,7 @@ private:
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);
-    std::span<const TriangleDemand> cull(const View& view, const HorizonMap* horizon);
+    std::span<const TriangleDemand> cull(const View& view, const HorizonMap* horizon_map);
 
     Scene scene_;
     double max_error_px_;

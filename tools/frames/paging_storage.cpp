@@ -135,7 +135,7 @@ Result<void> SlowHeights::sample(const SampleGrid& grid, std::span<double> heigh
 
 Result<std::shared_ptr<const Chunk>> SlowHeights::stored_chunk(const ChunkKey& key,
                                                                const std::stop_token& stop) const {
-    auto chunk = heights().stored_chunk(key, stop);
+    auto chunk = ForwardedHeights::stored_chunk(key, stop);
     if (chunk && *chunk != nullptr && is_slow_) wait_for_storage();
     return chunk;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lab/crowd.h"
 
+#include "lab/measure.h"
 #include "program/geometry.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -73,13 +73,35 @@ private:
     std::uint64_t candidates_ = 0;
 };
 
+class EveryPair final : public Broadphase {
+public:
+    void update(std::span<const Aabb> bounds) override { bounds_ = bounds; }
+    std::span<const BodyPair> find_pairs() override {
+        pairs_.clear();
+        for (std::uint32_t i = 0; i < bounds_.size(); ++i) {
+            for (std::uint32_t j = i + 1; j < bounds_.size(); ++j) {
+                if (overlap(bounds_[i], bounds_[j])) pairs_.push_back({i, j});
+            }
+        }
+        return pairs_;
+    }
+    std::uint64_t candidate_count() const override {
+        return bounds_.size() * (bounds_.size() - 1) / 2;
+    }
+    std::uint64_t update_operations() const override { return 0; }
+
+private:
+    std::span<const Aabb> bounds_;
+    std::vector<BodyPair> pairs_;
+};
+
 class DenseGrid final : public Broadphase {
 public:
     explicit DenseGrid(double width)
         : lattice_{static_cast<double>(kDenseCells) / width, kDenseCells - 1},
           lists_(kDenseCells * kDenseCells * kDenseCells) {}
 
-    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere>) override {
+    void update(std::span<const Aabb> bounds) override {
         bounds_ = bounds;
         operations_ = lists_.size();
         for (std::vector<std::uint32_t>& list : lists_) list.clear();
@@ -126,7 +148,7 @@ public:
         choose_cells(cells_);
     }
 
-    void update(std::span<const Aabb> bounds, std::span<const BoundingSphere>) override {
+    void update(std::span<const Aabb> bounds) override {
         constexpr std::uint64_t kMostCells = 64;  // of a box, on average
         bounds_ = bounds;
         if (lows_.size() != bounds.size()) {
@@ -288,12 +310,6 @@ constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
 constexpr int kSizes = 100;  // distinct sizes of a spread: few, so that bodies share meshes
 
-double now_ms() {
-    return std::chrono::duration<double, std::milli>(
-               std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 Eigen::Vector3d direction(BodyRandom& random) {
     const std::array<double, 3> v = random.direction<3>();
     return {v[0], v[1], v[2]};
@@ -342,7 +358,7 @@ std::unique_ptr<Broadphase> make_scheme(const CrowdLayout& layout, double width)
         case CrowdScheme::grid:
             return make_broadphase(BroadphaseKind::grid, 0.0);
         case CrowdScheme::brute:
-            return make_broadphase(BroadphaseKind::brute, 0.0);
+            return std::make_unique<EveryPair>();
         case CrowdScheme::hashed:
             return make_hashed_grid(width, layout.count);
         case CrowdScheme::dense:
@@ -367,28 +383,14 @@ Aabb box_of(const Shape& shape, const Pose& pose) {
 }  // namespace
 
 std::string_view to_string(CrowdScheme scheme) {
-    switch (scheme) {
-        case CrowdScheme::sap:
-            return "sap";
-        case CrowdScheme::grid:
-            return "grid";
-        case CrowdScheme::two_scene:
-            return "two-scene";
-        case CrowdScheme::hashed:
-            return "hashed";
-        case CrowdScheme::dense:
-            return "dense";
-        case CrowdScheme::brute:
-            break;
-    }
-    return "brute";
+    constexpr std::array kNames{"sap", "grid", "two-scene", "brute", "hashed", "dense"};
+    return kNames[static_cast<std::size_t>(scheme)];
 }
 
 Crowd::Crowd(const CrowdLayout& layout) : is_two_scene_(layout.scheme == CrowdScheme::two_scene) {
     place_bodies(layout);
     broadphase_ = make_scheme(layout, width_);
     bounds_.resize(layout.count);
-    balls_.resize(layout.count);
     if (is_two_scene_) {
         exact_.resize(layout.count);
         exact_in_query_.resize(layout.count);
@@ -450,26 +452,21 @@ void Crowd::move(double dt) {
 }
 
 void Crowd::place_bounds() {
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        const Body& body = bodies_[i];
-        bounds_[i] = box_of(body.shape, body.pose);
-        balls_[i] = {body.pose.translation, body.radius};
-    }
-}
-
-void Crowd::place_cubes() {
     // margin over the sphere, above the rounding of a box
     constexpr double kRoundingMargin = 1e-11;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const Body& body = bodies_[i];
+        if (!is_two_scene_) {
+            bounds_[i] = box_of(body.shape, body.pose);
+            continue;
+        }
         const double half = body.radius + kRoundingMargin * (body.radius + 3.0 * width_);
         const Eigen::Vector3d around = Eigen::Vector3d::Constant(half);
         bounds_[i] = {body.pose.translation - around, body.pose.translation + around};
-        balls_[i] = {body.pose.translation, body.radius};
     }
 }
 
-const Aabb& Crowd::exact_box(std::uint32_t body, CrowdQuery& query) {
+const Aabb& Crowd::exact_box(std::uint32_t body, CrowdTotals& query) {
     if (exact_in_query_[body] != query_count_) {
         exact_[body] = box_of(bodies_[body].shape, bodies_[body].pose);
         exact_in_query_[body] = query_count_;
@@ -478,49 +475,30 @@ const Aabb& Crowd::exact_box(std::uint32_t body, CrowdQuery& query) {
     return exact_[body];
 }
 
-bool Crowd::do_boxes_overlap(const BodyPair& pair, CrowdQuery& query) {
-    return overlap(exact_box(pair.a, query), exact_box(pair.b, query));
-}
-
-CrowdQuery Crowd::query() {
-    CrowdQuery query;
+CrowdTotals Crowd::query() {
+    CrowdTotals query{.queries = 1};
     ++query_count_;
-    const double start = now_ms();
-    if (is_two_scene_) {
-        place_cubes();
-    } else {
-        place_bounds();
-        query.boxes = bodies_.size();
-    }
-    const double placed = now_ms();
-    broadphase_->update(bounds_, balls_);
-    const double updated = now_ms();
+    const Stopwatch placing(Clock::wall);
+    place_bounds();
+    query.boxes = is_two_scene_ ? 0 : bodies_.size();
+    query.boxes_ms = placing.ms();
+    const Stopwatch updating(Clock::wall);
+    broadphase_->update(bounds_);
+    query.update_ms = updating.ms();
+    const Stopwatch querying(Clock::wall);
     for (const BodyPair& pair : broadphase_->find_pairs()) {
-        if (is_two_scene_ && !do_boxes_overlap(pair, query)) continue;
+        if (is_two_scene_ && !overlap(exact_box(pair.a, query), exact_box(pair.b, query))) continue;
         ++query.pairs;
         const Body& a = bodies_[pair.a];
         const Body& b = bodies_[pair.b];
         query.touching += test_contact(a.shape, a.pose, b.shape, b.pose).is_touching ? 1u : 0u;
     }
-    query.query_ms = now_ms() - updated;
-    query.update_ms = updated - placed;
-    query.boxes_ms = placed - start;
+    query.query_ms = querying.ms();
     query.candidates = broadphase_->candidate_count();
+    if (query.touching == 0) return query;
+    query.positive_queries = 1;
+    query.positive_ms = query.query_ms;
     return query;
-}
-
-void CrowdTotals::add(const CrowdQuery& query) {
-    ++queries;
-    query_ms += query.query_ms;
-    boxes_ms += query.boxes_ms;
-    update_ms += query.update_ms;
-    boxes += query.boxes;
-    pairs += query.pairs;
-    touching += query.touching;
-    candidates += query.candidates;
-    if (query.touching == 0) return;
-    ++positive_queries;
-    positive_ms += query.query_ms;
 }
 
 void CrowdTotals::add(const CrowdTotals& other) {

@@ -57,10 +57,15 @@ enum class CrowdScheme {
     sap,        ///< BroadphaseKind::sap
     grid,       ///< BroadphaseKind::grid
     two_scene,  ///< sweep-and-prune of cubes that contain a body at any rotation; exact boxes only for the pairs found
-    brute,      ///< BroadphaseKind::brute
+    brute,      ///< every pair of boxes
     hashed,     ///< a hashed grid: cells as wide as the mean distance of the bodies
     dense,      ///< the published dense grid: 40^3 cells, all cleared in each update
 };
+
+/// The schemes in order.
+inline constexpr std::array kCrowdSchemes{CrowdScheme::sap,       CrowdScheme::grid,
+                                          CrowdScheme::two_scene, CrowdScheme::brute,
+                                          CrowdScheme::hashed,    CrowdScheme::dense};
 
 /// `sap`, `grid`, `two-scene`, `brute`, `hashed` or `dense`.
 std::string_view to_string(CrowdScheme scheme);
@@ -88,15 +93,40 @@ struct CrowdLayout {
     std::uint64_t seed = 1;
 };
 
-/// Result and cost of one query of all bodies.
-struct CrowdQuery {
-    double boxes_ms = 0.0;         ///< axis-aligned boxes, or cubes, of all bodies
-    double update_ms = 0.0;        ///< Broadphase::update(), without the boxes
-    double query_ms = 0.0;         ///< pairs and their contact tests
-    std::size_t boxes = 0;         ///< exact boxes that were computed
-    std::size_t pairs = 0;         ///< with overlapping boxes
-    std::size_t touching = 0;      ///< pairs in contact
-    std::uint64_t candidates = 0;  ///< pairs that the broadphase compared
+/// Sums over queries of a crowd, one or more.
+struct CrowdTotals {
+    std::size_t queries = 0;
+    std::size_t positive_queries = 0;  ///< with at least one touching pair
+    double query_ms = 0.0;             ///< pairs and their contact tests
+    double positive_ms = 0.0;          ///< time of the positive queries
+    double boxes_ms = 0.0;             ///< axis-aligned boxes of all bodies; cubes for two scenes
+    double update_ms = 0.0;            ///< Broadphase::update(), without the boxes
+    std::size_t boxes = 0;             ///< exact boxes that were computed
+    std::size_t pairs = 0;             ///< with overlapping boxes
+    std::size_t touching = 0;          ///< pairs in contact
+    std::uint64_t candidates = 0;      ///< pairs that the broadphase compared
+
+    void add(const CrowdTotals& other);
+    /// A sum over the queries; 0 without queries.
+    double mean(auto sum) const { return ratio(static_cast<double>(sum), queries); }
+    double mean_query_ms() const { return mean(query_ms); }
+    double mean_boxes_ms() const { return mean(boxes_ms); }
+    /// Of boxes and broadphase.
+    double mean_update_ms() const { return mean(boxes_ms + update_ms); }
+    /// An update and a query.
+    double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
+    /// Of the broadphase alone.
+    double mean_broadphase_ms() const { return mean(update_ms); }
+    double mean_pairs() const { return mean(pairs); }
+    /// Share of the queries with at least one touching pair, 0 to 1.
+    double positive_share() const { return mean(positive_queries); }
+    /// 0 without positive queries.
+    double mean_positive_ms() const { return ratio(positive_ms, positive_queries); }
+
+private:
+    static double ratio(double sum, std::size_t count) {
+        return count > 0 ? sum / static_cast<double>(count) : 0.0;
+    }
 };
 
 /// Sphere-like polyhedra with rings of 2 x detail corners that move at constant velocity and angular velocity and
@@ -110,7 +140,7 @@ public:
     /// Advances all bodies by dt seconds.
     void move(double dt);
     /// Finds the touching pairs of bodies.
-    CrowdQuery query();
+    CrowdTotals query();
 
     /// Total number of corners of all bodies.
     std::size_t corner_count() const { return corner_count_; }
@@ -128,60 +158,17 @@ private:
 
     void place_bodies(const CrowdLayout& layout);
     void place_bounds();
-    void place_cubes();
-    const Aabb& exact_box(std::uint32_t body, CrowdQuery& query);
-    bool do_boxes_overlap(const BodyPair& pair, CrowdQuery& query);
+    const Aabb& exact_box(std::uint32_t body, CrowdTotals& query);
 
     double width_ = 0.0;  ///< of the room, metres
     bool is_two_scene_;
     std::vector<Body> bodies_;
     std::size_t corner_count_ = 0;
     std::vector<Aabb> bounds_;  ///< boxes of the bodies; for two scenes cubes around their spheres
-    std::vector<BoundingSphere> balls_;
-    std::vector<Aabb> exact_;                    ///< exact boxes, for two scenes
+    std::vector<Aabb> exact_;   ///< exact boxes, for two scenes
     std::vector<std::uint64_t> exact_in_query_;  ///< number of the query that computed exact_
     std::uint64_t query_count_ = 0;
     std::unique_ptr<Broadphase> broadphase_;
-};
-
-/// Sums over queries of a crowd.
-struct CrowdTotals {
-    std::size_t queries = 0;
-    std::size_t positive_queries = 0;  ///< with at least one touching pair
-    double query_ms = 0.0;
-    double positive_ms = 0.0;  ///< time of the positive queries
-    double boxes_ms = 0.0;     ///< boxes of all bodies; cubes for two scenes
-    double update_ms = 0.0;    ///< of the broadphase, without the boxes
-    std::size_t boxes = 0;     ///< exact boxes that were computed
-    std::size_t pairs = 0;
-    std::size_t touching = 0;
-    std::uint64_t candidates = 0;
-
-    void add(const CrowdQuery& query);
-    /// Adds the sums of another run.
-    void add(const CrowdTotals& other);
-    /// Means over the queries; 0 without queries.
-    double mean_query_ms() const { return mean(query_ms, queries); }
-    double mean_boxes_ms() const { return mean(boxes_ms, queries); }
-    /// Of boxes and broadphase.
-    double mean_update_ms() const { return mean(boxes_ms + update_ms, queries); }
-    /// An update and a query.
-    double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
-    /// Of the broadphase alone.
-    double mean_broadphase_ms() const { return mean(update_ms, queries); }
-    /// Pairs of overlapping boxes in a query.
-    double mean_pairs() const { return mean(static_cast<double>(pairs), queries); }
-    /// Exact boxes computed in an update and its query.
-    double mean_boxes() const { return mean(static_cast<double>(boxes), queries); }
-    /// Share of the queries with at least one touching pair, 0 to 1.
-    double positive_share() const { return mean(static_cast<double>(positive_queries), queries); }
-    /// 0 without positive queries.
-    double mean_positive_ms() const { return mean(positive_ms, positive_queries); }
-
-private:
-    static double mean(double sum, std::size_t count) {
-        return count > 0 ? sum / static_cast<double>(count) : 0.0;
-    }
 };
 
 /// Alternates queries of a crowd and moves by dt seconds.

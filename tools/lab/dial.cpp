@@ -7,118 +7,67 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <ctime>
 #include <iterator>
-#include <memory>
 #include <utility>
 
 namespace terrane::tools {
 
-double thread_seconds() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-namespace {
-
-constexpr std::size_t kTableSize = std::size_t{1}
-                                   << 15;  // entries of 8 bytes: fits the second-level cache
-constexpr int kSteps = 60'000;
-
-using ReferenceTable = std::array<std::uint64_t, kTableSize>;
-
-const ReferenceTable& reference_table() {
-    static const std::unique_ptr<const ReferenceTable> table = [] {
-        auto made = std::make_unique<ReferenceTable>();
+double time_reference_loop() {
+    constexpr std::size_t kEntries = std::size_t{1}
+                                     << 15;  // of 8 bytes: fits the second-level cache
+    constexpr int kSteps = 60'000;
+    static const std::vector<std::uint64_t> table = [] {
+        std::vector<std::uint64_t> made(kEntries);
         std::uint64_t state = 1;
-        for (std::uint64_t& entry : *made) {
+        for (std::uint64_t& entry : made) {
             state = state * 6364136223846793005U + 1442695040888963407U;
             entry = state;
         }
         return made;
     }();
-    return *table;
-}
-
-}  // namespace
-
-double time_reference_loop() {
-    const ReferenceTable& table = reference_table();
-    const double start = thread_seconds();
+    const Stopwatch watch(Clock::thread);
     std::uint64_t hash = 1;
     double sum = 1.0;
     for (int i = 0; i < kSteps; ++i) {
         hash = (hash ^ table[hash >> 49U]) * 0x9E3779B97F4A7C15U;
         sum = sum * 0.999 + static_cast<double>(hash >> 12U) * 0x1p-52;
     }
-    const double taken = thread_seconds() - start;
+    const double taken = 1e-3 * watch.ms();
     // uses the results, which are never negative, so that the loop is not optimised away
     return sum < 0.0 ? 0.0 : taken;
 }
 
 namespace {
 
-double median_value(std::vector<double> values) {
-    if (values.empty()) return 0.0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-nlohmann::ordered_json figure_json(const TradeFigure& figure, TradeUnit unit) {
-    nlohmann::ordered_json json;
-    json["median"] = figure.median;
-    json["low"] = figure.low;
-    json["high"] = figure.high;
-    json["repetitions"] = figure.repetitions;
-    if (seconds_of(unit) > 0.0) json["ratio"] = figure.ratio;
-    return json;
+// Seconds of one unit of time; 0 for other units.
+double seconds_of(const std::string& unit) {
+    if (unit == "ns") return 1e-9;
+    return unit == "ms" ? 1e-3 : 0.0;
 }
 
 }  // namespace
 
-const char* symbol_of(TradeUnit unit) {
-    switch (unit) {
-        case TradeUnit::none:
-            return "";
-        case TradeUnit::px:
-            return "px";
-        case TradeUnit::m:
-            return "m";
-        case TradeUnit::ns:
-            return "ns";
-        case TradeUnit::ms:
-            return "ms";
-        case TradeUnit::bytes:
-            return "bytes";
-        case TradeUnit::share:
-            return "share";
-        case TradeUnit::px_s:
-            return "px s";
-    }
-    return "";
-}
-
-double seconds_of(TradeUnit unit) {
-    if (unit == TradeUnit::ns) return 1e-9;
-    return unit == TradeUnit::ms ? 1e-3 : 0.0;
-}
-
 TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios) {
     TradeFigure figure;
     if (values.empty()) return figure;
-    figure.median = median_value(values);
+    figure.median = median(values);
     figure.low = *std::min_element(values.begin(), values.end());
     figure.high = *std::max_element(values.begin(), values.end());
-    figure.ratio = median_value(ratios);
+    figure.ratio = median(ratios);
     figure.repetitions = values.size();
     return figure;
+}
+
+nlohmann::ordered_json to_json(const TradeFigure& figure, const std::string& unit) {
+    nlohmann::ordered_json json{{"median", figure.median},
+                                {"low", figure.low},
+                                {"high", figure.high},
+                                {"repetitions", figure.repetitions}};
+    if (seconds_of(unit) > 0.0) json["ratio"] = figure.ratio;
+    return json;
 }
 
 std::size_t column_index(const TradeTable& table, const std::string& key) {
@@ -151,37 +100,28 @@ void mark_front(TradeTable& table) {
 }
 
 nlohmann::ordered_json to_json(const TradeTable& table) {
-    nlohmann::ordered_json json;
-    json["key"] = table.key;
-    json["title"] = table.title;
-    json["axis"] = table.axis;
-    json["text"] = table.text;
-    json["terrain"] = table.terrain;
-    json["cost"] = table.cost;
-    json["loss"] = table.loss;
-    json["columns"] = nlohmann::ordered_json::array();
+    using Json = nlohmann::ordered_json;
+    Json columns = Json::array(), rows = Json::array();
     for (const TradeColumn& column : table.columns) {
-        json["columns"].push_back(
-            {{"key", column.key}, {"title", column.title}, {"unit", symbol_of(column.unit)}});
+        columns.push_back({{"key", column.key}, {"title", column.title}, {"unit", column.unit}});
     }
-    json["rows"] = nlohmann::ordered_json::array();
     for (const TradeRow& row : table.rows) {
-        nlohmann::ordered_json line;
-        line["label"] = row.label;
-        line["value"] = row.value;
-        line["on_front"] = row.on_front;
-        line["presets"] = row.presets;
-        line["command"] = row.command;
-        line["figures"] = nlohmann::ordered_json::object();
+        Json figures = Json::object();
         for (std::size_t i = 0; i < table.columns.size(); ++i) {
             if (row.figures[i].repetitions == 0) continue;
-            line["figures"][table.columns[i].key] =
-                figure_json(row.figures[i], table.columns[i].unit);
+            figures[table.columns[i].key] = to_json(row.figures[i], table.columns[i].unit);
         }
-        json["rows"].push_back(std::move(line));
+        rows.push_back({{"label", row.label},
+                        {"value", row.value},
+                        {"on_front", row.on_front},
+                        {"presets", row.presets},
+                        {"command", row.command},
+                        {"figures", figures}});
     }
-    json["findings"] = table.findings;
-    return json;
+    return {{"key", table.key},          {"title", table.title},     {"axis", table.axis},
+            {"text", table.text},        {"terrain", table.terrain}, {"cost", table.cost},
+            {"loss", table.loss},        {"columns", columns},       {"rows", rows},
+            {"findings", table.findings}};
 }
 
 namespace {
@@ -230,7 +170,7 @@ void note_constant_loss(TradeTable& table) {
             return row.figures[loss].repetitions > 0 && row.figures[loss].median == first.median;
         });
     if (!is_constant) return;
-    const std::string unit = symbol_of(table.columns[loss].unit);
+    const std::string& unit = table.columns[loss].unit;
     table.findings.push_back(fmt::format("No value of this dial changes the {} here: {:.3g}{}{}.",
                                          table.columns[loss].title, first.median,
                                          unit.empty() ? "" : " ", unit));
@@ -239,35 +179,27 @@ void note_constant_loss(TradeTable& table) {
 }  // namespace
 
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
-                                       const TradePatience& patience) {
-    using Clock = std::chrono::steady_clock;
-    const CommandResult<std::vector<TradeTrial>> trials = dial.prepare(place);
+                                       const Patience& patience) {
+    const TradeTrials trials = dial.prepare(place);
     if (!trials) return pass_on(trials.error());
     const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
                         .ratios = std::vector<std::vector<double>>(dial.columns.size())};
     std::vector<TurnLog> logs(trials->size(), empty);
-    const auto take_turn = [&]() -> CommandResult<void> {
-        for (std::size_t i = 0; i < trials->size(); ++i) {
-            if (is_interrupted()) return failure("interrupted before the tables were whole");
-            const double reference_s = time_reference_loop();
-            const CommandResult<TradeSample> sample = (*trials)[i].measure();
-            if (!sample) return pass_on(sample.error());
-            add_turn(logs[i], *sample, dial.columns, reference_s);
+    CommandResult<void> taken;
+    take_turns(trials->size(), patience, [&](std::size_t i, std::size_t turn) {
+        if (is_interrupted()) taken = failure("interrupted before the tables were whole");
+        if (!taken) return false;
+        const double reference_s = time_reference_loop();
+        const CommandResult<TradeSample> sample = (*trials)[i].measure();
+        if (!sample) {
+            taken = pass_on(sample.error());
+            return false;
         }
-        return {};
-    };
-    CommandResult<void> turn = take_turn();
-    if (turn && patience.seconds > 0.0) {
-        logs.assign(trials->size(), empty);
-        const Clock::time_point end =
-            Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                               std::chrono::duration<double>(patience.seconds));
-        std::size_t repetitions = 0;
-        do {
-            turn = take_turn();
-        } while (turn && ++repetitions < patience.most_repetitions && Clock::now() < end);
-    }
-    if (!turn) return pass_on(turn.error());
+        if (turn == 1) logs[i] = empty;
+        add_turn(logs[i], *sample, dial.columns, reference_s);
+        return true;
+    });
+    if (!taken) return pass_on(taken.error());
     TradeTable table{.key = dial.key,
                      .title = dial.title,
                      .axis = dial.axis,
@@ -289,8 +221,8 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
 
 std::vector<Dial> all_dials() {
     std::vector<Dial> all;
-    for (const auto& make : {pixel_dials, contact_dials, step_dials, paging_dials, measure_dials,
-                             number_dials, hull_dials, object_dials, crowd_dials}) {
+    for (const auto& make : {pixel_dials, contact_dials, paging_dials, measure_dials, number_dials,
+                             hull_dials, object_dials, crowd_dials}) {
         std::vector<Dial> dials = make();
         all.insert(all.end(), std::make_move_iterator(dials.begin()),
                    std::make_move_iterator(dials.end()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lab/measure.h"
 #include "program/command.h"
 #include "scene/terrain_options.h"
 
@@ -8,15 +9,12 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane::tools {
-
-/// Processor time of the calling thread, seconds, independent of other load. For work on this thread only.
-double thread_seconds();
 
 /// Runs a fixed computation on this thread and returns its processor time, seconds; about a millisecond on a processor
 /// of 2020. Half of it is a chain of integer hashes over a table of 256 KiB, half a chain of double-precision products
@@ -24,57 +22,19 @@ double thread_seconds();
 /// can therefore be compared between machines, and between versions of the library.
 double time_reference_loop();
 
-/// Mean processor time of the calls 0 to count - 1, nanoseconds, over as many rounds as take two milliseconds in total.
-///
-/// @param call takes an index and returns a number that depends on its result, so that the call is not removed
-template <class Call>
-double time_call_ns(std::size_t count, const Call& call) {
-    constexpr double kLeast = 2e-3;  // seconds
-    if (count == 0) return 0.0;
-    double sum = 0.0;
-    std::size_t calls = 0;
-    const double start = thread_seconds();
-    double taken = 0.0;
-    while (taken < kLeast) {
-        for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(call(i));
-        calls += count;
-        taken = thread_seconds() - start;
-    }
-    [[maybe_unused]] static volatile double sink;
-    sink = sum;
-    return 1e9 * taken / static_cast<double>(calls);
-}
-
-/// Unit of a measured column. Times are also reported relative to the reference loop.
-enum class TradeUnit {
-    none,
-    px,
-    m,
-    ns,
-    ms,
-    bytes,
-    share,
-    px_s,  ///< pixel seconds
-};
-
-/// `px`, `ns` and so on; "" for none.
-const char* symbol_of(TradeUnit unit);
-/// Seconds of one unit of time; 0 for other units.
-double seconds_of(TradeUnit unit);
-
 /// A named quantity measured by a trial.
 struct TradeColumn {
     std::string key;  ///< "update_ms"
     std::string title;
-    TradeUnit unit = TradeUnit::none;
+    std::string unit =
+        {};  ///< "px", "ms"; "" for none. Times, in "ns" or "ms", also get a ratio to the reference loop
 };
 
 /// One figure of a row, from the repetitions of its trial.
 struct TradeFigure {
     double median = 0.0;
     double low = 0.0, high = 0.0;  ///< smallest and largest repetition
-    double ratio =
-        0.0;  ///< median of the time relative to the reference loop; 0 if it is not a time
+    double ratio = 0.0;  ///< median of the time over the reference loop's; 0 if it is not a time
     std::size_t repetitions = 0;  ///< 0: not measured
 };
 
@@ -82,6 +42,9 @@ struct TradeFigure {
 ///
 /// @param ratios [values] times relative to the reference loop of the same round; empty if the figure is not a time
 TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios);
+
+/// A figure of a column of this unit, in the form of trade.json.
+nlohmann::ordered_json to_json(const TradeFigure& figure, const std::string& unit);
 
 /// One value of a dial with its figures.
 struct TradeRow {
@@ -130,44 +93,51 @@ using TradeSample = std::vector<double>;
 struct TradeTrial {
     std::string label;
     double value = 0.0;
-    std::string command;  ///< "": the command of the dial
     std::function<CommandResult<TradeSample>()> measure;
+    std::string command = {};  ///< "": the command of the dial
 };
+
+using TradeTrials = CommandResult<std::vector<TradeTrial>>;
+
+/// The trials of some values, in their order; or the first error.
+///
+/// @param make_trial called with each value and its index; returns a TradeTrial or a CommandResult of one
+template <class Value, class MakeTrial>
+TradeTrials make_trials(const std::vector<Value>& values, const MakeTrial& make_trial) {
+    std::vector<TradeTrial> trials;
+    for (const Value& value : values) {
+        CommandResult<TradeTrial> trial = make_trial(value, trials.size());
+        if (!trial) return pass_on(trial.error());
+        trials.push_back(std::move(*trial));
+    }
+    return trials;
+}
 
 /// A setting that trades one cost for another: its values, and the quantities measured at each.
 struct Dial {
-    std::string key, title, axis, text;  ///< as in TradeTable
+    std::string key, title, axis = {}, text;  ///< as in TradeTable
     bool needs_terrain = true;
-    std::string preset_flag;  ///< the presets' flag for the dial's values; "": none
-    std::vector<TradeColumn> columns;
-    std::string cost, loss;
+    std::string preset_flag = {};  ///< the presets' flag for the dial's values; "": none
+    std::vector<TradeColumn> columns = {};
+    std::string cost = {}, loss = {};
     /// Reason why no value can have an effect at a place; absent if one can. May be empty.
-    std::function<std::optional<std::string>(const TradePlace&)> idle_reason;
-    std::function<CommandResult<std::vector<TradeTrial>>(const TradePlace&)> prepare;
+    std::function<std::optional<std::string>(const TradePlace&)> idle_reason = {};
+    std::function<TradeTrials(const TradePlace&)> prepare = {};
     /// Sentences about a measured table; may be empty.
-    std::function<std::vector<std::string>(const TradeTable&)> find;
+    std::function<std::vector<std::string>(const TradeTable&)> find = {};
 };
 
-/// Limits of a dial's measurement time.
-struct TradePatience {
-    /// Further repetitions start within this time after the end of the first one, seconds; <= 0: only the first one.
-    double seconds = 3.0;
-    std::size_t most_repetitions = 9;  ///< of each value
-};
-
-/// Measures a dial. Its values and the reference loop are interleaved, so that a temporary slowdown of the machine
-/// affects all of them alike. The first repetition warms up caches, and is dropped if there are others.
+/// Measures a dial. Its values and the reference loop take turns. The first turn warms up caches, and is dropped if
+/// there are others.
 ///
 /// Fails: as the dial's trials; exit_failed if is_interrupted()
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
-                                       const TradePatience& patience);
+                                       const Patience& patience);
 
 /// Budget, target, morph ratio: pixels against triangles and time; presets, which set these and others.
 std::vector<Dial> pixel_dials();
-/// Contact spacing, contact tolerance: metres against time.
+/// Contact spacing, contact tolerance: metres against time. Lengths of steps and substeps: penetration and drift.
 std::vector<Dial> contact_dials();
-/// Length of a step, length of a substep: penetration and drift against time.
-std::vector<Dial> step_dials();
 /// Memory, storage, horizon, contact share: late frames and excess error against bytes.
 std::vector<Dial> paging_dials();
 /// Tests, lifts, pseudodistances and distances, of shapes and the ground and of two shapes: order against time.

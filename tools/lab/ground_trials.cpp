@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "lab/ground_trials.h"
 
-#include "flight/flight_options.h"
-#include "frames/frame_maker.h"
-#include "frames/verification.h"
-#include "lab/dial.h"
+#include "lab/measure.h"
 #include "program/geometry.h"
-#include "program/progress.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
 
-#include <terrane/playback/camera_path.h>
 #include <terrane/terrain/pager.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -127,7 +120,6 @@ CommandResult<World> make_trial_world(const DropTrial& trial, const Ground& grou
 }  // namespace
 
 CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& ground) {
-    using Clock = std::chrono::steady_clock;
     CommandResult<World> world = make_trial_world(trial, ground);
     if (!world) return pass_on(world.error());
     const auto steps =
@@ -135,14 +127,12 @@ CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& 
     DropFigures figures;
     std::vector<double> energies;
     for (const BodyState& state : world->states()) energies.push_back(energy_of(state));
-    double gained = 0.0, lost = 0.0, taken_s = 0.0;
-    Clock::duration taken{};
+    double gained = 0.0, lost = 0.0;
     for (std::size_t step = 0; step < steps; ++step) {
-        const Clock::time_point start = Clock::now();
-        const double start_s = thread_seconds();
+        const Stopwatch wall(Clock::wall), thread(Clock::thread);
         const StepReport report = world->step(ground, trial.dt);
-        taken_s += thread_seconds() - start_s;
-        taken += Clock::now() - start;
+        figures.ms += thread.ms();
+        figures.wall_ms += wall.ms();
         figures.max_depth_m = std::max(figures.max_depth_m, report.max_depth_m);
         figures.fell_through += static_cast<double>(report.too_deep);
         for (std::size_t i = 0; i < energies.size(); ++i) {
@@ -152,124 +142,10 @@ CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& 
         }
     }
     const double simulated = static_cast<double>(steps) * trial.dt;
-    figures.ms = 1e3 * taken_s / simulated;
-    figures.wall_ms = std::chrono::duration<double, std::milli>(taken).count() / simulated;
+    figures.ms /= simulated;
+    figures.wall_ms /= simulated;
     figures.drift = lost > 0.0 ? gained / lost : 0.0;
     return figures;
-}
-
-namespace {
-
-constexpr double kFlightSeconds = 10.0;
-// Closer to the ground the finest spacing determines the error, whatever the settings.
-constexpr double kLeastAltitude = 150.0, kAltitudeInSpacings = 40.0;
-constexpr double kFrame_s = 1.0 / 30.0;
-// Finest settings of any dial, which determine the chunks to load.
-constexpr std::size_t kMostBudget = 1'000'000, kMostQuickBudget = 300'000;
-constexpr double kLeastError_px = 0.5;
-
-double elapsed_ms(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
-
-}  // namespace
-
-CommandResult<std::shared_ptr<FlightGround>> FlightGround::create(const TradePlace& place) {
-    const HeightSource& source = *place.terrain->source;
-    const double altitude =
-        std::max(kLeastAltitude, kAltitudeInSpacings * source.lattice().spacing);
-    const Result<CameraPath> path = CameraPath::create(
-        "straight", source, {.speed = 100.0, .altitude = altitude, .seconds = kFlightSeconds});
-    if (!path) return pass_on(path.error());
-    FrameMakerSettings settings;
-    settings.pager.memory_bytes = std::size_t{2} << 30U;
-    settings.pager.worker_count = 0;
-    settings.triangulator.triangle_budget = place.is_quick ? kMostQuickBudget : kMostBudget;
-    settings.triangulator.max_error_px = kLeastError_px;
-    Result<FrameMaker> maker = FrameMaker::create(place.terrain->source, settings);
-    if (!maker) return pass_on(maker.error());
-    std::shared_ptr<FlightGround> ground(new FlightGround(place.terrain->source));
-    const View picture = make_view({}, 60.0);
-    const int moment_count = place.is_quick ? 2 : 6;
-    for (int i = 0; i < moment_count; ++i) {
-        if (is_interrupted()) return failure("interrupted before the tables were whole");
-        const double time = kFlightSeconds * i / moment_count;
-        Moment moment{.view = view_at(picture, path->at(time)),
-                      .next = view_at(picture, path->at(time + kFrame_s)),
-                      .resident = nullptr};
-        maker->load_until_stable(moment.view, {}, time);
-        moment.resident = maker->pager().resident();
-        ground->moments_.push_back(std::move(moment));
-    }
-    ground->verified_moments_ = place.is_quick ? 1 : 2;
-    ground->open_device(place.is_quick);
-    return ground;
-}
-
-void FlightGround::open_device(bool is_quick) {
-    Result<EglContext> context = EglContext::create();
-    // a software rasteriser takes seconds for the largest meshes
-    if (!context || (is_quick && context->is_software())) return;
-    RendererSettings settings;
-    if (context->is_software()) settings.sample_count = 1;
-    const View& view = moments_.front().view;
-    Result<TerrainRenderer> renderer =
-        TerrainRenderer::create(*context, view.width_px, view.height_px, settings);
-    if (!renderer) return;
-    device_ = std::make_unique<Device>(Device{std::move(*context), std::move(*renderer)});
-}
-
-Result<double> FlightGround::draw(const TerrainMesh& mesh, const View& view) {
-    if (device_ == nullptr) return std::numeric_limits<double>::quiet_NaN();
-    device_->context.make_current();
-    const auto start = std::chrono::steady_clock::now();
-    const Result<void> drawn = device_->renderer.draw(mesh, view);
-    if (!drawn) return tl::unexpected(drawn.error());
-    device_->renderer.read();
-    return elapsed_ms(start);
-}
-
-Result<FlightFigures> FlightGround::fly(const TriangulatorSettings& settings) {
-    Result<Triangulator> triangulator = Triangulator::create(*source_, settings);
-    if (!triangulator) return tl::unexpected(triangulator.error());
-    FlightFigures figures;
-    std::vector<double> update_ms;
-    for (const Moment& moment : moments_) {
-        for (const View& view : {moment.view, moment.next}) {
-            const double start = thread_seconds();
-            const TerrainMesh mesh = triangulator->update(moment.resident, view);
-            update_ms.push_back(1e3 * (thread_seconds() - start));
-            figures.error_px = std::max(figures.error_px, mesh.error_px);
-            figures.triangles += static_cast<double>(mesh.triangle_count);
-            if (update_ms.size() != 1) continue;
-            const Result<double> draw_ms = draw(mesh, view);
-            if (!draw_ms) return tl::unexpected(draw_ms.error());
-            figures.draw_ms = *draw_ms;
-        }
-    }
-    figures.triangles /= static_cast<double>(update_ms.size());
-    figures.update_ms = percentile(update_ms, 0.5);
-    return figures;
-}
-
-Result<FlightTruth> FlightGround::verify(const TriangulatorSettings& settings) const {
-    constexpr std::size_t kPoints = 20'000;
-    Result<Triangulator> triangulator = Triangulator::create(*source_, settings);
-    if (!triangulator) return tl::unexpected(triangulator.error());
-    FlightTruth truth;
-    for (std::size_t i = 0; i < verified_moments_; ++i) {
-        const Moment& moment = moments_[i];
-        Verifier verifier(*source_, kPoints);
-        for (const View& view : {moment.view, moment.next}) {
-            const TerrainMesh mesh = triangulator->update(moment.resident, view);
-            const Measurement measured = verifier.measure(mesh, view);
-            truth.error_px = std::max(truth.error_px, measured.error_px);
-            truth.max_pop_px =
-                std::max({truth.max_pop_px, measured.max_pop_px, measured.max_pop_elsewhere_px});
-        }
-    }
-    return truth;
 }
 
 }  // namespace terrane::tools

@@ -104,32 +104,18 @@ TradeTrial precision_trial(std::string name, std::size_t index, std::size_t coun
             std::sqrt(squared_distance_to_triangle(exact[i].point, exact[i].corners));
         error_m = std::max(error_m, static_cast<double>(std::abs(measured - truth)));
     }
-    return {.label = std::move(name),
-            .value = static_cast<double>(index),
-            .command = "",
-            .measure = [questions, error_m]() -> CommandResult<TradeSample> {
-                const double ns = time_call_ns(questions->size(), [&](std::size_t i) {
-                    const auto& [point, corners] = (*questions)[i];
-                    return squared_distance_to_triangle(point, corners);
-                });
-                return TradeSample{ns, error_m, static_cast<double>(sizeof(T))};
-            }};
+    const auto measure = [questions, error_m]() -> CommandResult<TradeSample> {
+        const double ns = time_call_ns(questions->size(), [&](std::size_t i) {
+            const auto& [point, corners] = (*questions)[i];
+            return squared_distance_to_triangle(point, corners);
+        });
+        return TradeSample{ns, error_m, static_cast<double>(sizeof(T))};
+    };
+    return {std::move(name), static_cast<double>(index), measure};
 }
 
 Dial precision_dial() {
-    Dial dial;
-    dial.key = "precision";
-    dial.title = "Float or double, near the origin or far from it";
-    dial.text =
-        "Distance of a point from a triangle of about 1 m, the same code in both precisions; "
-        "coordinates are relative to the body, or of a world whose origin is that far away.";
-    dial.needs_terrain = false;
-    dial.columns = {{"ns", "a distance", TradeUnit::ns},
-                    {"error_m", "error of the distance", TradeUnit::m},
-                    {"number_bytes", "a number", TradeUnit::bytes}};
-    dial.cost = "ns";
-    dial.loss = "error_m";
-    dial.prepare = [](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
+    const auto prepare = [](const TradePlace& place) -> TradeTrials {
         const std::size_t count = place.is_quick ? 500 : 2000;
         return std::vector<TradeTrial>{
             precision_trial<float>("float, local", 0, count, 0.0),
@@ -139,7 +125,19 @@ Dial precision_dial() {
             precision_trial<double>("double, 10 km out", 4, count, 1e4),
             precision_trial<double>("double, 1000 km out", 5, count, 1e6)};
     };
-    return dial;
+    return {.key = "precision",
+            .title = "Float or double, near the origin or far from it",
+            .text =
+                "Distance of a point from a triangle of about 1 m, the same code in both "
+                "precisions; coordinates are relative to the body, or of a world whose origin "
+                "is that far away.",
+            .needs_terrain = false,
+            .columns = {{"ns", "a distance", "ns"},
+                        {"error_m", "error of the distance", "m"},
+                        {"number_bytes", "a number", "bytes"}},
+            .cost = "ns",
+            .loss = "error_m",
+            .prepare = prepare};
 }
 
 TradeTrial nearest_trial(std::string name, std::size_t index, std::size_t count, bool has_root) {
@@ -148,20 +146,20 @@ TradeTrial nearest_trial(std::string name, std::size_t index, std::size_t count,
     for (Point3<double>& p : *points) {
         p = {random.within(-1.0, 1.0), random.within(-1.0, 1.0), random.within(-1.0, 1.0)};
     }
-    const auto key = [points, has_root](std::size_t from, std::size_t to) {
+    const auto square_of = [points](std::size_t from, std::size_t to) {
         const Point3<double>&a = (*points)[from], &b = (*points)[to];
         const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-        const double square = x * x + y * y + z * z;
+        return x * x + y * y + z * z;
+    };
+    const auto key = [square_of, has_root](std::size_t from, std::size_t to) {
+        const double square = square_of(from, to);
         return has_root ? std::sqrt(square) : square;
     };
     // pairs of different squares whose roots are equal
     std::vector<double> squares, keys;
     for (std::size_t i = 1; i < count; ++i) {
-        const double root = key(0, i);
-        const Point3<double>&a = (*points)[0], &b = (*points)[i];
-        squares.push_back((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
-                          (a[2] - b[2]) * (a[2] - b[2]));
-        keys.push_back(root);
+        squares.push_back(square_of(0, i));
+        keys.push_back(key(0, i));
     }
     std::size_t unlike = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -169,50 +167,41 @@ TradeTrial nearest_trial(std::string name, std::size_t index, std::size_t count,
             if ((squares[i] < squares[k]) != (keys[i] < keys[k])) ++unlike;
         }
     }
-    return {.label = std::move(name),
-            .value = static_cast<double>(index),
-            .command = "",
-            .measure = [key, count, unlike]() -> CommandResult<TradeSample> {
-                const double scan_ns = time_call_ns(16, [&](std::size_t from) {
-                    double least = 1e300;
-                    std::size_t nearest = 0;
-                    for (std::size_t to = 16; to < count; ++to) {
-                        const double distance = key(from, to);
-                        if (distance >= least) continue;
-                        least = distance;
-                        nearest = to;
-                    }
-                    return nearest;
-                });
-                return TradeSample{scan_ns / static_cast<double>(count - 16),
-                                   static_cast<double>(unlike)};
-            }};
+    const auto measure = [key, count, unlike]() -> CommandResult<TradeSample> {
+        const double scan_ns = time_call_ns(16, [&](std::size_t from) {
+            double least = 1e300;
+            std::size_t nearest = 0;
+            for (std::size_t to = 16; to < count; ++to) {
+                const double distance = key(from, to);
+                if (distance >= least) continue;
+                least = distance;
+                nearest = to;
+            }
+            return nearest;
+        });
+        return TradeSample{scan_ns / static_cast<double>(count - 16), static_cast<double>(unlike)};
+    };
+    return {std::move(name), static_cast<double>(index), measure};
 }
 
 Dial root_dial() {
-    Dial dial;
-    dial.key = "root";
-    dial.title = "Squared distances or distances";
-    dial.text =
-        "Nearest of many points by a scan; the root is monotonic, so the order is the same.";
-    dial.needs_terrain = false;
-    dial.columns = {{"ns", "a candidate", TradeUnit::ns},
-                    {"unlike_pairs", "pairs ordered unlike the squares", TradeUnit::none}};
-    dial.cost = "ns";
-    dial.loss = "unlike_pairs";
-    dial.prepare = [](const TradePlace& place) -> CommandResult<std::vector<TradeTrial>> {
+    const auto prepare = [](const TradePlace& place) -> TradeTrials {
         const std::size_t count = place.is_quick ? 500 : 2000;
         return std::vector<TradeTrial>{nearest_trial("squared", 0, count, false),
                                        nearest_trial("with root", 1, count, true)};
     };
-    return dial;
+    return {
+        .key = "root",
+        .title = "Squared distances or distances",
+        .text =
+            "Nearest of many points by a scan; the root is monotonic, so the order is the same.",
+        .needs_terrain = false,
+        .columns = {{"ns", "a candidate", "ns"},
+                    {"unlike_pairs", "pairs ordered unlike the squares"}},
+        .cost = "ns",
+        .loss = "unlike_pairs",
+        .prepare = prepare};
 }
-
-}  // namespace
-
-std::vector<Dial> number_dials() { return {root_dial(), precision_dial()}; }
-
-namespace {
 
 /// A measure of proximity: a number for each of the same queries, smaller for closer objects.
 struct NamedMeasure {
@@ -220,32 +209,21 @@ struct NamedMeasure {
     std::function<double(std::size_t)> of;
 };
 
-const std::vector<TradeColumn>& measure_columns() {
-    static const std::vector<TradeColumn> columns{
-        {"ns", "a question", TradeUnit::ns},
-        {"disorder", "pairs ordered unlike the distance", TradeUnit::share}};
-    return columns;
-}
-
 /// Trials of measures on the same queries; the last measure is the distance, the reference for the others.
-std::vector<TradeTrial> measure_trials(const std::vector<NamedMeasure>& measures,
-                                       std::size_t questions) {
-    std::vector<double> distances;
-    for (std::size_t i = 0; i < questions; ++i) distances.push_back(measures.back().of(i));
-    std::vector<TradeTrial> trials;
-    for (std::size_t m = 0; m < measures.size(); ++m) {
-        std::vector<double> keys;
-        for (std::size_t i = 0; i < questions; ++i) keys.push_back(measures[m].of(i));
-        const double disorder = disorder_share(keys, distances);
-        trials.push_back({.label = measures[m].name,
-                          .value = static_cast<double>(m),
-                          .command = "",
-                          .measure = [questions, disorder,
-                                      measure = measures[m].of]() -> CommandResult<TradeSample> {
-                              return TradeSample{time_call_ns(questions, measure), disorder};
-                          }});
-    }
-    return trials;
+TradeTrials measure_trials(const std::vector<NamedMeasure>& measures, std::size_t questions) {
+    const auto answers_of = [questions](const NamedMeasure& measure) {
+        std::vector<double> answers;
+        for (std::size_t i = 0; i < questions; ++i) answers.push_back(measure.of(i));
+        return answers;
+    };
+    const std::vector<double> distances = answers_of(measures.back());
+    return make_trials(measures, [&](const NamedMeasure& each, std::size_t index) {
+        const auto measure = [questions, disorder = disorder_share(answers_of(each), distances),
+                              of = each.of]() -> CommandResult<TradeSample> {
+            return TradeSample{time_call_ns(questions, of), disorder};
+        };
+        return TradeTrial{each.name, static_cast<double>(index), measure};
+    });
 }
 
 /// Poses of boxes that are apart, touch, and overlap.
@@ -263,7 +241,7 @@ std::vector<Pose> random_poses(std::size_t count) {
     return poses;
 }
 
-CommandResult<std::vector<TradeTrial>> prepare_ground_measures(const TradePlace& place) {
+TradeTrials prepare_ground_measures(const TradePlace& place) {
     const CommandResult<Ground> loaded = load_contact_ground(*place.terrain, 0.0);
     if (!loaded) return pass_on(loaded.error());
     std::vector<ProbePose> probes =
@@ -298,7 +276,7 @@ CommandResult<std::vector<TradeTrial>> prepare_ground_measures(const TradePlace&
     return measure_trials(measures, poses->size());
 }
 
-CommandResult<std::vector<TradeTrial>> prepare_pair_measures(const TradePlace& place) {
+TradeTrials prepare_pair_measures(const TradePlace& place) {
     const auto poses =
         std::make_shared<const std::vector<Pose>>(random_poses(place.is_quick ? 150 : 800));
     const Shape a = Box{{0.6, 0.9, 0.4}}, b = Box{{0.5, 1.2, 0.7}};
@@ -322,17 +300,20 @@ CommandResult<std::vector<TradeTrial>> prepare_pair_measures(const TradePlace& p
 
 }  // namespace
 
+std::vector<Dial> number_dials() { return {root_dial(), precision_dial()}; }
+
 std::vector<Dial> measure_dials() {
-    Dial ground;
-    ground.key = "ground-measure";
-    ground.title = "How near to the ground: test, lift or distance";
-    ground.text =
-        "A box of 1.2 x 1.8 x 0.8 m at random poses near the ground. Disorder: pairs of poses "
-        "that a measure does not order as the signed distance does.";
-    ground.columns = measure_columns();
-    ground.cost = "ns";
-    ground.loss = "disorder";
-    ground.prepare = prepare_ground_measures;
+    const Dial ground{.key = "ground-measure",
+                      .title = "How near to the ground: test, lift or distance",
+                      .text =
+                          "A box of 1.2 x 1.8 x 0.8 m at random poses near the ground. Disorder: "
+                          "pairs of poses that a measure does not order as the signed distance "
+                          "does.",
+                      .columns = {{"ns", "a question", "ns"},
+                                  {"disorder", "pairs ordered unlike the distance", "share"}},
+                      .cost = "ns",
+                      .loss = "disorder",
+                      .prepare = prepare_ground_measures};
     Dial pair = ground;
     pair.key = "pair-measure";
     pair.title = "How near to another body: test, pseudodistance or distance";

@@ -201,11 +201,10 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
     FrameMakerSettings maker_settings = settings.maker;
     maker_settings.pager.policy = pager_policy(settings.policy);
     const double horizon = maker_settings.pager.horizon;
-    Result<std::unique_ptr<VirtualLoader>> loader = VirtualLoader::create(
-        settings.storage, [&chunks](const ChunkKey& key) { return chunks.get(key); });
-    if (!loader) return tl::unexpected(loader.error());
-    Result<FrameMaker> maker = FrameMaker::create(source, maker_settings, std::move(*loader));
-    if (!maker) return tl::unexpected(maker.error());
+    TERRANE_TRY(std::unique_ptr<VirtualLoader> loader,
+                VirtualLoader::create(settings.storage,
+                                      [&chunks](const ChunkKey& key) { return chunks.get(key); }));
+    TERRANE_TRY(FrameMaker maker, FrameMaker::create(source, maker_settings, std::move(loader)));
 
     const GroundBodies bodies(*source, settings.body_count);
     Foresight foresight(path, bodies,
@@ -214,10 +213,8 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
                          .horizon = horizon + kBeyondHorizon,
                          .clock = kClock});
     const CameraPose start = path.at(0.0);
-    const Result<void> loaded =
-        load_first_frame(*maker, view_at(settings.view, start), bodies.needs(start));
-    if (!loaded) return tl::unexpected(loaded.error());
-    const PagerStats before = maker->pager().stats();
+    TERRANE_TRY(load_first_frame(maker, view_at(settings.view, start), bodies.needs(start)));
+    const PagerStats before = maker.pager().stats();
 
     PagingRun run;
     run.frames.reserve(settings.frame_count);
@@ -228,9 +225,9 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
         CameraNeed camera{.view = view_at(settings.view, pose), .velocity = pose.velocity};
         std::vector<BodyNeed> needs = bodies.needs(pose);
         foresight.set_trajectories(time, camera, needs);
-        run.frames.push_back(maker->make(camera, needs, kClock + time).record);
+        run.frames.push_back(maker.make(camera, needs, kClock + time).record);
         run.frames.back().time = time;
-        run.contact_late.push_back(count_without_ground(maker->pager(), needs));
+        run.contact_late.push_back(count_without_ground(maker.pager(), needs));
         if (settings.frames_done != nullptr) ++*settings.frames_done;
     }
     run.totals = add_up(run, before, settings.fps);

@@ -67,36 +67,34 @@ bool is_better(const PagingTotals& totals, const PagingTotals& other) {
 
 nlohmann::ordered_json to_json(const PagingRow& row) {
     const PagingTotals& totals = row.run.totals;
-    nlohmann::ordered_json json;
-    json["path"] = row.cell.path;
-    json["speed"] = number_or_null(row.cell.speed);
-    json["altitude"] = number_or_null(row.cell.altitude);
-    json["policy"] = name_of(row.policy);
-    json["radius"] = row.policy == PagingChoice::distance ? nlohmann::ordered_json(row.radius)
-                                                          : nlohmann::ordered_json(nullptr);
-    json["latency_ms"] = row.cell.latency_ms;
-    json["bandwidth_mb"] = row.cell.bandwidth_mb;
-    json["memory_mb"] = row.cell.memory_mb;
-    json["frames"] = totals.frames;
-    json["late_frames"] = totals.late_frames;
-    json["late_share"] = totals.late_share();
-    json["excess_error_px_s"] = totals.excess_error_px_s;
-    json["error_px_max"] = totals.error_px_max;
-    json["bytes_loaded"] = totals.bytes_loaded;
-    json["bytes_wasted"] = totals.bytes_wasted;
-    json["wasted_share"] = totals.wasted_share();
-    json["peak_bytes"] = totals.peak_bytes;
-    json["contact_late"] = totals.contact_late;
-    json["body_frames"] = totals.body_frames;
-    json["loaded"] = totals.loaded;
-    json["reloads"] = totals.reloads;
-    json["evicted"] = totals.evicted;
-    json["hard_evictions"] = totals.hard_evictions;
-    json["cancelled"] = totals.cancelled;
-    json["failed"] = totals.failed;
-    json["timed_out"] = totals.timed_out;
-    json["over_ceiling"] = totals.over_ceiling;
-    return json;
+    const bool has_radius = row.policy == PagingChoice::distance;
+    return {{"path", row.cell.path},
+            {"speed", number_or_null(row.cell.speed)},
+            {"altitude", number_or_null(row.cell.altitude)},
+            {"policy", name_of(row.policy)},
+            {"radius", number_or_null(has_radius ? std::optional(row.radius) : std::nullopt)},
+            {"latency_ms", row.cell.latency_ms},
+            {"bandwidth_mb", row.cell.bandwidth_mb},
+            {"memory_mb", row.cell.memory_mb},
+            {"frames", totals.frames},
+            {"late_frames", totals.late_frames},
+            {"late_share", totals.late_share()},
+            {"excess_error_px_s", totals.excess_error_px_s},
+            {"error_px_max", totals.error_px_max},
+            {"bytes_loaded", totals.bytes_loaded},
+            {"bytes_wasted", totals.bytes_wasted},
+            {"wasted_share", totals.wasted_share()},
+            {"peak_bytes", totals.peak_bytes},
+            {"contact_late", totals.contact_late},
+            {"body_frames", totals.body_frames},
+            {"loaded", totals.loaded},
+            {"reloads", totals.reloads},
+            {"evicted", totals.evicted},
+            {"hard_evictions", totals.hard_evictions},
+            {"cancelled", totals.cancelled},
+            {"failed", totals.failed},
+            {"timed_out", totals.timed_out},
+            {"over_ceiling", totals.over_ceiling}};
 }
 
 std::vector<PagingVerdict> judge(std::span<const PagingRow> rows) {
@@ -107,17 +105,9 @@ std::vector<PagingVerdict> judge(std::span<const PagingRow> rows) {
             verdicts.emplace_back().cell = row.cell;
             verdict = verdicts.end() - 1;
         }
-        switch (row.policy) {
-            case PagingChoice::deadline:
-                verdict->deadline = &row;
-                break;
-            case PagingChoice::distance:
-                verdict->distance = &row;
-                break;
-            case PagingChoice::oracle:
-                verdict->oracle = &row;
-                break;
-        }
+        (row.policy == PagingChoice::deadline   ? verdict->deadline
+         : row.policy == PagingChoice::distance ? verdict->distance
+                                                : verdict->oracle) = &row;
     }
     for (PagingVerdict& verdict : verdicts) judge(verdict);
     return verdicts;
@@ -293,8 +283,7 @@ PathItem parse_path_item(const std::string& text) {
 
 CommandResult<void> check(const PageOptions& options) {
     for (const std::string& path : options.paths) {
-        const CommandResult<void> good = check_path(parse_path_item(path).name);
-        if (!good) return good;
+        TERRANE_TRY(check_path(parse_path_item(path).name));
     }
     const VirtualStorage& storage = options.storage;
     if (storage.failure_share + storage.hang_share > 1.0) {

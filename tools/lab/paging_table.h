@@ -36,7 +36,7 @@ struct PagingRow {
     PagingCell cell;
     PagingChoice policy = PagingChoice::deadline;
     double radius = 1.0;  ///< best radius of PagingChoice::distance
-    PagingRun run;        ///< frames may be empty
+    PagingRun run = {};   ///< frames may be empty
     bool has_unannounced_jumps = false;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "lab/study.h"
 
-#include "lab/study_plans.h"
+#include "lab/measure.h"
 #include "program/progress.h"
 #include "program/summary.h"
 
@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
@@ -107,9 +109,7 @@ CrowdTotals measure(Crowd& crowd, double seconds, bool is_stirred) {
 double median_of(std::span<const CrowdTotals> rounds, double (CrowdTotals::*time)() const) {
     std::vector<double> times;
     for (const CrowdTotals& round : rounds) times.push_back((round.*time)());
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    return *middle;
+    return median(std::move(times));
 }
 
 // Counts of all rounds, with the medians of their mean times. Positive queries may be rare: their time is taken over
@@ -124,14 +124,13 @@ CrowdTotals joined(std::span<const CrowdTotals> rounds) {
     return all;
 }
 
-CrowdLayout layout_of(const StudyPlan& plan, std::size_t point, std::size_t series) {
-    CrowdLayout layout = plan.layouts[point];
-    const StudySeries& with = plan.series[series];
-    layout.scheme = with.scheme;
-    layout.is_dented = with.is_dented;
-    if (with.own_room_share > 0.0) {
+CrowdLayout layout_of(const StudyPoint& point, const StudySeries& series) {
+    CrowdLayout layout = point.layout;
+    layout.scheme = series.scheme;
+    layout.is_dented = series.is_dented;
+    if (series.own_room_share > 0.0) {
         layout.room = 0.0;
-        layout.share = with.own_room_share;
+        layout.share = series.own_room_share;
     }
     return layout;
 }
@@ -150,81 +149,54 @@ std::string similar_kind_of(CrowdLayout layout) {
     return kind_of(layout);
 }
 
-class PointMeasurement {
-public:
-    explicit PointMeasurement(const StudySettings& settings) : settings_(settings) {}
-
-    // Measures every point with each of the plan's series.
-    void measure_plan(StudyPlan& plan, const std::function<void()>& show_point) {
-        plan.table.most_seconds = settings_.most_seconds_a_point;
-        for (StudyPoint& point : plan.table.points) point.measured.resize(plan.series.size());
-        measure_few(plan);
-        for (std::size_t i = 0; i < plan.layouts.size() && !is_interrupted(); ++i) {
-            show_point();
-            if (plan.layouts[i].count > kFewBodies) measure_many(plan, i);
+// Points of few bodies, in turns, so that a temporary slowdown of the machine does not distort the table.
+void measure_few(StudyTable& table, const StudySettings& settings, StepTimes& times) {
+    constexpr std::size_t kRounds = 5;
+    struct TimedCrowd {
+        Crowd crowd;
+        CrowdLayout layout;
+        CrowdTotals* result;
+        std::vector<CrowdTotals> rounds;
+    };
+    std::vector<TimedCrowd> timed_crowds;
+    for (StudyPoint& point : table.points) {
+        if (point.layout.count > kFewBodies) continue;
+        for (std::size_t series = 0; series < table.series.size(); ++series) {
+            const CrowdLayout layout = layout_of(point, table.series[series]);
+            timed_crowds.push_back({Crowd(layout), layout, &point.measured[series], {}});
         }
     }
-
-private:
-    // Points of few bodies, in rounds over all of them, so that a temporary slowdown of the machine does not distort
-    // the table.
-    void measure_few(StudyPlan& plan) {
-        constexpr int kRounds = 5;
-        struct TimedCrowd {
-            Crowd crowd;
-            std::string kind;
-            std::size_t bodies;
-            CrowdTotals* result;
-            std::vector<CrowdTotals> rounds;
-        };
-        std::vector<TimedCrowd> timed_crowds;
-        for (std::size_t i = 0; i < plan.layouts.size(); ++i) {
-            if (plan.layouts[i].count > kFewBodies) continue;
-            for (std::size_t series = 0; series < plan.series.size(); ++series) {
-                const CrowdLayout layout = layout_of(plan, i, series);
-                timed_crowds.push_back({Crowd(layout),
-                                        kind_of(layout),
-                                        layout.count,
-                                        &plan.table.points[i].measured[series],
-                                        {}});
-            }
-        }
-        for (int round = 0; round < kRounds && !is_interrupted(); ++round) {
-            for (TimedCrowd& timed : timed_crowds) {
-                stir(timed.crowd);
-                timed.rounds.push_back(
-                    measure(timed.crowd, settings_.seconds_a_point / kRounds, true));
-            }
-        }
-        for (TimedCrowd& timed : timed_crowds) {
-            if (timed.rounds.empty()) continue;
-            *timed.result = joined(timed.rounds);
-            times_.add(timed.kind, timed.bodies, 1e-3 * timed.result->mean_step_ms());
-        }
+    take_turns(timed_crowds.size(), {.most_turns = kRounds}, [&](std::size_t i, std::size_t) {
+        TimedCrowd& timed = timed_crowds[i];
+        stir(timed.crowd);
+        timed.rounds.push_back(measure(timed.crowd, settings.seconds_a_point / kRounds, true));
+        return !is_interrupted();
+    });
+    for (TimedCrowd& timed : timed_crowds) {
+        if (timed.rounds.empty()) continue;
+        *timed.result = joined(timed.rounds);
+        times.add(kind_of(timed.layout), timed.layout.count, 1e-3 * timed.result->mean_step_ms());
     }
+}
 
-    // One point of many bodies, without the series that would take too long.
-    void measure_many(StudyPlan& plan, std::size_t i) {
-        StudyPoint& point = plan.table.points[i];
-        for (std::size_t series = 0; series < plan.series.size() && !is_interrupted(); ++series) {
-            const CrowdLayout layout = layout_of(plan, i, series);
-            const std::string kind = kind_of(layout);
-            const std::optional<double> step =
-                times_.seconds_at(kind, similar_kind_of(layout), layout.count);
-            const double seconds = static_cast<double>(kFewestQueries) * step.value_or(0.0);
-            if (seconds > settings_.most_seconds_a_point) {
-                plan.table.left_out.push_back({point.x, plan.table.series[series], seconds});
-                continue;
-            }
-            Crowd crowd(layout);
-            point.measured[series] = measure(crowd, settings_.seconds_a_point, false);
-            times_.add(kind, layout.count, 1e-3 * point.measured[series].mean_step_ms());
+// One point of many bodies, without the series that would take too long.
+void measure_many(StudyTable& table, StudyPoint& point, const StudySettings& settings,
+                  StepTimes& times) {
+    for (std::size_t series = 0; series < table.series.size() && !is_interrupted(); ++series) {
+        const CrowdLayout layout = layout_of(point, table.series[series]);
+        const std::string kind = kind_of(layout);
+        const std::optional<double> step =
+            times.seconds_at(kind, similar_kind_of(layout), layout.count);
+        const double seconds = static_cast<double>(kFewestQueries) * step.value_or(0.0);
+        if (seconds > settings.most_seconds_a_point) {
+            table.left_out.push_back({point.x, table.series[series].name, seconds});
+            continue;
         }
+        Crowd crowd(layout);
+        point.measured[series] = measure(crowd, settings.seconds_a_point, false);
+        times.add(kind, layout.count, 1e-3 * point.measured[series].mean_step_ms());
     }
-
-    StudySettings settings_;
-    StepTimes times_;
-};
+}
 
 }  // namespace
 
@@ -237,33 +209,59 @@ const StudyPoint* StudyTable::point_at(double x) const {
 
 const CrowdTotals* StudyTable::totals_at(double x, std::string_view series_name) const {
     const StudyPoint* const point = point_at(x);
-    const auto found = std::find(series.begin(), series.end(), series_name);
+    const auto found = std::ranges::find(series, series_name, &StudySeries::name);
     const auto number = static_cast<std::size_t>(found - series.begin());
     if (point == nullptr || number >= point->measured.size()) return nullptr;
     return point->measured[number].queries > 0 ? &point->measured[number] : nullptr;
 }
 
-std::vector<StudyTable> run_study(const StudySettings& settings,
-                                  const std::function<void(double)>& show) {
-    return run_plans(make_study_plans(settings), settings, show);
-}
-
-std::vector<StudyTable> run_plans(std::vector<StudyPlan> plans, const StudySettings& settings,
-                                  const std::function<void(double)>& show) {
-    double all = 0.0;
-    for (const StudyPlan& plan : plans) all += static_cast<double>(plan.layouts.size());
-    double done = 0.0;
-    PointMeasurement measurement(settings);
-    std::vector<StudyTable> tables;
-    for (StudyPlan& plan : plans) {
-        if (is_interrupted()) break;
-        measurement.measure_plan(plan, [&] {
+std::vector<StudyTable> measure_tables(std::vector<StudyTable> tables,
+                                       const StudySettings& settings,
+                                       const std::function<void(double)>& show) {
+    double all = 0.0, done = 0.0;
+    for (const StudyTable& table : tables) all += static_cast<double>(table.points.size());
+    StepTimes times;
+    for (StudyTable& table : tables) {
+        table.most_seconds = settings.most_seconds_a_point;
+        for (StudyPoint& point : table.points) point.measured.resize(table.series.size());
+        if (!is_interrupted()) measure_few(table, settings, times);
+        for (StudyPoint& point : table.points) {
+            if (is_interrupted()) break;
             show(done / all);
             done += 1.0;
-        });
-        tables.push_back(std::move(plan.table));
+            if (point.layout.count > kFewBodies) measure_many(table, point, settings, times);
+        }
     }
     return tables;
+}
+
+void StepTimes::add(const std::string& kind, std::size_t bodies, double seconds) {
+    if (seconds > 0.0) seconds_[kind][bodies] = seconds;
+}
+
+std::optional<double> StepTimes::power_at(const std::string& kind, std::size_t bodies) const {
+    const auto known = seconds_.find(kind);
+    if (known == seconds_.end()) return std::nullopt;
+    auto larger = known->second.lower_bound(bodies);
+    if (std::distance(known->second.begin(), larger) < 2) return std::nullopt;
+    const auto [count, seconds] = *--larger;
+    const auto [fewer, sooner] = *--larger;
+    return std::log(seconds / sooner) /
+           std::log(static_cast<double>(count) / static_cast<double>(fewer));
+}
+
+std::optional<double> StepTimes::seconds_at(const std::string& kind, const std::string& similar,
+                                            std::size_t bodies) const {
+    constexpr double kLeastPower = 1.0, kMostPower = 2.0;
+    const auto known = seconds_.find(kind);
+    if (known == seconds_.end()) return std::nullopt;
+    auto nearest = known->second.lower_bound(bodies);
+    if (nearest == known->second.begin()) return std::nullopt;
+    const auto [count, seconds] = *--nearest;
+    std::optional<double> power = power_at(kind, bodies);
+    if (!power) power = power_at(similar, bodies);
+    return seconds * std::pow(static_cast<double>(bodies) / static_cast<double>(count),
+                              std::clamp(power.value_or(kMostPower), kLeastPower, kMostPower));
 }
 
 std::string short_text(double value) {
@@ -304,16 +302,6 @@ std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
         if (point.measured[series].queries == 0) continue;
         x.push_back(point.x);
         y.push_back((point.measured[series].*time)());
-    }
-    return fit_power_law(x, y);
-}
-
-std::optional<PowerLaw> published_law(const StudyTable& table) {
-    std::vector<double> x, y;
-    for (const StudyPoint& point : table.points) {
-        if (!point.published_query_ms) continue;
-        x.push_back(point.x);
-        y.push_back(*point.published_query_ms);
     }
     return fit_power_law(x, y);
 }

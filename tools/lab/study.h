@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,18 @@
 #include <vector>
 
 namespace terrane::tools {
+
+/// Width of the published room, metres: 40 cells of the dense grid, each as wide as a body of radius 1.
+inline constexpr double kPublishedRoom = 80.0;
+/// Bodies of the published tables of detail and radius and of the comparison.
+inline constexpr std::size_t kPublishedCount = 20;
+/// Published updates of 1 and of 50 bodies, ms.
+inline constexpr double kFirstUpdateMs = 0.024, kLastUpdateMs = 0.149;
+/// Lists of the published dense grid.
+inline constexpr std::size_t kDenseLists = kDenseCells * kDenseCells * kDenseCells;
+/// Published means of the comparison for bodies of equal size, ms.
+inline constexpr double kSweepQueryMs = 3.164, kSweepUpdateMs = 0.099;
+inline constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
 
 /// Least-squares slope of log y over log x; absent for fewer than two different x.
 std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
@@ -38,7 +51,17 @@ struct StudyPoint {
     double x = 0.0;
     std::optional<double> published_query_ms;   ///< by sweep-and-prune
     std::optional<double> published_update_ms;  ///< by sweep-and-prune
+    CrowdLayout layout;                         ///< of the bodies, except what each series changes
     std::vector<CrowdTotals> measured;          ///< by series; no queries for series left out
+};
+
+/// A series of a table: its changes to each point's layout.
+struct StudySeries {
+    std::string name;  ///< of the scheme, or of the kind of bodies
+    CrowdScheme scheme = CrowdScheme::sap;
+    bool is_dented = false;
+    /// Above 0: the series has its own room, filled by the spheres to this share.
+    double own_room_share = 0.0;
 };
 
 /// A point that was not measured with a series, because of its estimated time.
@@ -53,10 +76,10 @@ struct StudyTable {
     std::string key;
     std::string title;
     std::string x_name;
-    std::string text;                 ///< what was held fixed
-    std::vector<std::string> series;  ///< names of schemes, or of kinds of bodies
-    std::vector<StudyPoint> points;
-    std::vector<LeftOut> left_out;
+    std::string text;  ///< what was held fixed
+    std::vector<StudySeries> series;
+    std::vector<StudyPoint> points = {};
+    std::vector<LeftOut> left_out = {};
     double most_seconds = 0.0;  ///< StudySettings::most_seconds_a_point
 
     /// The point at x, or null.
@@ -80,14 +103,35 @@ struct StudySettings {
 /// Least number of queries measured for each point and series.
 inline constexpr std::size_t kFewestQueries = 5;
 
-/// Repeats the published study of many bodies (SWIFT++) with the library's broadphases and its own: against count,
-/// detail and radius, for bodies of equal size, and to the limits of its conclusion ("bodies of similar size and
-/// aspect").
+/// The tables of the published study of many bodies (SWIFT++), without measurements: against count, detail and radius,
+/// for bodies of equal size, and to the limits of its conclusion ("bodies of similar size and aspect").
+std::vector<StudyTable> make_study_tables(const StudySettings& settings);
+
+/// Measures tables one after another, with the library's broadphases and those of the study.
 ///
 /// @param show called with the completed share, 0 to 1
 /// @return incomplete tables if is_interrupted()
-std::vector<StudyTable> run_study(const StudySettings& settings,
-                                  const std::function<void(double)>& show);
+std::vector<StudyTable> measure_tables(std::vector<StudyTable> tables,
+                                       const StudySettings& settings,
+                                       const std::function<void(double)>& show);
+
+/// Estimates the time of a step (an update and a query) of many bodies from measured steps of fewer.
+class StepTimes {
+public:
+    /// Records the time of a step, seconds, for a number of bodies of a kind: a scheme and a layout except its count.
+    void add(const std::string& kind, std::size_t bodies, double seconds);
+
+    /// Extrapolates from the largest count below `bodies` with the power between it and the previous count, 1 to 2: of
+    /// the kind, or of `similar` if the kind has only one count, or 2 if neither has two counts. Absent if the kind has
+    /// none.
+    std::optional<double> seconds_at(const std::string& kind, const std::string& similar,
+                                     std::size_t bodies) const;
+
+private:
+    std::optional<double> power_at(const std::string& kind, std::size_t bodies) const;
+
+    std::map<std::string, std::map<std::size_t, double>> seconds_;
+};
 
 /// Slope of the logarithm of a series' query times; absent for fewer than two points with candidate pairs: without
 /// them the time is overhead only.
@@ -97,9 +141,6 @@ std::optional<double> query_slope(const StudyTable& table, std::size_t series,
 /// A mean time of a series, such as &CrowdTotals::mean_step_ms, as a power law plus a fixed cost.
 std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
                                  double (CrowdTotals::*time)() const);
-
-/// The same for the published query times.
-std::optional<PowerLaw> published_law(const StudyTable& table);
 
 /// Three digits, without an exponent for usual sizes: "1230", "0.0456".
 std::string short_text(double value);
@@ -122,10 +163,6 @@ struct Comparison {
 ///
 /// The machine of the published study is unknown: its speed is an unknown factor, common to all ratios.
 std::vector<Comparison> compare_with_published(const StudyTable& table);
-
-/// Adds findings: whether the hashed grid queries as fast as the published dense one and updates at least 100 times
-/// faster, and the share of clearing lists in a dense update.
-void judge_grids(const StudyTable& table, std::vector<std::string>& findings);
 
 /// Sentences about a measured table, with its figures: which published claims the measurement confirms, and from which
 /// number of bodies, size or aspect on it contradicts them. Depends only on the table.

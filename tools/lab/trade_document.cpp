@@ -11,14 +11,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace terrane::tools {
@@ -117,66 +115,40 @@ Json quotient(const Json& figure, const Json& other, const char* key) {
     return under > 0.0 ? Json(other[key].get<double>() / under) : Json(nullptr);
 }
 
-Json median_of(std::vector<double> values) {
-    if (values.empty()) return nullptr;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+Json median_or_null(const std::vector<double>& values) {
+    return values.empty() ? Json(nullptr) : Json(median(values));
 }
 
 }  // namespace
 
-Json describe_machine() {
-    std::string model = "unknown processor";
-    std::ifstream processors("/proc/cpuinfo");
-    for (std::string line; std::getline(processors, line);) {
-        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
-        model = line.substr(line.find(": ") + 2);
-        break;
-    }
-#ifdef __clang__
-    const std::string compiler = "clang " __clang_version__;
-#else
-    const std::string compiler = "g++ " __VERSION__;
-#endif
-#ifdef NDEBUG
-    const char* const build = "release";
-#else
-    const char* const build = "with asserts";
-#endif
-    return {{"processor", model},
-            {"threads", std::thread::hardware_concurrency()},
-            {"compiler", compiler},
-            {"build", build},
-            {"version", library_version()}};
-}
-
 Json to_json(const TradeDocument& document) {
-    Json json;
-    json["format"] = kTradeFormat;
-    json["format_version"] = kFormatVersion;
-    json["command"] = document.command_line;
-    json["quick"] = document.is_quick;
-    json["seconds"] = document.seconds;
-    json["machine"] = describe_machine();
-    json["reference_loop_ms"] = {{"median", document.reference_ms.median},
-                                 {"low", document.reference_ms.low},
-                                 {"high", document.reference_ms.high},
-                                 {"repetitions", document.reference_ms.repetitions}};
-    json["presets"] = Json::array();
+    const Machine machine = this_machine();
+    Json known = Json::array(), tables = Json::array(), idle_dials = Json::array();
     for (const Preset& preset : presets()) {
         Json flags;
         for (const PresetFlag& each : preset.flags) flags[std::string(each.flag)] = each.value;
-        json["presets"].push_back({{"name", preset.name}, {"flags", flags}});
+        known.push_back({{"name", preset.name}, {"flags", flags}});
     }
-    json["tables"] = Json::array();
-    for (const TradeTable& table : document.tables) json["tables"].push_back(to_json(table));
-    json["idle_dials"] = Json::array();
+    for (const TradeTable& table : document.tables) tables.push_back(to_json(table));
     for (const IdleDial& dial : document.idle_dials) {
-        json["idle_dials"].push_back(
+        idle_dials.push_back(
             {{"key", dial.key}, {"terrain", dial.terrain}, {"reason", dial.reason}});
     }
-    return json;
+    return {{"format", kTradeFormat},
+            {"format_version", kFormatVersion},
+            {"command", document.command_line},
+            {"quick", document.is_quick},
+            {"seconds", document.seconds},
+            {"machine",
+             {{"processor", machine.processor},
+              {"threads", machine.threads},
+              {"compiler", machine.compiler},
+              {"build", machine.build},
+              {"version", library_version()}}},
+            {"reference_loop_ms", to_json(document.reference_ms, "")},
+            {"presets", known},
+            {"tables", tables},
+            {"idle_dials", idle_dials}};
 }
 
 CommandResult<Json> read_trade_document(const std::string& path) {
@@ -223,32 +195,32 @@ Json compare_documents(const Json& a, const Json& b) {
     json["a"] = a["machine"];
     json["b"] = b["machine"];
     json["figures_in_both"] = figures.size();
-    json["times_b_over_a"] = median_of(times);
-    json["ratios_b_over_a"] = median_of(ratios);
+    json["times_b_over_a"] = median_or_null(times);
+    json["ratios_b_over_a"] = median_or_null(ratios);
     json["figures"] = std::move(figures);
     return json;
 }
 
 Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& header,
-                                const std::vector<nlohmann::ordered_json>& documents) {
-    nlohmann::ordered_json data;
+                                const std::vector<Json>& documents) {
+    Json data;
     data["documents"] = documents;
     return write_report(place, header, std::move(data), assets::trade_js);
 }
 
 CommandResult<void> run_comparison(const ComparisonOptions& options) {
-    std::vector<nlohmann::ordered_json> documents;
+    std::vector<Json> documents;
     for (const std::string& path : options.files) {
-        CommandResult<nlohmann::ordered_json> document = read_trade_document(path);
+        CommandResult<Json> document = read_trade_document(path);
         if (!document) return pass_on(document.error());
         documents.push_back(std::move(*document));
     }
-    const nlohmann::ordered_json compared = compare_documents(documents[0], documents[1]);
+    const Json compared = compare_documents(documents[0], documents[1]);
     if (compared["figures_in_both"] == 0) {
         return failure(fmt::format("'{}' and '{}' have no figure in common", options.files[0],
                                    options.files[1]));
     }
-    nlohmann::ordered_json summary = compared;
+    Json summary = compared;
     summary.erase("figures");
     if (!options.out.empty()) {
         const auto folder = OutputFolder::open(options.out, {kReportName}, false);
@@ -268,7 +240,7 @@ CommandResult<void> run_comparison(const ComparisonOptions& options) {
         print_summary(compared, true);
         return {};
     }
-    for (const nlohmann::ordered_json& figure : compared["figures"]) {
+    for (const Json& figure : compared["figures"]) {
         if (!figure.contains("ratio_b_over_a") || !figure["b_over_a"].is_number()) continue;
         fmt::print("{:<18} {:<14} {:<22} {:<12} {:>10.4g} {:>10.4g} {:<2}  b/a {:>6.3g}\n",
                    figure["dial"].get<std::string>(), figure["terrain"].get<std::string>(),

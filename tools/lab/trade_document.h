@@ -27,10 +27,7 @@ struct TradeDocument {
     std::vector<IdleDial> idle_dials;
 };
 
-/// Processor, threads, compiler and version of the library.
-nlohmann::ordered_json describe_machine();
-
-/// In the form of trade.json, with the flags of the presets.
+/// In the form of trade.json, with the machine and the flags of the presets.
 nlohmann::ordered_json to_json(const TradeDocument& document);
 
 /// Reads a trade.json.

@@ -165,7 +165,7 @@ Parsed<Shape> read_convex(const Named& named, const char* key, const char* choic
         }
         const Parsed<Shape> shape = read(sizes);
         if (!shape) return wrong(shape.error());
-        if (const Result<void> good = check(*shape); !good) return wrong(good.error().message);
+        if (const Result<void> good = validate(*shape); !good) return wrong(good.error().message);
         return shape;
     }
     return wrong(fmt::format("{} must be {}, got {}", key, choices, shown(kind)));

@@ -87,7 +87,7 @@ constexpr std::string_view kHeading =
     "others.\n";
 
 template <class T>
-bool take_number(std::string_view& text, T& value_out, int base) {
+bool read_number(std::string_view& text, T& value_out, int base) {
     const auto [rest, error] =
         std::from_chars(text.data(), text.data() + text.size(), value_out, base);
     if (error != std::errc() || rest == text.data() + text.size() || *rest != ' ') return false;
@@ -120,10 +120,8 @@ Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path
         return fail(ErrorCode::io, "cannot make the folder '" + path + "': " + cause);
     }
     const std::shared_ptr<OutputFolder> folder(new OutputFolder(path));
-    if (const Result<void> opened = folder->open_list(); !opened) {
-        return tl::unexpected(opened.error());
-    }
-    if (const Result<void> read = folder->read_list(); !read) return tl::unexpected(read.error());
+    TERRANE_TRY(folder->open_list());
+    TERRANE_TRY(folder->read_list());
 
     std::vector<std::string> clashes;
     for (fs::directory_iterator entry(path, error), end; !error && entry != end;
@@ -190,7 +188,7 @@ Result<void> OutputFolder::read_list() {
         std::string_view line = rest.substr(0, end);
         rest.remove_prefix(end + 1);
         Entry entry;
-        if (!take_number(line, entry.size, 10) || !take_number(line, entry.hash, 16)) continue;
+        if (!read_number(line, entry.size, 10) || !read_number(line, entry.hash, 16)) continue;
         const std::string name(line);
         if (name.empty() || name.find('/') != std::string::npos) continue;  // outside the folder
         entries_[name] = entry;
@@ -215,10 +213,9 @@ Result<void> OutputFolder::clear() {
 }
 
 Result<void> OutputFolder::record(const std::string& written_path, const std::string& name) {
-    const Result<Entry> entry = measure(written_path);
-    if (!entry) return tl::unexpected(entry.error());
-    entries_[name] = *entry;
-    return append(fmt::format("{} {:016x} {}\n", entry->size, entry->hash, name));
+    TERRANE_TRY(const Entry entry, measure(written_path));
+    entries_[name] = entry;
+    return append(fmt::format("{} {:016x} {}\n", entry.size, entry.hash, name));
 }
 
 Result<void> OutputFolder::append(const std::string& text) {
@@ -288,9 +285,8 @@ Result<OutputFile> OutputFile::create(const OutputPlace& place) {
         if (direct == nullptr) return cannot_write(path, errno);
         return OutputFile(place, std::nullopt, direct);
     }
-    Result<TemporaryFile> temporary = TemporaryFile::beside(path);
-    if (!temporary) return tl::unexpected(temporary.error());
-    return OutputFile(place, std::move(*temporary), nullptr);
+    TERRANE_TRY(TemporaryFile temporary, TemporaryFile::beside(path));
+    return OutputFile(place, std::move(temporary), nullptr);
 }
 
 void OutputFile::write(std::string_view bytes) {
@@ -313,8 +309,7 @@ Result<void> OutputFile::commit() {
     if (failed_errno_ == 0 && temporary_) {
         if (place_.folder != nullptr) {
             // the list first: if killed in between, the next run finds a name without a file, which is harmless
-            const Result<void> listed = place_.folder->record(temporary_->path(), place_.name);
-            if (!listed) return listed;
+            TERRANE_TRY(place_.folder->record(temporary_->path(), place_.name));
         }
         failed_errno_ = temporary_->rename_to(place_.path, place_.folder == nullptr);
     }

@@ -27,17 +27,19 @@ Json as_object(const ShapeFeature& feature) {
     return {{"edge", Json::array({feature.first, feature.second})}};
 }
 
-const char* name_of(GroundStatus status) {
+const char* name_of(QueryStatus status) {
     switch (status) {
-        case GroundStatus::ok:
+        case QueryStatus::ok:
             return "ok";
-        case GroundStatus::miss:
+        case QueryStatus::miss:
             return "miss";
-        case GroundStatus::outside:
+        case QueryStatus::outside:
             return "outside";
-        case GroundStatus::not_resident:
+        case QueryStatus::truncated:
+            return "truncated";
+        case QueryStatus::not_resident:
             return "not_resident";
-        case GroundStatus::invalid:
+        case QueryStatus::invalid:
             break;
     }
     return "invalid";
@@ -174,7 +176,7 @@ struct Pick {
     Json nearest = Json::object();
 
     WorldPos at(double t) const { return from_world + t * displacement; }
-    void take(double t, Json answer) {
+    void offer(double t, Json answer) {
         fraction = t;
         nearest = std::move(answer);
     }
@@ -213,8 +215,8 @@ bool pick_ground(QueryGround& ground, Pick& pick) {
     const WorldPos from_world = pick.at(begin), to_world = pick.at(end);
     const RayAnswer found = ask_along(ground, from_world, to_world, 0.0,
                                       [&] { return ground.ground().ray(from_world, to_world); });
-    if (found.status == GroundStatus::not_resident) return false;
-    if (found.status != GroundStatus::ok) return true;
+    if (found.status == QueryStatus::not_resident) return false;
+    if (found.status != QueryStatus::ok) return true;
     const double fraction = begin + found.fraction * (end - begin);
     const bool is_volume = is_on_volume(pick, fraction, found.point_world, ground.ground());
     Json answer{{"kind", is_volume ? "volume" : "ground"},
@@ -222,7 +224,7 @@ bool pick_ground(QueryGround& ground, Pick& pick) {
                 {"normal", as_array(found.normal)},
                 {"error_m", found.error_m}};
     if (found.filled) answer["filled"] = true;
-    pick.take(fraction, std::move(answer));
+    pick.offer(fraction, std::move(answer));
     return true;
 }
 
@@ -238,7 +240,7 @@ void pick_bodies(const std::vector<PlacedBody>& bodies, Pick& pick) {
         const double begin = std::max(0.0, middle - half), end = std::min(1.0, middle + half);
         if (!(begin <= end)) continue;
         const ShapeRayAnswer found = cast_ray(shape, pose, pick.at(begin), pick.at(end));
-        if (found.status != QueryStatus::complete || !found.hit) continue;
+        if (found.status != QueryStatus::ok || !found.hit) continue;
         const double fraction = begin + found.fraction * (end - begin);
         if (!(fraction < pick.fraction)) continue;
         Json answer{{"kind", "body"},
@@ -246,7 +248,7 @@ void pick_bodies(const std::vector<PlacedBody>& bodies, Pick& pick) {
                     {"point", as_array(found.point_world)},
                     {"normal", as_array(found.normal)}};
         if (std::holds_alternative<Compound>(shape)) answer["part"] = found.part;
-        pick.take(fraction, std::move(answer));
+        pick.offer(fraction, std::move(answer));
     }
 }
 
@@ -267,14 +269,12 @@ Json as_json(const PickedObject& found, const SceneObjects& objects) {
 Result<void> pick_objects(PickScene& scene, Pick& pick) {
     if (scene.objects == nullptr) return {};
     if (!scene.picker) {
-        Result<ObjectPicker> made = ObjectPicker::create(scene.heightfield, *scene.objects);
-        if (!made) return tl::unexpected(made.error());
-        scene.picker.emplace(*std::move(made));
+        TERRANE_TRY(ObjectPicker made, ObjectPicker::create(scene.heightfield, *scene.objects));
+        scene.picker.emplace(std::move(made));
     }
-    const auto found = scene.picker->ray(pick.from_world, pick.at(1.0), pick.fraction);
-    if (!found) return tl::unexpected(found.error());
-    if (*found && (*found)->fraction < pick.fraction)
-        pick.take((*found)->fraction, as_json(**found, *scene.objects));
+    TERRANE_TRY(const auto found, scene.picker->ray(pick.from_world, pick.at(1.0), pick.fraction));
+    if (found && found->fraction < pick.fraction)
+        pick.offer(found->fraction, as_json(*found, *scene.objects));
     return {};
 }
 
@@ -321,7 +321,7 @@ void answer_height(const HeightQuestion& question, QueryGround& ground, Json& an
                    : ground.ground().height(question.x, question.y);
     });
     answer["status"] = name_of(found.status);
-    if (found.status != GroundStatus::ok) return;
+    if (found.status != QueryStatus::ok) return;
     answer["height"] = found.height;
     answer["normal"] = as_array(found.normal);
     answer["error_m"] = found.error_m;
@@ -341,8 +341,8 @@ void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) 
     const RayAnswer found =
         length > kLongRay ? long_ray(ground, question.from_world, question.to_world) : short_ray();
     answer["status"] = name_of(found.status);
-    if (found.status == GroundStatus::miss) answer["hit"] = false;
-    if (found.status != GroundStatus::ok) return;
+    if (found.status == QueryStatus::miss) answer["hit"] = false;
+    if (found.status != QueryStatus::ok) return;
     answer["hit"] = true;
     answer["fraction"] = found.fraction;
     answer["point"] = as_array(found.point_world);
@@ -432,8 +432,7 @@ void answer_distance(const ShapeQuestion& question, double lift, double reach, Q
 void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answer) {
     const WorldPos& centre_world = question.world_from_shape.translation;
     const double reach = bounding_radius(question.shape);
-    LiftAnswer found{.status = QueryStatus::complete,
-                     .lift = -std::numeric_limits<double>::infinity()};
+    LiftAnswer found{.status = QueryStatus::ok, .lift = -std::numeric_limits<double>::infinity()};
     // no query far outside the extent, where cell indices would overflow
     if (distance_beside(centre_world, ground.ground().extent()) <= reach) {
         found = ask_around(ground, centre_world, reach, [&] {

@@ -25,7 +25,7 @@ nlohmann::ordered_json as_array(const Eigen::Vector3d& v);
 nlohmann::ordered_json as_object(const ShapeFeature& feature);
 
 /// The text of `status` in answers.
-const char* name_of(GroundStatus status);
+const char* name_of(QueryStatus status);
 
 /// Writes the status of an unusable answer; false if the answer is usable.
 bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);

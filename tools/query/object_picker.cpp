@@ -179,7 +179,7 @@ Result<std::optional<PickedObject>> ObjectPicker::ray(const WorldPos& from_world
         search.visit(meshes_[placed.mesh], placed.world_from_object, object);
     }
     for (Scattered& scattered : scattered_) {
-        if (auto ok = search_scatter(scattered, search); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(search_scatter(scattered, search));
     }
     return search.first();
 }
@@ -208,10 +208,9 @@ Result<void> ObjectPicker::search_scatter(Scattered& scattered, Search& search) 
             for (std::int32_t x = range->low.x; x <= range->high.x; ++x) {
                 const ScatterSquare square = {x, y};
                 if (!seen.insert(square).second) continue;
-                const auto points = points_of(scattered, square);
-                if (!points) return tl::unexpected(points.error());
-                for (std::size_t index = 0; index < (*points)->size(); ++index) {
-                    const ScatterPoint& point = (**points)[index];
+                TERRANE_TRY(const auto points, points_of(scattered, square));
+                for (std::size_t index = 0; index < points->size(); ++index) {
+                    const ScatterPoint& point = (*points)[index];
                     PickedObject object;
                     object.entry = scattered.entry;
                     object.mesh = scattered.mesh;
@@ -230,15 +229,14 @@ Result<const std::vector<ScatterPoint>*> ObjectPicker::points_of(Scattered& scat
                                                                  const ScatterSquare& square) {
     const auto known = scattered.squares.find(square);
     if (known != scattered.squares.end()) return &known->second;
-    Result<std::vector<ScatterPoint>> points = scattered.scatter.objects_in(square);
-    if (!points) return tl::unexpected(points.error());
+    TERRANE_TRY(std::vector<ScatterPoint> points, scattered.scatter.objects_in(square));
     if (kept_points_ > kMostKeptPoints) {
         for (Scattered& each : scattered_) each.squares.clear();
         kept_points_ = 0;
     }
     // one more for the square itself
-    kept_points_ += points->size() + 1;
-    return &scattered.squares.emplace(square, *std::move(points)).first->second;
+    kept_points_ += points.size() + 1;
+    return &scattered.squares.emplace(square, std::move(points)).first->second;
 }
 
 }  // namespace terrane::tools

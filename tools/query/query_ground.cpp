@@ -18,11 +18,10 @@ QueryGround::QueryGround(std::shared_ptr<const HeightSource> source, Pager pager
 Result<QueryGround> QueryGround::create(std::shared_ptr<const HeightSource> source,
                                         const QueryGroundSettings& settings) {
     // without workers update() loads everything requested, so that no answer depends on time
-    Result<Pager> pager = Pager::create(source, {.memory_bytes = settings.memory_bytes,
-                                                 .worker_count = 0,
-                                                 .contact_spacing = settings.contact_spacing});
-    if (!pager) return tl::unexpected<Error>(pager.error());
-    QueryGround made(std::move(source), std::move(*pager), settings);
+    TERRANE_TRY(Pager pager, Pager::create(source, {.memory_bytes = settings.memory_bytes,
+                                                    .worker_count = 0,
+                                                    .contact_spacing = settings.contact_spacing}));
+    QueryGround made(std::move(source), std::move(pager), settings);
     made.pager_.update({}, {}, made.time_s_);
     made.ground_ = made.pager_.ground(made.surface_);
     return made;
@@ -180,14 +179,14 @@ RayAnswer long_ray(QueryGround& ground, const WorldPos& from_world, const WorldP
         const WorldPos end_world = from_world + end * displacement;
         RayAnswer found = ask_along(ground, begin_world, end_world, 0.0,
                                     [&] { return ground.ground().ray(begin_world, end_world); });
-        if (found.status == GroundStatus::ok) {
+        if (found.status == QueryStatus::ok) {
             found.fraction = std::clamp(begin + found.fraction * (end - begin), 0.0, 1.0);
         }
-        if (found.status != GroundStatus::miss) return found;
+        if (found.status != QueryStatus::miss) return found;
         ground.release();
     }
     RayAnswer answer;
-    answer.status = pieces.has_given_up() ? GroundStatus::not_resident : GroundStatus::miss;
+    answer.status = pieces.has_given_up() ? QueryStatus::not_resident : QueryStatus::miss;
     return answer;
 }
 

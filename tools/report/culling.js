@@ -7,22 +7,13 @@ const cheapest = point => tests.reduce((a, b) => sum(point.tests[b]) < sum(point
 const ratio = (point, test) => sum(point.tests[test]) / sum(point.tests[cheapest(point)]);
 const three = value => Number(value.toPrecision(3)).toString();
 
-function tableOf(field) {
-  const made = element("table");
-  const head = made.createTHead().insertRow();
-  for (const text of ["triangles an object", "test", "kept", "cull, ms", "draw, ms", "sum, ms", "over the cheapest"])
-    head.append(element("th", text));
-  const body = made.createTBody();
-  for (const point of field.points) {
-    for (const test of tests) {
-      const timed = point.tests[test];
-      const row = body.insertRow();
-      for (const text of [short(point.triangles), test, short(timed.kept), three(timed.cull_ms), three(timed.draw_ms),
-        three(sum(timed)), ratio(point, test).toFixed(3)]) row.append(element("td", text));
-    }
-  }
-  return made;
-}
+const tableOf = field => makeTable(
+  ["triangles an object", "test", "kept", "cull, ms", "draw, ms", "sum, ms", "over the cheapest"],
+  field.points.flatMap(point => tests.map(test => {
+    const timed = point.tests[test];
+    return [short(point.triangles), test, short(timed.kept), three(timed.cull_ms), three(timed.draw_ms), three(sum(timed)),
+      ratio(point, test).toFixed(3)];
+  })));
 
 function drawRatios(field, canvas) {
   const line = test => ({

@@ -92,12 +92,31 @@ function keepDrawn(makeCharts) {
   for (const media of ["(prefers-color-scheme: dark)", "print"]) window.matchMedia(media).addEventListener("change", draw);
 }
 
-// A card with a plot and a table below it, and the text of a note between them where there is one. Returns the canvas.
-function addTableCard(title, text, table, note) {
-  const card = element("section", undefined, "card");
+// A canvas in a box of its own.
+function makePlot() {
   const plot = element("div", undefined, "plot");
   const canvas = element("canvas");
   plot.append(canvas);
+  return {plot, canvas};
+}
+
+// A table of texts. `classOf` gives the class of a column's cells by its heading; may be absent.
+function makeTable(headings, rows, classOf = () => "") {
+  const made = element("table");
+  const head = made.createTHead().insertRow();
+  for (const heading of headings) head.append(element("th", heading, classOf(heading)));
+  const body = made.createTBody();
+  for (const texts of rows) {
+    const row = body.insertRow();
+    texts.forEach((text, i) => row.append(element("td", text, classOf(headings[i]))));
+  }
+  return made;
+}
+
+// A card with a plot and a table below it, and the text of a note between them where there is one. Returns the canvas.
+function addTableCard(title, text, table, note) {
+  const card = element("section", undefined, "card");
+  const {plot, canvas} = makePlot();
   const wide = element("div", undefined, "wide");
   wide.append(table);
   card.append(element("h2", title), element("p", text), plot);
@@ -114,10 +133,8 @@ function addTableCard(title, text, table, note) {
 function showPlots(plots) {
   const canvases = plots.map(({title, text}) => {
     const card = element("section", undefined, "card");
-    const box = element("div", undefined, "plot");
-    const canvas = element("canvas");
-    box.append(canvas);
-    card.append(element("h2", title), element("p", text), box);
+    const {plot, canvas} = makePlot();
+    card.append(element("h2", title), element("p", text), plot);
     document.getElementById("plots").append(card);
     return canvas;
   });

@@ -58,20 +58,11 @@ function tableOf(table) {
   return made;
 }
 
-function comparisonsOf(table) {
-  const made = element("table");
-  const head = made.createTHead().insertRow();
-  for (const text of ["", "published, us", "ours, us", "published / ours", "why they differ"]) head.append(element("th", text, text.startsWith("why") ? "text" : ""));
-  const body = made.createTBody();
-  for (const {what, published_ms: published, our_ms: ours, reason} of table.comparisons) {
-    const row = body.insertRow();
-    for (const text of [what, microseconds(published), microseconds(ours), three(published / ours)]) {
-      row.append(element("td", text));
-    }
-    row.append(element("td", reason, "text"));
-  }
-  return made;
-}
+const comparisonsOf = table => makeTable(
+  ["", "published, us", "ours, us", "published / ours", "why they differ"],
+  table.comparisons.map(({what, published_ms: published, our_ms: ours, reason}) =>
+    [what, microseconds(published), microseconds(ours), three(published / ours), reason]),
+  heading => heading.startsWith("why") ? "text" : "");
 
 const slopesOf = table => "Slopes of query times: " + series(table).map(name => {
   const {all, published_places: few, without_fixed_cost: power} = table.slopes[name];
@@ -139,9 +130,7 @@ function drawPositiveShare(table, canvas) {
 
 // A canvas in a box of its own after an element.
 function addPlotAfter(place) {
-  const plot = element("div", undefined, "plot");
-  const canvas = element("canvas");
-  plot.append(canvas);
+  const {plot, canvas} = makePlot();
   place.after(plot);
   return canvas;
 }

@@ -21,36 +21,22 @@ const figureText = figure => {
 };
 
 function tableOf(group) {
-  const made = element("table");
-  const head = made.createTHead().insertRow();
   // without those that no row has: drawing, where no device opens
   const columns = group[0].table.columns.filter(
     column => group.some(({table}) => table.rows.some(line => line.figures[column.key])));
-  if (group.length > 1) head.append(element("th", "run"));
-  for (const text of [group[0].table.axis || "value", "front", "presets"]) head.append(element("th", text));
-  for (const column of columns) {
-    head.append(element("th", axisText(column)));
-    if (isTime(column)) head.append(element("th", "over the reference loop"));
-  }
-  for (const text of ["repetitions", "command"]) head.append(element("th", text));
-  const body = made.createTBody();
-  for (const {table, machine} of group) {
-    for (const line of table.rows) {
-      const row = body.insertRow();
-      const cells = group.length > 1 ? [machine] : [];
-      cells.push(line.label, line.on_front ? "yes" : "", line.presets.join(", "));
-      let repetitions = 0;
-      for (const column of columns) {
-        const figure = line.figures[column.key];
-        repetitions = Math.max(repetitions, figure ? figure.repetitions : 0);
-        cells.push(figureText(figure));
-        if (isTime(column)) cells.push(figure ? three(figure.ratio) : "");
-      }
-      cells.push(String(repetitions), line.command);
-      for (const text of cells) row.append(element("td", text));
-    }
-  }
-  return made;
+  const isCompared = group.length > 1;
+  const headings = [...(isCompared ? ["run"] : []), group[0].table.axis || "value", "front", "presets",
+    ...columns.flatMap(column => isTime(column) ? [axisText(column), "over the reference loop"] : [axisText(column)]),
+    "repetitions", "command"];
+  const cellsOf = (line, machine) => {
+    const figures = columns.map(column => line.figures[column.key]);
+    const repetitions = Math.max(0, ...figures.map(figure => figure ? figure.repetitions : 0));
+    return [...(isCompared ? [machine] : []), line.label, line.on_front ? "yes" : "", line.presets.join(", "),
+      ...columns.flatMap((column, i) => isTime(column)
+        ? [figureText(figures[i]), figures[i] ? three(figures[i].ratio) : ""] : [figureText(figures[i])]),
+      String(repetitions), line.command];
+  };
+  return makeTable(headings, group.flatMap(({table, machine}) => table.rows.map(line => cellsOf(line, machine))));
 }
 
 // In two lines where one is longer than a plot is high.

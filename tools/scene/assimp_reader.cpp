@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The only source that includes assimp. PLY and OBJ have separate readers: assimp stores positions as float, with a
-// resolution of 0.25 m at a northing of 4e6 m, whereas Terrane's PLY files contain doubles.
+// The only source that includes assimp. PLY and OBJ have other readers: see mesh_reader.cpp.
 #include "scene/mesh_files.h"
 
 #include <assimp/BaseImporter.h>
@@ -74,10 +73,10 @@ public:
         }
         const Eigen::Affine3d to_file = parent * to_affine(node.mTransformation);
         for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-            if (auto ok = add_mesh(*scene_.mMeshes[node.mMeshes[i]], to_file); !ok) return ok;
+            TERRANE_TRY(add_mesh(*scene_.mMeshes[node.mMeshes[i]], to_file));
         }
         for (unsigned i = 0; i < node.mNumChildren; ++i) {
-            if (auto ok = add(*node.mChildren[i], to_file, depth + 1); !ok) return ok;
+            TERRANE_TRY(add(*node.mChildren[i], to_file, depth + 1));
         }
         return {};
     }
@@ -117,7 +116,7 @@ private:
                 corners.push_back(first + face.mIndices[k]);
             }
             if (is_mirrored) std::ranges::reverse(corners);
-            if (auto ok = add_polygon(corners, mesh_); !ok) return ok;
+            TERRANE_TRY(add_polygon(corners, mesh_));
         }
         return {};
     }
@@ -169,9 +168,7 @@ Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string
             to_z_up.linear() << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
         }
         SceneJoiner joiner(*scene, is_gltf);
-        if (auto ok = joiner.add(*scene->mRootNode, to_z_up); !ok) {
-            return tl::unexpected<Error>(ok.error());
-        }
+        TERRANE_TRY(joiner.add(*scene->mRootNode, to_z_up));
         return joiner.take();
     } catch (const std::exception& error) {
         return fail(ErrorCode::bad_data, error.what());

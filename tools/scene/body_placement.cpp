@@ -78,12 +78,12 @@ public:
             const Eigen::Vector2d p_world = point_beside(layout_.path, along, left);
             if (!has_room(p_world, half.norm())) continue;
             const HeightAnswer at = ground_.height(p_world.x(), p_world.y());
-            has_absent_ground_ = has_absent_ground_ || at.status == GroundStatus::not_resident;
-            if (at.status != GroundStatus::ok) continue;
+            has_absent_ground_ = has_absent_ground_ || at.status == QueryStatus::not_resident;
+            if (at.status != QueryStatus::ok) continue;
             if (i < kTries / 2 && at.normal.z() < kGentle) continue;
             Pose pose = pose_on(at, p_world, yaw, half.z());
             const LiftAnswer answer = compute_lift(crate.settings.shape, pose, ground_);
-            if (answer.status != QueryStatus::complete || !std::isfinite(answer.lift)) continue;
+            if (answer.status != QueryStatus::ok || !std::isfinite(answer.lift)) continue;
             pose.translation.z() += answer.lift;
             if (!is_free(obstacles_, ground_, crate.settings.shape, pose)) continue;
             crate.state.pose = pose;
@@ -175,9 +175,9 @@ constexpr std::uint64_t kLayoutTries = 64;  // positions tried before a body is 
 std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
     const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
                           ground.column_at(x + radius), ground.row_at(y + radius)};
-    if (ground.height(x, y).status != GroundStatus::ok) return std::nullopt;
+    if (ground.height(x, y).status != QueryStatus::ok) return std::nullopt;
     const RangeAnswer range = ground.range(cells);
-    if (range.status != GroundStatus::ok) return std::nullopt;
+    if (range.status != QueryStatus::ok) return std::nullopt;
     return ground.lattice().quantum * static_cast<double>(range.high);
 }
 
@@ -332,24 +332,21 @@ Result<ObjectBodies> ObjectBodies::create(std::shared_ptr<const HeightSource> so
     };
     for (const SceneObject& object : objects.objects) {
         if (!object.proxy_error) continue;
-        const Result<Compound> shape = shape_of(object.mesh, *object.proxy_error);
-        if (!shape) return tl::unexpected(shape.error());
-        const Result<Compound> sized = scaled(*shape, object.scale);
-        if (!sized) return tl::unexpected(sized.error());
-        made.placed_.push_back(static_body(*sized, object.world_from_object, 1));
+        TERRANE_TRY(const Compound shape, shape_of(object.mesh, *object.proxy_error));
+        TERRANE_TRY(const Compound sized, scaled(shape, object.scale));
+        made.placed_.push_back(static_body(sized, object.world_from_object, 1));
     }
     for (const SceneScatter& wanted : objects.scatters) {
         if (!wanted.proxy_error) continue;
-        Result<Compound> shape = shape_of(wanted.mesh, *wanted.proxy_error);
-        if (!shape) return tl::unexpected(shape.error());
+        TERRANE_TRY(Compound shape, shape_of(wanted.mesh, *wanted.proxy_error));
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) {
             return fail(scatter.error().code,
                         objects.files[wanted.mesh] + ": " + scatter.error().message);
         }
-        const double radius = bounding_radius(*shape) * wanted.settings.max_scale;
+        const double radius = bounding_radius(shape) * wanted.settings.max_scale;
         made.scatters_.push_back(std::make_unique<StaticScatter>(StaticScatter{
-            .scatter = *std::move(scatter), .shape = *std::move(shape), .radius = radius}));
+            .scatter = *std::move(scatter), .shape = std::move(shape), .radius = radius}));
     }
     return made;
 }
@@ -401,10 +398,9 @@ Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surr
                     if (is_new && known != scatter.squares.end()) {
                         square->second = std::move(known->second);
                     } else if (is_new) {
-                        Result<std::vector<ScatterPoint>> points =
-                            scatter.scatter.objects_in(square->first);
-                        if (!points) return tl::unexpected(points.error());
-                        square->second = *std::move(points);
+                        TERRANE_TRY(std::vector<ScatterPoint> points,
+                                    scatter.scatter.objects_in(square->first));
+                        square->second = std::move(points);
                     }
                     for (std::size_t index = 0; index < square->second.size(); ++index) {
                         const WorldPos& p_world = square->second[index].position_world;
@@ -430,13 +426,11 @@ Result<std::optional<BodyId>> ObjectBodies::add(const Key& key, World& world,
         loaded_.erase(found);
         return id;
     }
-    const Result<Compound> shape = scaled(scatter.shape, point.scale);
-    if (!shape) return tl::unexpected(shape.error());
-    const PlacedBody body = static_body(*shape, pose_of(point), kScatterLayer);
+    TERRANE_TRY(const Compound shape, scaled(scatter.shape, point.scale));
+    const PlacedBody body = static_body(shape, pose_of(point), kScatterLayer);
     if (overlaps_dynamic(world, ground, body)) return std::optional<BodyId>();
-    const Result<BodyId> added = world.add(body.settings, body.state);
-    if (!added) return tl::unexpected(added.error());
-    return *added;
+    TERRANE_TRY(const BodyId added, world.add(body.settings, body.state));
+    return added;
 }
 
 Result<void> ObjectBodies::follow(World& world, const Ground& ground) {
@@ -451,22 +445,20 @@ Result<void> ObjectBodies::follow(World& world, const Ground& ground) {
                 loaded_.emplace(coordinates(world.states()[i].pose.translation), world.id(i));
             }
         }
-        const Result<std::set<Key>> wanted = find_near(around);
-        if (!wanted) return tl::unexpected(wanted.error());
+        TERRANE_TRY(const std::set<Key> wanted, find_near(around));
         for (auto each = near_.begin(); each != near_.end();) {
-            const bool is_far = !wanted->contains(each->first);
+            const bool is_far = !wanted.contains(each->first);
             // the id comes from the world and is valid: removal cannot fail
             if (is_far && each->second) (void)world.remove(*each->second);
             each = is_far ? near_.erase(each) : std::next(each);
         }
-        for (const Key& key : *wanted) near_.try_emplace(key);
+        for (const Key& key : wanted) near_.try_emplace(key);
         around_ = std::move(around);
     }
     for (auto& [key, body] : near_) {
         if (body) continue;
-        Result<std::optional<BodyId>> added = add(key, world, ground);
-        if (!added) return tl::unexpected(added.error());
-        body = *added;
+        TERRANE_TRY(std::optional<BodyId> added, add(key, world, ground));
+        body = added;
     }
     for (const auto& [place, body] : loaded_) (void)world.remove(body);
     loaded_.clear();

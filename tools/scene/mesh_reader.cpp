@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+//
+// assimp 5.2 cannot replace these readers of PLY and OBJ: its positions are float (steps of 0.5 m at a northing of
+// 4.5e6 m), every corner of an OBJ face becomes a point (4 times the time), and truncated PLY files are accepted, never
+// end, or crash it.
 #include "scene/mesh_files.h"
 
 #include <fmt/format.h>
@@ -20,23 +24,30 @@
 #include <utility>
 
 namespace terrane::tools {
-
-/// Removes the first line of a text and returns it without its line end.
-std::string_view take_line(std::string_view& text);
-
-/// Removes the first word of a text and returns it; empty if there is none. Words are separated by spaces, tabs and
-/// line ends.
-std::string_view take_word(std::string_view& text);
-
-/// Parses a word as a number, independent of the locale; none if it is not one. A leading + is allowed; "nan" and "inf"
-/// are numbers.
-std::optional<double> real_number(std::string_view word);
-std::optional<std::int64_t> whole_number(std::string_view word);
-
 namespace {
 
 constexpr std::string_view kSpaces = " \t\r\n\v\f";
 
+/// Removes the first line of a text and returns it without its line end.
+std::string_view read_line(std::string_view& text) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+}
+
+/// Removes the first word of a text and returns it; empty if there is none. Words are separated by spaces, tabs and
+/// line ends.
+std::string_view read_word(std::string_view& text) {
+    text.remove_prefix(std::min(text.find_first_not_of(kSpaces), text.size()));
+    const std::string_view word = text.substr(0, text.find_first_of(kSpaces));
+    text.remove_prefix(word.size());
+    return word;
+}
+
+/// Parses a word as a number, independent of the locale; none if it is not one. A leading + is allowed; "nan" and "inf"
+/// are real numbers.
 template <class Number>
 std::optional<Number> number_of(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
@@ -46,56 +57,42 @@ std::optional<Number> number_of(std::string_view word) {
     return value;
 }
 
-}  // namespace
-
-std::string_view take_line(std::string_view& text) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    return line;
-}
-
-std::string_view take_word(std::string_view& text) {
-    text.remove_prefix(std::min(text.find_first_not_of(kSpaces), text.size()));
-    const std::string_view word = text.substr(0, text.find_first_of(kSpaces));
-    text.remove_prefix(word.size());
-    return word;
-}
-
-std::optional<double> real_number(std::string_view word) { return number_of<double>(word); }
-std::optional<std::int64_t> whole_number(std::string_view word) {
-    return number_of<std::int64_t>(word);
-}
+tl::unexpected<Error> bad(std::string message) { return fail(ErrorCode::bad_data, message); }
 
 // PLY files. Source: G. Turk. The PLY Polygon File Format. Stanford, 1994; with the type names in use today.
 
-namespace {
-
-enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-struct PlyTypeName {
-    std::string_view name;
-    PlyType type;
+struct PlyType {
+    std::string_view name, new_name;
+    std::size_t size;                  // bytes in a binary file
+    double (*value)(const char* raw);  // of bytes in the machine's order
 };
-constexpr PlyTypeName kPlyTypes[] = {
-    {"char", PlyType::int8},      {"int8", PlyType::int8},       {"uchar", PlyType::uint8},
-    {"uint8", PlyType::uint8},    {"short", PlyType::int16},     {"int16", PlyType::int16},
-    {"ushort", PlyType::uint16},  {"uint16", PlyType::uint16},   {"int", PlyType::int32},
-    {"int32", PlyType::int32},    {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
-    {"float", PlyType::float32},  {"float32", PlyType::float32}, {"double", PlyType::float64},
-    {"float64", PlyType::float64}};
 
-std::optional<PlyType> type_of(std::string_view name) {
-    const auto* const found = std::ranges::find(kPlyTypes, name, &PlyTypeName::name);
-    if (found == std::end(kPlyTypes)) return std::nullopt;
-    return found->type;
+template <class Number>
+constexpr PlyType ply_type(std::string_view name, std::string_view new_name) {
+    return {name, new_name, sizeof(Number), [](const char* raw) {
+                Number value{};
+                std::memcpy(&value, raw, sizeof value);
+                return static_cast<double>(value);
+            }};
+}
+
+constexpr PlyType kPlyTypes[] = {
+    ply_type<std::int8_t>("char", "int8"),    ply_type<std::uint8_t>("uchar", "uint8"),
+    ply_type<std::int16_t>("short", "int16"), ply_type<std::uint16_t>("ushort", "uint16"),
+    ply_type<std::int32_t>("int", "int32"),   ply_type<std::uint32_t>("uint", "uint32"),
+    ply_type<float>("float", "float32"),      ply_type<double>("double", "float64")};
+
+/// Null if there is no such type.
+const PlyType* type_of(std::string_view name) {
+    const auto* const found = std::ranges::find_if(
+        kPlyTypes, [&](const PlyType& type) { return type.name == name || type.new_name == name; });
+    return found == std::end(kPlyTypes) ? nullptr : found;
 }
 
 struct PlyProperty {
     std::string name;
-    PlyType type = PlyType::float32;
-    std::optional<PlyType> count;  // of a list
+    const PlyType* type = nullptr;
+    const PlyType* count = nullptr;  // of a list, else null
 };
 
 struct PlyElement {
@@ -104,137 +101,107 @@ struct PlyElement {
     std::vector<PlyProperty> properties;
 };
 
-enum class PlyForm { ascii, little_endian, big_endian };
-
 struct PlyHeader {
-    PlyForm form = PlyForm::ascii;
+    std::optional<std::endian> byte_order;  // none: text
     std::vector<PlyElement> elements;
 };
 
-tl::unexpected<Error> bad_ply(std::string message) { return fail(ErrorCode::bad_data, message); }
-
-bool read_form(std::string_view line, PlyForm& form) {
-    const std::string_view name = take_word(line);
-    if (name == "ascii") form = PlyForm::ascii;
-    if (name == "binary_little_endian") form = PlyForm::little_endian;
-    if (name == "binary_big_endian") form = PlyForm::big_endian;
-    return name == "ascii" || name.starts_with("binary_");
+bool read_form(std::string_view name, PlyHeader& header) {
+    header.byte_order.reset();
+    if (name == "binary_little_endian") header.byte_order = std::endian::little;
+    if (name == "binary_big_endian") header.byte_order = std::endian::big;
+    return name == "ascii" || header.byte_order;
 }
 
-std::optional<PlyProperty> read_property(std::string_view line) {
+bool read_property(std::string_view line, PlyHeader& header) {
+    std::string_view type = read_word(line);
+    const bool is_list = type == "list";
     PlyProperty property;
-    std::string_view type = take_word(line);
-    if (type == "list") {
-        property.count = type_of(take_word(line));
-        if (!property.count) return std::nullopt;
-        type = take_word(line);
+    if (is_list) {
+        property.count = type_of(read_word(line));
+        type = read_word(line);
     }
-    const std::optional<PlyType> known = type_of(type);
-    if (!known) return std::nullopt;
-    property.type = *known;
-    property.name = take_word(line);
-    return property;
+    property.type = type_of(type);
+    property.name = read_word(line);
+    if (property.type == nullptr || is_list != (property.count != nullptr)) return false;
+    if (header.elements.empty()) return false;
+    header.elements.back().properties.push_back(std::move(property));
+    return true;
 }
 
 /// Removes the header from the bytes.
-Result<PlyHeader> take_header(std::string_view& bytes) {
-    if (take_line(bytes) != "ply") return bad_ply("its first line is not 'ply'");
+Result<PlyHeader> read_header(std::string_view& bytes) {
+    if (read_line(bytes) != "ply") return bad("its first line is not 'ply'");
     PlyHeader header;
     bool has_form = false;
     while (!bytes.empty()) {
-        const std::string_view whole = take_line(bytes);
+        const std::string_view whole = read_line(bytes);
         std::string_view line = whole;
-        const std::string_view keyword = take_word(line);
+        const std::string_view keyword = read_word(line);
         bool is_good = true;
         if (keyword == "end_header") {
-            if (!has_form) return bad_ply("its header has no format");
+            if (!has_form) return bad("its header has no format");
             return header;
         }
         if (keyword == "format") {
-            is_good = has_form = read_form(line, header.form);
+            is_good = has_form = read_form(read_word(line), header);
         } else if (keyword == "element") {
-            PlyElement element;
-            element.name = take_word(line);
-            const std::optional<std::int64_t> count = whole_number(take_word(line));
+            const std::string_view name = read_word(line);
+            const auto count = number_of<std::int64_t>(read_word(line));
             is_good = count && *count >= 0;
-            element.count = count.value_or(0);
-            header.elements.push_back(std::move(element));
+            header.elements.push_back({std::string(name), count.value_or(0), {}});
         } else if (keyword == "property") {
-            std::optional<PlyProperty> property = read_property(line);
-            is_good = property && !header.elements.empty();
-            if (is_good) header.elements.back().properties.push_back(*std::move(property));
+            is_good = read_property(line, header);
         }
-        if (!is_good) return bad_ply(fmt::format("line '{:.60}' of its header is wrong", whole));
+        if (!is_good) return bad(fmt::format("line '{:.60}' of its header is wrong", whole));
     }
-    return bad_ply("its header has no end");
+    return bad("its header has no end");
 }
 
 /// Reads the numbers after the header in order.
 class PlyNumbers {
 public:
-    PlyNumbers(std::string_view bytes, PlyForm form) : bytes_(bytes), form_(form) {}
+    PlyNumbers(std::string_view bytes, std::optional<std::endian> order)
+        : bytes_(bytes), order_(order) {}
 
     /// None at the end of the file, or if a word of a text file is not a number.
-    std::optional<double> next(PlyType type) {
-        if (form_ == PlyForm::ascii) return real_number(take_word(bytes_));
-        switch (type) {
-            case PlyType::int8:
-                return binary<std::int8_t>();
-            case PlyType::uint8:
-                return binary<std::uint8_t>();
-            case PlyType::int16:
-                return binary<std::int16_t>();
-            case PlyType::uint16:
-                return binary<std::uint16_t>();
-            case PlyType::int32:
-                return binary<std::int32_t>();
-            case PlyType::uint32:
-                return binary<std::uint32_t>();
-            case PlyType::float32:
-                return binary<float>();
-            case PlyType::float64:
-                break;
-        }
-        return binary<double>();
+    std::optional<double> next(const PlyType& type) {
+        if (!order_) return number_of<double>(read_word(bytes_));
+        if (bytes_.size() < type.size) return std::nullopt;
+        std::array<char, sizeof(double)> raw{};
+        std::copy_n(bytes_.begin(), type.size, raw.begin());
+        bytes_.remove_prefix(type.size);
+        if (*order_ != std::endian::native) std::reverse(raw.begin(), raw.begin() + type.size);
+        return type.value(raw.data());
     }
 
 private:
-    template <class Number>
-    std::optional<double> binary() {
-        std::array<char, sizeof(Number)> raw{};
-        if (bytes_.size() < raw.size()) return std::nullopt;
-        std::memcpy(raw.data(), bytes_.data(), raw.size());
-        bytes_.remove_prefix(raw.size());
-        constexpr bool is_little = std::endian::native == std::endian::little;
-        if ((form_ == PlyForm::little_endian) != is_little) std::ranges::reverse(raw);
-        return static_cast<double>(std::bit_cast<Number>(raw));
-    }
-
     std::string_view bytes_;
-    PlyForm form_;
+    std::optional<std::endian> order_;
 };
 
 /// Reads one element: its number of each scalar property by position, and its list of corners.
 class PlyElements {
 public:
-    PlyElements(std::string_view bytes, const PlyHeader& header) : numbers_(bytes, header.form) {}
+    PlyElements(std::string_view bytes, const PlyHeader& header)
+        : numbers_(bytes, header.byte_order) {}
 
     Result<void> read(const PlyElement& element, TriangleMesh& mesh) {
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
         if ((is_vertex || is_face) && element.count > static_cast<std::int64_t>(kMostMeshParts)) {
-            return bad_ply(fmt::format("it has {} elements '{}', more than {}", element.count,
-                                       element.name, kMostMeshParts));
+            return bad(fmt::format("it has {} elements '{}', more than {}", element.count,
+                                   element.name, kMostMeshParts));
         }
         if (element.properties.empty()) return {};
         for (std::int64_t i = 0; i < element.count; ++i) {
             if (!read_one(element)) {
-                return bad_ply(fmt::format("it ends early, or is wrong, in element {} of {} '{}'",
-                                           i, element.count, element.name));
+                return bad(fmt::format("it ends early, or is wrong, in element {} of {} '{}'", i,
+                                       element.count, element.name));
             }
             if (is_vertex) mesh.positions.push_back(point_);
             if (is_vertex) add_attributes(mesh);
             if (!is_face) continue;
-            if (auto added = add_polygon(corners_, mesh); !added) return added;
+            TERRANE_TRY(add_polygon(corners_, mesh));
         }
         return {};
     }
@@ -243,8 +210,8 @@ private:
     bool read_one(const PlyElement& element) {
         colour_count_ = normal_count_ = texture_count_ = 0;
         for (const PlyProperty& property : element.properties) {
-            if (!property.count) {
-                const std::optional<double> value = numbers_.next(property.type);
+            if (property.count == nullptr) {
+                const std::optional<double> value = numbers_.next(*property.type);
                 if (!value) return false;
                 if (property.name.size() == 1 && property.name[0] >= 'x' &&
                     property.name[0] <= 'z') {
@@ -281,7 +248,7 @@ private:
         constexpr std::array<std::string_view, 3> kNames = {"red", "green", "blue"};
         const auto* const name = std::ranges::find(kNames, property.name);
         if (name == kNames.end()) return;
-        const double level = property.type == PlyType::uint8 ? value : 255.0 * value + 0.5;
+        const double level = property.type->name == "uchar" ? value : 255.0 * value + 0.5;
         if (!(level >= 0.0 && level < 256.0)) return;
         colour_[static_cast<std::size_t>(name - kNames.begin())] = static_cast<std::uint8_t>(level);
         ++colour_count_;
@@ -296,7 +263,7 @@ private:
             property.name == "vertex_indices" || property.name == "vertex_index";
         if (is_corners) corners_.clear();
         for (double i = 0.0; i < *count; i += 1.0) {
-            const std::optional<double> value = numbers_.next(property.type);
+            const std::optional<double> value = numbers_.next(*property.type);
             if (!value || !(std::abs(*value) <= 0x1p32)) return false;
             if (is_corners) corners_.push_back(static_cast<std::int64_t>(*value));
         }
@@ -314,7 +281,7 @@ private:
 
 bool has_property(const PlyElement& element, std::string_view name, bool is_list) {
     return std::ranges::any_of(element.properties, [&](const PlyProperty& property) {
-        return property.name == name && property.count.has_value() == is_list;
+        return property.name == name && (property.count != nullptr) == is_list;
     });
 }
 
@@ -325,31 +292,30 @@ Result<void> check_header(const PlyHeader& header) {
             has_vertices = true;
             for (const char* axis : {"x", "y", "z"}) {
                 if (has_property(element, axis, false)) continue;
-                return bad_ply(fmt::format("its vertices have no property {}", axis));
+                return bad(fmt::format("its vertices have no property {}", axis));
             }
         }
         if (element.name != "face") continue;
-        if (!has_vertices) return bad_ply("its faces come before its vertices");
+        if (!has_vertices) return bad("its faces come before its vertices");
         if (has_property(element, "vertex_indices", true) ||
             has_property(element, "vertex_index", true)) {
             continue;
         }
-        return bad_ply("its faces have no list vertex_indices");
+        return bad("its faces have no list vertex_indices");
     }
     if (has_vertices) return {};
-    return bad_ply("it has no vertices");
+    return bad("it has no vertices");
 }
 
 }  // namespace
 
 Result<TriangleMesh> parse_ply(std::string_view bytes) {
-    const Result<PlyHeader> header = take_header(bytes);
-    if (!header) return tl::unexpected<Error>(header.error());
-    if (auto ok = check_header(*header); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(const PlyHeader header, read_header(bytes));
+    TERRANE_TRY(check_header(header));
     TriangleMesh mesh;
-    PlyElements elements(bytes, *header);
-    for (const PlyElement& element : header->elements) {
-        if (auto ok = elements.read(element, mesh); !ok) return tl::unexpected<Error>(ok.error());
+    PlyElements elements(bytes, header);
+    for (const PlyElement& element : header.elements) {
+        TERRANE_TRY(elements.read(element, mesh));
     }
     const std::size_t count = mesh.positions.size();
     if (mesh.colours.size() != count) mesh.colours.clear();
@@ -360,171 +326,153 @@ Result<TriangleMesh> parse_ply(std::string_view bytes) {
 
 namespace {
 
-tl::unexpected<Error> bad_line(std::size_t number, std::string_view what) {
-    return fail(ErrorCode::bad_data, fmt::format("line {}: {}", number, what));
-}
-
-/// The point of "7", "7/1", "7//3" or "-1/..": counted from 0. Negative numbers count back from the last point.
-std::optional<std::int64_t> corner_of(std::string_view word, std::size_t point_count) {
-    const std::optional<std::int64_t> index = whole_number(word.substr(0, word.find('/')));
+/// The index from 0 of "7" or "-1". Negative numbers count back from the last of `count`.
+std::optional<std::int64_t> index_of(std::string_view word, std::size_t count) {
+    const auto index = number_of<std::int64_t>(word);
     if (!index || *index == 0) return std::nullopt;
-    return *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(point_count);
+    return *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(count);
 }
 
-/// Adds the colour after a position, if any.
-void add_colour(std::string_view line, TriangleMesh& mesh) {
-    std::array<std::uint8_t, 4> colour{0, 0, 0, 255};
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::optional<double> value = real_number(take_word(line));
-        if (!value || !(*value >= 0.0 && *value <= 1.0)) return;
-        colour[i] = static_cast<std::uint8_t>(255.0 * *value + 0.5);
+/// The first numbers of a line; none if there are fewer.
+std::optional<Eigen::Vector3d> take_vector(std::string_view& line, int count) {
+    Eigen::Vector3d vector = Eigen::Vector3d::Zero();
+    for (int i = 0; i < count; ++i) {
+        const std::optional<double> value = number_of<double>(read_word(line));
+        if (!value) return std::nullopt;
+        vector[i] = *value;
     }
-    mesh.colours.push_back(colour);
+    return vector;
+}
+
+/// Reads the lines of an OBJ file. Messages lack the line's number.
+class ObjLines {
+public:
+    explicit ObjLines(bool has_attributes) : has_attributes_(has_attributes) {}
+
+    Result<void> read(std::string_view line) {
+        const std::string_view keyword = read_word(line);
+        if (keyword == "v") return add_point(line);
+        if (keyword == "f") return add_face(line);
+        if (!has_attributes_ || (keyword != "vt" && keyword != "vn")) return {};
+        const int count = keyword == "vt" ? 2 : 3;
+        const std::optional<Eigen::Vector3d> vector = take_vector(line, count);
+        if (!vector) return bad(fmt::format("{} must have {} numbers", keyword, count));
+        if (keyword == "vt") texture_.emplace_back(vector->head<2>().cast<float>());
+        if (keyword == "vn") normals_.emplace_back(vector->cast<float>());
+        return {};
+    }
+
+    TriangleMesh take() {
+        if (mesh_.colours.size() != mesh_.positions.size()) mesh_.colours.clear();
+        return has_attributes_ ? split() : std::move(mesh_);
+    }
+
+private:
+    /// Indices from 0: point, texture coordinate, normal; -1 if a corner has none.
+    using Corner = std::array<std::int64_t, 3>;
+
+    Result<void> add_point(std::string_view line) {
+        const std::optional<Eigen::Vector3d> point = take_vector(line, 3);
+        if (!point) return bad("a point needs 3 numbers");
+        if (mesh_.positions.size() == kMostMeshParts) {
+            return bad(fmt::format("more than {} points", kMostMeshParts));
+        }
+        mesh_.positions.push_back(*point);
+        const std::optional<Eigen::Vector3d> colour = take_vector(line, 3);
+        if (!colour || !((colour->array() >= 0.0) && (colour->array() <= 1.0)).all()) return {};
+        const auto level = [&](int i) {
+            return static_cast<std::uint8_t>(255.0 * (*colour)[i] + 0.5);
+        };
+        mesh_.colours.push_back({level(0), level(1), level(2), 255});
+        return {};
+    }
+
+    Result<void> add_face(std::string_view line) {
+        points_.clear();
+        vertices_.clear();
+        bool has_all = true;
+        std::string_view rest = line;
+        for (std::string_view word = read_word(rest); !word.empty(); word = read_word(rest)) {
+            const auto point = index_of(word.substr(0, word.find('/')), mesh_.positions.size());
+            if (!point) return bad(fmt::format("'{:.40}' is no corner of a face", word));
+            points_.push_back(*point);
+            if (has_attributes_ && has_all) has_all = add_vertex(word, *point);
+        }
+        TERRANE_TRY(add_polygon(points_, mesh_));
+        if (!has_all) {
+            return bad(fmt::format(
+                "'{:.40}' names a texture coordinate or normal that is not there", line));
+        }
+        for (std::size_t i = 2; i < vertices_.size(); ++i) {
+            split_.triangles.push_back({vertices_[0], vertices_[i - 1], vertices_[i]});
+        }
+        return {};
+    }
+
+    /// Adds the vertex of a corner such as "7/1/3" or "7//3". False if an attribute is not defined before it.
+    bool add_vertex(std::string_view word, std::int64_t point) {
+        Corner corner{point, -1, -1};
+        const std::array<std::size_t, 3> counts{0, texture_.size(), normals_.size()};
+        for (std::size_t k = 1; k < 3 && word.find('/') != std::string_view::npos; ++k) {
+            word.remove_prefix(word.find('/') + 1);
+            const std::string_view part = word.substr(0, word.find('/'));
+            if (part.empty()) continue;
+            const std::optional<std::int64_t> index = index_of(part, counts[k]);
+            if (!index || *index < 0 || *index >= static_cast<std::int64_t>(counts[k]))
+                return false;
+            corner[k] = *index;
+        }
+        const auto [at, is_new] =
+            numbers_.try_emplace(corner, static_cast<std::uint32_t>(corners_.size()));
+        if (is_new) corners_.push_back(corner);
+        vertices_.push_back(at->second);
+        return true;
+    }
+
+    /// One vertex for each combination of position and attributes.
+    TriangleMesh split() {
+        const bool has_texture = std::ranges::none_of(corners_, [](auto& c) { return c[1] < 0; });
+        const bool has_normals = std::ranges::none_of(corners_, [](auto& c) { return c[2] < 0; });
+        for (const Corner& corner : corners_) {
+            const auto [point, texture, normal] = corner;
+            const auto at = [](const auto& values, std::int64_t i) {
+                return values[static_cast<std::size_t>(i)];
+            };
+            split_.positions.push_back(at(mesh_.positions, point));
+            if (!mesh_.colours.empty()) split_.colours.push_back(at(mesh_.colours, point));
+            if (has_texture) split_.texture_coordinates.push_back(at(texture_, texture));
+            if (has_normals) split_.normals.push_back(at(normals_, normal));
+        }
+        return std::move(split_);
+    }
+
+    bool has_attributes_;
+    TriangleMesh mesh_;   // without attributes
+    TriangleMesh split_;  // with them
+    std::vector<Eigen::Vector2f> texture_;
+    std::vector<Eigen::Vector3f> normals_;
+    std::map<Corner, std::uint32_t> numbers_;  // of the vertices of `split_`
+    std::vector<Corner> corners_;              // of these vertices
+    std::vector<std::int64_t> points_;         // of the current face
+    std::vector<std::uint32_t> vertices_;
+};
+
+Result<TriangleMesh> read_obj(std::string_view text, bool has_attributes) {
+    ObjLines lines(has_attributes);
+    for (std::size_t number = 1; !text.empty(); ++number) {
+        if (auto ok = lines.read(read_line(text)); !ok) {
+            return bad(fmt::format("line {}: {}", number, ok.error().message));
+        }
+    }
+    return lines.take();
 }
 
 }  // namespace
 
-Result<TriangleMesh> parse_obj(std::string_view text) {
-    TriangleMesh mesh;
-    std::vector<std::int64_t> corners;
-    for (std::size_t number = 1; !text.empty(); ++number) {
-        std::string_view line = take_line(text);
-        const std::string_view keyword = take_word(line);
-        if (keyword == "v") {
-            Eigen::Vector3d point;
-            for (int axis = 0; axis < 3; ++axis) {
-                const std::optional<double> value = real_number(take_word(line));
-                if (!value) return bad_line(number, "a point needs 3 numbers");
-                point[axis] = *value;
-            }
-            if (mesh.positions.size() == kMostMeshParts) {
-                return bad_line(number, fmt::format("more than {} points", kMostMeshParts));
-            }
-            mesh.positions.push_back(point);
-            add_colour(line, mesh);
-        } else if (keyword == "f") {
-            corners.clear();
-            for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
-                const auto corner = corner_of(word, mesh.positions.size());
-                if (!corner) {
-                    return bad_line(number, fmt::format("'{:.40}' is no corner of a face", word));
-                }
-                corners.push_back(*corner);
-            }
-            if (auto added = add_polygon(corners, mesh); !added) {
-                return bad_line(number, added.error().message);
-            }
-        }
-    }
-    if (mesh.colours.size() != mesh.positions.size()) mesh.colours.clear();
-    return mesh;
-}
-
-namespace {
-
-/// Indices from 0: point, texture coordinate, normal; -1 if a corner has none.
-using ObjCorner = std::array<std::int64_t, 3>;
-
-/// The corners of a line f. False if one refers to an attribute not defined before it.
-bool take_corners(std::string_view line, const std::array<std::size_t, 3>& counts,
-                  std::vector<ObjCorner>& corners_out) {
-    corners_out.clear();
-    for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
-        ObjCorner corner{-1, -1, -1};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::size_t end = word.find('/');
-            const std::string_view part = word.substr(0, end);
-            if (!part.empty()) {
-                const std::optional<std::int64_t> index = whole_number(part);
-                if (!index || *index == 0) return false;
-                const auto count = static_cast<std::int64_t>(counts[k]);
-                corner[k] = *index > 0 ? *index - 1 : *index + count;
-                if (corner[k] < 0 || corner[k] >= count) return false;
-            }
-            if (end == std::string_view::npos) break;
-            word.remove_prefix(end + 1);
-        }
-        corners_out.push_back(corner);
-    }
-    return true;
-}
-
-/// The numbers of all lines with a keyword, `count` of each.
-///
-/// Fails: bad_data, naming the line, if one has fewer
-Result<std::vector<std::array<float, 3>>> take_vectors(std::string_view text,
-                                                       std::string_view wanted, std::size_t count) {
-    std::vector<std::array<float, 3>> vectors;
-    for (std::size_t number = 1; !text.empty(); ++number) {
-        std::string_view line = take_line(text);
-        if (take_word(line) != wanted) continue;
-        std::array<float, 3> vector{};
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::optional<double> value = real_number(take_word(line));
-            if (!value) {
-                return fail(ErrorCode::bad_data,
-                            fmt::format("line {}: {} must have {} numbers", number, wanted, count));
-            }
-            vector[k] = static_cast<float>(*value);
-        }
-        vectors.push_back(vector);
-    }
-    return vectors;
-}
-
-}  // namespace
+Result<TriangleMesh> parse_obj(std::string_view text) { return read_obj(text, false); }
 
 Result<TriangleMesh> parse_obj_with_attributes(std::string_view text) {
-    // Checks everything except attributes, and yields the same fans of triangles.
-    Result<TriangleMesh> plain = parse_obj(text);
-    if (!plain) return plain;
-    const auto texture = take_vectors(text, "vt", 2), normals = take_vectors(text, "vn", 3);
-    if (!texture) return tl::unexpected<Error>(texture.error());
-    if (!normals) return tl::unexpected<Error>(normals.error());
-    TriangleMesh mesh;
-    std::map<ObjCorner, std::uint32_t> numbers;
-    std::vector<ObjCorner> used, corners;
-    bool has_texture = true, has_normals = true;
-    std::array<std::size_t, 3> so_far{};
-    for (std::size_t number = 1; !text.empty(); ++number) {
-        std::string_view line = take_line(text);
-        const std::string_view keyword = take_word(line);
-        so_far[0] += static_cast<std::size_t>(keyword == "v");
-        so_far[1] += static_cast<std::size_t>(keyword == "vt");
-        so_far[2] += static_cast<std::size_t>(keyword == "vn");
-        if (keyword != "f") continue;
-        if (!take_corners(line, so_far, corners)) {
-            return fail(ErrorCode::bad_data,
-                        fmt::format("line {}: '{:.40}' names a texture coordinate or normal that "
-                                    "is not there",
-                                    number, line));
-        }
-        std::vector<std::uint32_t> vertices;
-        for (const ObjCorner& corner : corners) {
-            has_texture = has_texture && corner[1] >= 0;
-            has_normals = has_normals && corner[2] >= 0;
-            const auto [at, is_new] =
-                numbers.try_emplace(corner, static_cast<std::uint32_t>(used.size()));
-            if (is_new) used.push_back(corner);
-            vertices.push_back(at->second);
-        }
-        for (std::size_t i = 2; i < vertices.size(); ++i)
-            mesh.triangles.push_back({vertices[0], vertices[i - 1], vertices[i]});
-    }
-    for (const ObjCorner& corner : used) {
-        const auto point = static_cast<std::size_t>(corner[0]);
-        mesh.positions.push_back(plain->positions[point]);
-        if (!plain->colours.empty()) mesh.colours.push_back(plain->colours[point]);
-        if (has_texture && !texture->empty()) {
-            const auto& t = (*texture)[static_cast<std::size_t>(corner[1])];
-            mesh.texture_coordinates.emplace_back(t[0], t[1]);
-        }
-        if (has_normals && !normals->empty()) {
-            const auto& n = (*normals)[static_cast<std::size_t>(corner[2])];
-            mesh.normals.emplace_back(n[0], n[1], n[2]);
-        }
-    }
-    return mesh;
+    return read_obj(text, true);
 }
 
 namespace {
@@ -567,24 +515,23 @@ Result<std::string> read_bytes(const std::string& path) {
     }
     std::ifstream file(path, std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (!file.good() && !file.eof()) return cannot("it cannot be opened");
+    if (!file) return cannot("it cannot be opened");
     return bytes;
 }
 
 }  // namespace
 
 Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh& mesh) {
-    const auto wrong = [](std::string message) { return fail(ErrorCode::bad_data, message); };
     if (corners.size() < 3) {
-        return wrong(fmt::format("a face has {} corners, fewer than 3", corners.size()));
+        return bad(fmt::format("a face has {} corners, fewer than 3", corners.size()));
     }
     const auto point_count = static_cast<std::int64_t>(mesh.positions.size());
     for (const std::int64_t corner : corners) {
         if (corner >= 0 && corner < point_count) continue;
-        return wrong(fmt::format("a face names point {} of {}", corner, point_count));
+        return bad(fmt::format("a face names point {} of {}", corner, point_count));
     }
     if (corners.size() - 2 > kMostMeshParts - mesh.triangles.size()) {
-        return wrong(fmt::format("it has more than {} triangles", kMostMeshParts));
+        return bad(fmt::format("it has more than {} triangles", kMostMeshParts));
     }
     for (std::size_t i = 2; i < corners.size(); ++i) {
         mesh.triangles.push_back({static_cast<std::uint32_t>(corners[0]),
@@ -596,53 +543,37 @@ Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh&
 
 namespace {
 
-/// @param parse Result<TriangleMesh>(std::string_view bytes, const std::string& ending)
-template <class Parse>
-Result<TriangleMesh> read_file(const std::string& path, const Parse& parse) {
+Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
     std::string ending = std::filesystem::path(path).extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
     constexpr std::array<std::string_view, 5> kEndings = {".ply", ".obj", ".glb", ".gltf", ".stl"};
     if (std::ranges::find(kEndings, ending) == kEndings.end()) {
-        return fail(ErrorCode::bad_data,
-                    fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf or .stl file", path));
+        return bad(fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf or .stl file", path));
     }
-    const Result<std::string> bytes = read_bytes(path);
-    if (!bytes) return tl::unexpected<Error>(bytes.error());
-    Result<TriangleMesh> mesh = parse(*bytes, ending);
+    TERRANE_TRY(const std::string bytes, read_bytes(path));
+    const bool is_ply = ending == ".ply", is_obj = ending == ".obj";
+    Result<TriangleMesh> mesh = is_ply   ? parse_ply(bytes)
+                                : is_obj ? read_obj(bytes, has_attributes)
+                                         : parse_with_assimp(bytes, ending.substr(1));
     if (!mesh) {
         return fail(mesh.error().code,
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
     }
-    if (!mesh->triangles.empty()) return mesh;
-    return fail(ErrorCode::bad_data, fmt::format("mesh '{}' has no triangle", path));
+    if (!has_attributes) {
+        mesh->normals.clear();
+        mesh->texture_coordinates.clear();
+    }
+    if (!has_attributes || !(is_ply || is_obj)) weld_points(*mesh);
+    if (mesh->triangles.empty()) return bad(fmt::format("mesh '{}' has no triangle", path));
+    return mesh;
 }
 
 }  // namespace
 
-Result<TriangleMesh> read_mesh(const std::string& path) {
-    return read_file(
-        path, [](std::string_view bytes, const std::string& ending) -> Result<TriangleMesh> {
-            Result<TriangleMesh> mesh = ending == ".ply" ? parse_ply(bytes)
-                                        : ending == ".obj"
-                                            ? parse_obj(bytes)
-                                            : parse_with_assimp(bytes, ending.substr(1));
-            if (!mesh) return mesh;
-            mesh->normals.clear();
-            mesh->texture_coordinates.clear();
-            weld_points(*mesh);
-            return mesh;
-        });
-}
+Result<TriangleMesh> read_mesh(const std::string& path) { return read_file(path, false); }
 
 Result<TriangleMesh> read_mesh_with_attributes(const std::string& path) {
-    return read_file(path,
-                     [](std::string_view bytes, const std::string& ending) -> Result<TriangleMesh> {
-                         if (ending == ".ply") return parse_ply(bytes);
-                         if (ending == ".obj") return parse_obj_with_attributes(bytes);
-                         Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending.substr(1));
-                         if (mesh) weld_points(*mesh);
-                         return mesh;
-                     });
+    return read_file(path, true);
 }
 
 }  // namespace terrane::tools

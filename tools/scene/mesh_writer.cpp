@@ -43,9 +43,8 @@ IndexedMesh weld(const TerrainMesh& mesh, Normals normals) {
 }
 
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {
-    Result<OutputFile> file = OutputFile::create(path);
-    if (!file) return tl::unexpected<Error>(file.error());
-    file->write(
+    TERRANE_TRY(OutputFile file, OutputFile::create(path));
+    file.write(
         fmt::format("ply\n"
                     "format binary_little_endian 1.0\n"
                     "comment Terrane: metres, x east, y north, z up\n"
@@ -69,15 +68,15 @@ Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {
             append(bytes, mesh.texture_coordinates[i][k]);
         for (std::size_t k = 0; k < 3 && !mesh.colours.empty(); ++k)
             append(bytes, mesh.colours[i][k]);
-        file->write(bytes);
+        file.write(bytes);
     }
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
         bytes.clear();
         append(bytes, std::uint8_t{3});
         for (const std::uint32_t vertex : triangle) append(bytes, vertex);
-        file->write(bytes);
+        file.write(bytes);
     }
-    return file->commit();
+    return file.commit();
 }
 
 // Sources:
@@ -175,22 +174,21 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
                     fmt::format("cannot write '{}': a .glb has less than 4 GiB, got {:.4g} GiB",
                                 path, static_cast<double>(all_bytes) / 0x1p30));
     }
-    Result<OutputFile> file = OutputFile::create(path);
-    if (!file) return tl::unexpected(file.error());
+    TERRANE_TRY(OutputFile file, OutputFile::create(path));
     for (const std::uint32_t word : {kMagic, kVersion, static_cast<std::uint32_t>(all_bytes),
                                      static_cast<std::uint32_t>(json.size()), kJsonChunk}) {
-        file->write(bytes_of(word));
+        file.write(bytes_of(word));
     }
-    file->write(json);
-    file->write(bytes_of(static_cast<std::uint32_t>(binary_bytes)));
-    file->write(bytes_of(kBinaryChunk));
-    for (const Point& point : positions) file->write(bytes_of(point));
-    for (const auto& triangle : mesh.triangles) file->write(bytes_of(triangle));
+    file.write(json);
+    file.write(bytes_of(static_cast<std::uint32_t>(binary_bytes)));
+    file.write(bytes_of(kBinaryChunk));
+    for (const Point& point : positions) file.write(bytes_of(point));
+    for (const auto& triangle : mesh.triangles) file.write(bytes_of(triangle));
     for (const Eigen::Vector3f& normal : mesh.normals) {
         const Eigen::Vector3f n = to_gltf(normal);
-        file->write(bytes_of(Point{n.x(), n.y(), n.z()}));
+        file.write(bytes_of(Point{n.x(), n.y(), n.z()}));
     }
-    return file->commit();
+    return file.commit();
 }
 
 namespace {
@@ -208,9 +206,8 @@ void write_corner(const IndexedMesh& mesh, std::uint32_t vertex, fmt::memory_buf
 }
 
 Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
-    Result<OutputFile> file = OutputFile::create(path);
-    if (!file) return tl::unexpected(file.error());
-    file->write("# Terrane: metres, x east, y north, z up; counter-clockwise seen from above\n");
+    TERRANE_TRY(OutputFile file, OutputFile::create(path));
+    file.write("# Terrane: metres, x east, y north, z up; counter-clockwise seen from above\n");
     fmt::memory_buffer line;
     for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
         const WorldPos& p_world = mesh.vertices_world[i];
@@ -223,20 +220,20 @@ Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
                            green / 255.0, blue / 255.0);
         }
         line.push_back('\n');
-        file->write({line.data(), line.size()});
+        file.write({line.data(), line.size()});
     }
     for (const Eigen::Vector2f& t : mesh.texture_coordinates)
-        file->write(fmt::format("vt {} {}\n", t.x(), t.y()));
+        file.write(fmt::format("vt {} {}\n", t.x(), t.y()));
     for (const Eigen::Vector3f& n : mesh.normals)
-        file->write(fmt::format("vn {} {} {}\n", n.x(), n.y(), n.z()));
+        file.write(fmt::format("vn {} {} {}\n", n.x(), n.y(), n.z()));
     for (const std::array<std::uint32_t, 3>& triangle : mesh.triangles) {
         line.clear();
         line.push_back('f');
         for (const std::uint32_t vertex : triangle) write_corner(mesh, vertex, line);
         line.push_back('\n');
-        file->write({line.data(), line.size()});
+        file.write({line.data(), line.size()});
     }
-    return file->commit();
+    return file.commit();
 }
 
 }  // namespace

@@ -21,9 +21,8 @@ Result<std::vector<BodyId>> add_bodies(std::span<const PlacedBody> bodies, World
     std::vector<BodyId> ids;
     ids.reserve(bodies.size());
     for (const PlacedBody& body : bodies) {
-        const Result<BodyId> added = world.add(body.settings, body.state);
-        if (!added) return tl::unexpected(added.error());
-        ids.push_back(*added);
+        TERRANE_TRY(const BodyId added, world.add(body.settings, body.state));
+        ids.push_back(added);
     }
     return ids;
 }
@@ -51,9 +50,8 @@ struct ScaledBy {
     Result<ConvexShape> operator()(const ConvexHull& hull) const {
         std::vector<Eigen::Vector3d> vertices(hull.vertices().begin(), hull.vertices().end());
         for (Eigen::Vector3d& p : vertices) p *= scale;
-        Result<ConvexHull> made = ConvexHull::create(vertices);
-        if (!made) return tl::unexpected<Error>(made.error());
-        return *std::move(made);
+        TERRANE_TRY(ConvexHull made, ConvexHull::create(vertices));
+        return made;
     }
 };
 
@@ -87,22 +85,19 @@ Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& fil
 Result<Compound> scaled(const Compound& compound, double scale) {
     std::vector<CompoundPart> parts;
     for (const CompoundPart& part : compound.parts()) {
-        Result<ConvexShape> shape = std::visit(ScaledBy{scale}, part.shape);
-        if (!shape) return tl::unexpected<Error>(shape.error());
+        TERRANE_TRY(ConvexShape shape, std::visit(ScaledBy{scale}, part.shape));
         Pose pose = part.body_from_part;
         pose.translation *= scale;
-        parts.push_back({*std::move(shape), pose});
+        parts.push_back({std::move(shape), pose});
     }
     return Compound::create(parts);
 }
 
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale) {
-    Result<TriangleMesh> mesh = read_mesh(path);
-    if (!mesh) return tl::unexpected<Error>(mesh.error());
-    for (Eigen::Vector3d& p : mesh->positions) p *= scale;
-    const Result<Compound> body = make_mesh_body(*mesh, path, proxy_error);
-    if (!body) return tl::unexpected<Error>(body.error());
-    return Shape(*body);
+    TERRANE_TRY(TriangleMesh mesh, read_mesh(path));
+    for (Eigen::Vector3d& p : mesh.positions) p *= scale;
+    TERRANE_TRY(const Compound body, make_mesh_body(mesh, path, proxy_error));
+    return Shape(body);
 }
 
 namespace {

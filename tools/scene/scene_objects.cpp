@@ -163,7 +163,7 @@ struct ObjectReader {
         }
         Result<TriangleMesh> mesh = read_mesh(file);
         if (!mesh) return wrong("mesh: " + mesh.error().message);
-        if (const Result<void> good = check(*mesh); !good) {
+        if (const Result<void> good = mesh->validate(); !good) {
             return wrong(fmt::format("mesh: '{}': {}", file, good.error().message));
         }
         made.meshes.push_back(*std::move(mesh));
@@ -221,15 +221,10 @@ struct ObjectReader {
             to = b * unit;
             return {};
         };
-        if (auto ok = range("slope_deg", 0.0, 90.0, kRadiansPerDegree, settings.min_slope,
-                            settings.max_slope);
-            !ok)
-            return ok;
-        if (auto ok = range("height_m", -1e9, 1e9, 1.0, settings.min_height, settings.max_height);
-            !ok)
-            return ok;
-        if (auto ok = range("scale", 1e-3, 1e3, 1.0, settings.min_scale, settings.max_scale); !ok)
-            return ok;
+        TERRANE_TRY(range("slope_deg", 0.0, 90.0, kRadiansPerDegree, settings.min_slope,
+                          settings.max_slope));
+        TERRANE_TRY(range("height_m", -1e9, 1e9, 1.0, settings.min_height, settings.max_height));
+        TERRANE_TRY(range("scale", 1e-3, 1e3, 1.0, settings.min_scale, settings.max_scale));
         if (const auto seed = scatter.find("seed"); seed != scatter.end()) {
             if (!seed->is_number_unsigned())
                 return wrong("seed must be a whole number of at least 0, got " + shown(*seed));

@@ -117,7 +117,7 @@ Parsed<SceneVolumeShape> read_volume_shape(const Json& volume, const std::string
                           const std::string& at) -> Parsed<SceneVolumeShape> {
         if (!read) return wrong(fmt::format("{}: {}", at, read.error()));
         made.shape = *std::move(read);
-        if (const Result<void> good = check({.shape = made.shape}); !good) {
+        if (const Result<void> good = VolumeOperation{.shape = made.shape}.validate(); !good) {
             return wrong(fmt::format("{}: {}", at, good.error().message));
         }
         return std::move(made);
@@ -323,9 +323,8 @@ Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const Heigh
                                                      const SceneVolumeField* field) {
     if (field != nullptr) return VolumeHeights::create(std::move(ground), field->volumes);
     const Lattice& lattice = ground->lattice();
-    const Result<Volumes> none = Volumes::create(lattice, {}, {.level = lattice.finest_level});
-    if (!none) return tl::unexpected(none.error());
-    return VolumeHeights::create(std::move(ground), *none);
+    TERRANE_TRY(const Volumes none, Volumes::create(lattice, {}, {.level = lattice.finest_level}));
+    return VolumeHeights::create(std::move(ground), none);
 }
 
 Json describe_volumes(const SceneVolumeField& field) {

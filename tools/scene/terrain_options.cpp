@@ -108,7 +108,7 @@ CommandResult<void> lay_out_world(std::optional<double> side_m,
         return check_start(start, std::ldexp(1.0, settings_out.root_size_log2));
     }
     const double reach = reach_of(spacing_log2);
-    if (auto ok = check_start(start, reach); !ok) return ok;
+    TERRANE_TRY(check_start(start, reach));
     const WorldVec2 middle = start.value_or(WorldVec2(0.0, 0.0));
     const auto middle_of_world = [&](double place, int root_log2) {
         return middle_near(place, std::ldexp(1.0, root_log2), reach);
@@ -236,9 +236,8 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (ChunkStore::is_store(options.dem)) {
         if (options.seed) return usage_error("--seed does not go with a baked terrain");
         if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
-        CommandResult<Terrain> baked = open_baked(options.dem);
-        if (!baked) return baked;
-        return begin_at(options.start, *std::move(baked));
+        TERRANE_TRY(Terrain baked, open_baked(options.dem));
+        return begin_at(options.start, std::move(baked));
     }
     DemSettings settings;
     settings.detail_seed = options.seed;
@@ -532,9 +531,8 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         scene->dig_spacing = options.dig_spacing;
         scene->dem_memory_mb = options.dem_memory_mb;
         scene->cache = options.cache;
-        CommandResult<Terrain> terrain = open_terrain(*scene);
-        if (!terrain) return terrain;
-        return play_scene(options.scene, *std::move(scene), *std::move(terrain));
+        TERRANE_TRY(Terrain terrain, open_terrain(*scene));
+        return play_scene(options.scene, *std::move(scene), std::move(terrain));
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");

@@ -43,7 +43,7 @@ struct WheelRuts::State {
     }
     bool is_rutted(const Eigen::Vector2d& p, const Ground& ground) const {
         const HeightAnswer now = ground.height(p.x(), p.y());
-        return now.status == GroundStatus::ok &&
+        return now.status == QueryStatus::ok &&
                now.height < undisturbed->height(p.x(), p.y()) - 0.5 * kDepth;
     }
 };

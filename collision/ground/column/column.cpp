@@ -17,17 +17,17 @@
 namespace terrane::internal {
 namespace {
 
-void take_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_triangle,
+void keep_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_triangle,
                  ClosestPair& best) {
     const double distance = length(on_shape - on_triangle);
     if (distance < best.distance) best = {on_shape, on_triangle, distance};
 }
 
 // The closest points of the segments p to p + u and q to q + v.
-void take_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
-                   const Eigen::Vector3d& v, ClosestPair& best) {
+void visit_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
+                    const Eigen::Vector3d& v, ClosestPair& best) {
     const SegmentParameters parameters = find_closest_parameters(p, u, q, v);
-    take_nearer(p + parameters.s * u, q + parameters.t * v, best);
+    keep_nearer(p + parameters.s * u, q + parameters.t * v, best);
 }
 
 // Intersection of a segment with a triangle; false if there is none.
@@ -107,15 +107,15 @@ ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector
     ClosestPair best;
     best.distance = std::numeric_limits<double>::infinity();
     const Eigen::Vector3d from = centre - core;
-    take_nearer(from, closest_on_triangle(from, triangle), best);
+    keep_nearer(from, closest_on_triangle(from, triangle), best);
     if (core[0] == 0.0 && core[1] == 0.0 && core[2] == 0.0) return best;
     const Eigen::Vector3d to = centre + core;
-    take_nearer(to, closest_on_triangle(to, triangle), best);
+    keep_nearer(to, closest_on_triangle(to, triangle), best);
     Eigen::Vector3d crossing;
     if (crosses(from, to, triangle, crossing)) return {crossing, crossing, 0.0};
     for (std::size_t i = 0; i < 3; ++i) {
-        take_segments(from, 2.0 * core, triangle.v[i], triangle.v[(i + 1) % 3] - triangle.v[i],
-                      best);
+        visit_segments(from, 2.0 * core, triangle.v[i], triangle.v[(i + 1) % 3] - triangle.v[i],
+                       best);
     }
     return best;
 }
@@ -125,7 +125,7 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
     best.distance = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 8; ++i) {
         const Eigen::Vector3d corner = box.corner(i);
-        take_nearer(corner, closest_on_triangle(corner, triangle), best);
+        keep_nearer(corner, closest_on_triangle(corner, triangle), best);
     }
     for (const Eigen::Vector3d& v : triangle.v) {
         Eigen::Vector3d nearest = box.centre;
@@ -133,7 +133,7 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
             const Eigen::Vector3d& axis = box.axes[static_cast<std::size_t>(i)];
             nearest += std::clamp(dot(axis, v - box.centre), -box.half[i], box.half[i]) * axis;
         }
-        take_nearer(nearest, v, best);
+        keep_nearer(nearest, v, best);
     }
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = 2.0 * box.half[i] * box.axes[static_cast<std::size_t>(i)];
@@ -141,8 +141,8 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
             if ((k >> i & 1) != 0) continue;
             const Eigen::Vector3d corner = box.corner(k);
             for (std::size_t j = 0; j < 3; ++j) {
-                take_segments(corner, edge, triangle.v[j], triangle.v[(j + 1) % 3] - triangle.v[j],
-                              best);
+                visit_segments(corner, edge, triangle.v[j], triangle.v[(j + 1) % 3] - triangle.v[j],
+                               best);
             }
         }
     }
@@ -353,11 +353,11 @@ bool find_core_direction(const LocalShape& shape, const Triangle& triangle,
 
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls) {
     Separation best;
-    const auto take = [&best](const Eigen::Vector3d& n, double gap) {
+    const auto offer = [&best](const Eigen::Vector3d& n, double gap) {
         if (gap > best.gap) best = {n, gap};
     };
-    visit_tops(shape, triangle, take);
-    if (with_walls) visit_walls(shape, triangle, take);
+    visit_tops(shape, triangle, offer);
+    if (with_walls) visit_walls(shape, triangle, offer);
     return best;
 }
 

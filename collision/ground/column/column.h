@@ -74,14 +74,15 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
                                    const Triangle& triangle);
 
 /// Visits the normals of edge-edge facets of the Minkowski difference of a hull and a column, for one edge of the
-/// column: `take(unit normal, drop)`. Walks the hull's supports along the arc of the edge's normals.
+/// column: `visitor(unit normal, drop)`. Walks the hull's supports along the arc of the edge's normals.
 ///
 /// @param along unit direction of the column's edge
 /// @param first unit, start of the arc of the edge's normals
 /// @param last  unit, end of the arc, less than half a turn away
-template <class Take>
+template <class Visitor>
 void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
-                         const Eigen::Vector3d& first, const Eigen::Vector3d& last, Take&& take) {
+                         const Eigen::Vector3d& first, const Eigen::Vector3d& last,
+                         Visitor&& visitor) {
     constexpr double kParallel = 1e-12;  // sine
     const Polyhedron& shape = *hull.shape;
     const Eigen::Vector3d d1 = hull.to_body(-first);
@@ -92,7 +93,7 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
         if (!(size > kParallel * length(edge_body))) return;
         n /= size;
         if (dot(n, towards) < 0.0) n = -n;
-        take(n, hull.drop(n));
+        visitor(n, hull.drop(n));
     };
     std::uint32_t at = find_extreme(shape, d1);
     const auto edge_to = [&](std::uint32_t k) {
@@ -136,9 +137,9 @@ inline Eigen::Vector3d wall_normal(const Triangle& triangle, std::size_t i) {
 }
 
 /// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except that of the
-/// triangle: `take(unit normal, drop)`.
-template <class Take>
-void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& take) {
+/// triangle: `visitor(unit normal, drop)`.
+template <class Visitor>
+void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     constexpr double kLevel = 1e-12;
     for (const Polyhedron::Face& face : hull.shape->faces) {
         const Eigen::Vector3d& m = face.normal;
@@ -146,30 +147,30 @@ void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Take&& tak
             hull.rotation(2, 0) * m[0] + hull.rotation(2, 1) * m[1] + hull.rotation(2, 2) * m[2];
         if (!(down < -kLevel)) continue;
         const Eigen::Vector3d n = -rotated(hull.rotation, m);
-        take(n, face.offset + dot(n, hull.middle));
+        visitor(n, face.offset + dot(n, hull.middle));
     }
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         visit_meeting_edges(hull, edge / length(edge), triangle.normal, wall_normal(triangle, i),
                             [&](const Eigen::Vector3d& n, double drop) {
-                                if (n[2] > kLevel) take(n, drop);
+                                if (n[2] > kLevel) visitor(n, drop);
                             });
     }
 }
 
 /// Visits the horizontal normals of these facets likewise.
-template <class Take>
-void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Take&& take) {
+template <class Visitor>
+void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d first = wall_normal(triangle, i);
         const Eigen::Vector3d last = wall_normal(triangle, (i + 1) % 3);
-        take(first, hull.drop(first));
+        visitor(first, hull.drop(first));
         // Split in two, because the arc at a sharp corner is nearly half a turn.
         const Eigen::Vector3d sum = first + last;
         const Eigen::Vector3d between = sum / length(sum);
         const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-        visit_meeting_edges(hull, up, first, between, take);
-        visit_meeting_edges(hull, up, between, last, take);
+        visit_meeting_edges(hull, up, first, between, visitor);
+        visit_meeting_edges(hull, up, between, last, visitor);
     }
 }
 
@@ -207,28 +208,28 @@ inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vecto
     return true;
 }
 
-/// Visits the projections of an escape direction perpendicular to each edge of the triangle: `take(unit direction)`.
-template <class Take>
+/// Visits the projections of an escape direction perpendicular to each edge of the triangle: `visitor(unit direction)`.
+template <class Visitor>
 void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3d& direction,
-                                  Take&& take) {
+                                  Visitor&& visitor) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         Eigen::Vector3d n;
         if (make_escape_direction(direction - (dot(direction, edge) / dot(edge, edge)) * edge, n))
-            take(n);
+            visitor(n);
     }
 }
 
-/// Visits the candidate separating axes of a shape and a column, `take(normal, gap)`: visit_tops() those with z > 0,
+/// Visits the candidate separating axes of a shape and a column, `visitor(normal, gap)`: visit_tops() those with z > 0,
 /// visit_walls() the horizontal ones.
 ///
 /// For boxes and hulls the largest gap over both is that of the separating axis theorem: positive if and only if shape
 /// and column are disjoint, otherwise minus the length of the minimum translation. For a sphere or capsule whose core
 /// does not touch the triangle, one of the gaps is the exact distance.
-template <class Take>
-void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take);
-template <class Take>
-void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take);
+template <class Visitor>
+void visit_tops(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor);
+template <class Visitor>
+void visit_walls(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor);
 
 /// The axis with the largest gap; horizontal axes only if `with_walls`.
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls);
@@ -265,50 +266,50 @@ bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out);
 /// The escape direction from a triangle to the core of a round shape; false as above.
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out);
 
-template <class Take>
-void visit_tops(const LocalShape& shape, const Triangle& triangle, Take&& take) {
-    take(triangle.normal, gap_along(triangle.normal, shape, triangle));
-    const auto take_upward = [&](Eigen::Vector3d n) {
+template <class Visitor>
+void visit_tops(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor) {
+    visitor(triangle.normal, gap_along(triangle.normal, shape, triangle));
+    const auto visit_upward = [&](Eigen::Vector3d n) {
         // Nearly parallel edges give no further axis; nearly horizontal axes belong to visit_walls().
         constexpr double kTiny = 1e-12;
         const double size = length(n);
         if (!(size > kTiny)) return;
         n /= n[2] < 0.0 ? -size : size;
-        if (n[2] > kTiny) take(n, gap_along(n, shape, triangle));
+        if (n[2] > kTiny) visitor(n, gap_along(n, shape, triangle));
     };
     if (shape.kind == ShapeKind::hull) {
         visit_hull_tops(*shape.hull, triangle, [&](const Eigen::Vector3d& n, double drop) {
-            take(n, gap_along(n, drop, shape, triangle));
+            visitor(n, gap_along(n, drop, shape, triangle));
         });
         return;
     }
     if (shape.kind == ShapeKind::round) {
         Eigen::Vector3d n;
         if (find_core_direction(shape, triangle, n)) {
-            take(n, gap_along(n, shape, triangle));
+            visitor(n, gap_along(n, shape, triangle));
             return;
         }
         if (!shape.has_core()) return;
         const Eigen::Vector3d axis = shape.core / length(shape.core);
         for (std::size_t i = 0; i < 3; ++i) {
             const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
-            take_upward(cross(axis, edge / length(edge)));
+            visit_upward(cross(axis, edge / length(edge)));
         }
         return;
     }
-    for (const Eigen::Vector3d& axis : shape.axes) take_upward(axis);
+    for (const Eigen::Vector3d& axis : shape.axes) visit_upward(axis);
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         const Eigen::Vector3d direction = edge / length(edge);
-        for (const Eigen::Vector3d& axis : shape.axes) take_upward(cross(axis, direction));
+        for (const Eigen::Vector3d& axis : shape.axes) visit_upward(cross(axis, direction));
     }
 }
 
-template <class Take>
-void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take) {
+template <class Visitor>
+void visit_walls(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor) {
     if (shape.kind == ShapeKind::hull) {
         visit_hull_walls(*shape.hull, triangle, [&](const Eigen::Vector3d& n, double drop) {
-            take(n, gap_along(n, drop, shape, triangle));
+            visitor(n, gap_along(n, drop, shape, triangle));
         });
         return;
     }
@@ -316,26 +317,26 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Take&& take)
         const Eigen::Vector3d edge = triangle.v[(i + 1) % 3] - triangle.v[i];
         const double size = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
         const Eigen::Vector3d n(edge[1] / size, -edge[0] / size, 0.0);
-        take(n, gap_along(n, shape, triangle));
+        visitor(n, gap_along(n, shape, triangle));
     }
-    const auto take_sides = [&](const Eigen::Vector3d& along) {
+    const auto visit_sides = [&](const Eigen::Vector3d& along) {
         constexpr double kTiny = 1e-12;
         const double size = std::sqrt(along[0] * along[0] + along[1] * along[1]);
         if (!(size > kTiny)) return;
         const Eigen::Vector3d n(along[1] / size, -along[0] / size, 0.0);
-        take(n, gap_along(n, shape, triangle));
-        take(-n, gap_along(-n, shape, triangle));
+        visitor(n, gap_along(n, shape, triangle));
+        visitor(-n, gap_along(-n, shape, triangle));
     };
     if (shape.kind == ShapeKind::box) {
-        for (const Eigen::Vector3d& axis : shape.axes) take_sides(axis);
+        for (const Eigen::Vector3d& axis : shape.axes) visit_sides(axis);
         return;
     }
-    take_sides(shape.core);
+    visit_sides(shape.core);
     // From the vertical edges of the column to the ends of the core, in plan.
     for (const double sign : {-1.0, 1.0}) {
         for (const Eigen::Vector3d& v : triangle.v) {
             const Eigen::Vector3d to = shape.centre + sign * shape.core - v;
-            take_sides(Eigen::Vector3d(-to[1], to[0], 0.0));
+            visit_sides(Eigen::Vector3d(-to[1], to[0], 0.0));
         }
     }
     // Axes from corners to the interior of the core are perpendicular to the core and were visited above.

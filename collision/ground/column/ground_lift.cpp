@@ -172,13 +172,13 @@ public:
         const double slack = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
         return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + slack);
     }
-    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+    void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
         ++cells_tested_;
-        if (slabs_ && take_corners(cell, column, row)) return;
-        for (const Triangle& triangle : local_.triangles(cell, column, row)) take(triangle);
+        if (slabs_ && visit_corners(cell, column, row)) return;
+        for (const Triangle& triangle : local_.triangles(cell, column, row)) visit(triangle);
     }
-    void take(const Triangle& triangle) {
+    void visit(const Triangle& triangle) {
         const double best = std::max(floor_, result_.lift);
         if (!(bound_column_lift(shape_, triangle) > best)) return;
         const double lift = compute_column_lift(shape_, triangle, best);
@@ -198,7 +198,7 @@ public:
 private:
     // Tests the corners of a cell against a box. True if this is exact for the whole cell, because a single face of the
     // box covers it.
-    bool take_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+    bool visit_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         const std::array<std::int32_t, 4> heights{cell.south_west, cell.south_east, cell.north_west,
                                                   cell.north_east};
         double most = -kAnyLift;
@@ -242,7 +242,7 @@ private:
 };
 
 // Lift of a box or round shape over a window that holds the cells under it.
-GroundLift find_lift(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+GroundLift find_lift(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                      const LocalShape& shape, double floor, double enough) {
     GroundLift result;
     const WindowLift found =
@@ -274,13 +274,13 @@ Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange
 }
 
 // Visits the triangles of the cells of a range that a window holds.
-void visit_window(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+void visit_window(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                   const LocalShape& shape, LiftVisitor& visitor) {
     const WindowCells at(window, cells);
-    const auto take = [&](int column, int row) {
+    const auto visit_over = [&](int column, int row) {
         if (!visitor.wants(local.cell_prism(window, column, row))) return;
-        visitor.take(local.triangle(window, column, row, true));
-        visitor.take(local.triangle(window, column, row, false));
+        visitor.visit(local.triangle(window, column, row, true));
+        visitor.visit(local.triangle(window, column, row, false));
     };
     // Starts with the cell under the lowest point, so that bounds exclude most others.
     const Eigen::Vector3d lowest =
@@ -289,10 +289,10 @@ void visit_window(const LocalGround& local, const GroundWindow& window, const Ce
         std::clamp(static_cast<int>(lowest[0] / local.spacing()), at.west, at.east);
     const int first_row =
         std::clamp(static_cast<int>(lowest[1] / local.spacing()), at.south, at.north);
-    take(first_column, first_row);
+    visit_over(first_column, first_row);
     for (int row = at.south; row <= at.north; ++row) {
         for (int column = at.west; column <= at.east; ++column) {
-            if (column != first_column || row != first_row) take(column, row);
+            if (column != first_column || row != first_row) visit_over(column, row);
         }
     }
 }
@@ -306,7 +306,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
     const Eigen::Vector3d low = moved.centre - moved.bounds;
     const Eigen::Vector3d high = moved.centre + moved.bounds;
     const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
-    const GroundWindow* const window = local.window(cells, 0);
+    const LocalWindow* const window = local.window(cells, 0);
     if (window != nullptr && moved.kind != ShapeKind::hull) {
         GroundLift lift = find_lift(local, *window, cells, moved, floor, enough);
         if (error == LiftError::requested) lift.error_m = local.error(cells);
@@ -320,17 +320,17 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         return lift;
     }
     // Starts with the cell under the lowest point and a few samples, so that bounds exclude most others.
-    const auto take_at = [&](double x, double y) {
+    const auto visit_at = [&](double x, double y) {
         const CellRange at = local.cells(x, y, x, y);
         if (at.west > at.east || at.south > at.north) return;
         const GroundCell cell = local.cell(at.east, at.north);
-        if (cell.status == GroundStatus::ok) visitor.take(cell, at.east, at.north);
+        if (cell.status == QueryStatus::ok) visitor.visit(cell, at.east, at.north);
     };
     const Eigen::Vector3d lowest = moved.deepest_point(Eigen::Vector3d::UnitZ());
-    take_at(lowest[0], lowest[1]);
+    visit_at(lowest[0], lowest[1]);
     if (visitor.cells_tested() == 0) {
         const Eigen::Vector3d over = find_point_over_ground(local, cells, moved, lowest);
-        take_at(over[0], over[1]);
+        visit_at(over[0], over[1]);
     }
     constexpr int kSamples = 8;  // along a side
     constexpr std::int64_t kMany = 4 * kSamples;
@@ -339,7 +339,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
             const int column = i % kSamples, row = i / kSamples;
             const double u = (column + 0.5) / kSamples;
             const double v = (row + 0.5) / kSamples;
-            take_at(low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1]));
+            visit_at(low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1]));
         }
     }
     if (!visitor.has_enough()) visit_cells(local, cells, visitor);
@@ -382,7 +382,7 @@ double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
     if (cells.east < cells.west || cells.north < cells.south) return -kInfinity;
     if (cells.east - cells.west > kMost || cells.north - cells.south > kMost) return kInfinity;
     const RangeAnswer range = local.ground().range(cells);
-    if (range.status == GroundStatus::outside) return -kInfinity;
+    if (range.status == QueryStatus::outside) return -kInfinity;
     if (range.high == std::numeric_limits<std::int32_t>::max()) return kInfinity;
     const double field = local.z(range.high);
     if (!local.ground().has_solids()) return field;

@@ -143,7 +143,7 @@ public:
             bound = std::min(bound, above);
             const double rounding =
                 0x1p-51 * (std::abs(value) + (std::abs(up[0]) + std::abs(up[1])) * size_);
-            if (above <= value + rounding || !take(next)) break;
+            if (above <= value + rounding || !climb(next)) break;
         }
         return std::min(value, bound);
     }
@@ -173,7 +173,7 @@ private:
 
     // Replaces the corner for which the vertical stays inside the portal with the largest margin. False if the point is
     // a corner already, or if no replacement keeps the vertical inside.
-    bool take(const Eigen::Vector3d& p) {
+    bool climb(const Eigen::Vector3d& p) {
         if (p == corner_[0] || p == corner_[1] || p == corner_[2]) return false;
         double best = -kInfinity;
         std::size_t worst = 3;

@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-bool GroundWindow::is_ground(const CellRange& range) const {
+bool LocalWindow::is_ground(const CellRange& range) const {
     const auto width = static_cast<int>(range.east - range.west) + 1;
     const std::uint32_t all = ((std::uint32_t{1} << width) - 1u) << (range.west - cells.west);
     std::uint32_t bits = all;
@@ -16,8 +16,8 @@ bool GroundWindow::is_ground(const CellRange& range) const {
     return bits == all;
 }
 
-bool GroundWindow::read(GroundReader& reader, const CellRange& range, std::int64_t base,
-                        double quantum) {
+bool LocalWindow::read(GroundReader& reader, const CellRange& range, std::int64_t base,
+                       double quantum) {
     cells = {};
     if (range.east < range.west || range.north < range.south ||
         range.east - range.west >= kMostCells || range.north - range.south >= kMostCells) {
@@ -106,12 +106,12 @@ CellPrism LocalGround::prism(const CellRange& cells, std::int32_t low, std::int3
     return {x(cells.west), y(cells.south), x(cells.east + 1), y(cells.north + 1), z(high), z(low)};
 }
 
-const GroundWindow* LocalGround::window(const CellRange& cells, int ring) const {
+const LocalWindow* LocalGround::window(const CellRange& cells, int ring) const {
     if (cells.east < cells.west || cells.north < cells.south) return nullptr;
     const auto widened = [&](int by) {
         return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
     };
-    // Always reads a ring, which the next query may need.
+    // Reads one more cell on each side even if `ring` is 0, because the next query may need it.
     if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
         return nullptr;
     }
@@ -137,7 +137,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
         const bool is_east = (k & 1) != 0;  // the vertex is the cell's eastern one
         const bool is_north = (k & 2) != 0;
         const GroundCell found = cell(column - (is_east ? 1 : 0), row - (is_north ? 1 : 0));
-        if (found.status != GroundStatus::ok) continue;
+        if (found.status != QueryStatus::ok) continue;
         const std::int32_t height = is_north ? (is_east ? found.north_east : found.north_west)
                                              : (is_east ? found.south_east : found.south_west);
         p_out = {x(column), y(row), z(height)};
@@ -146,7 +146,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
     return false;
 }
 
-std::array<Eigen::Vector3d, 3> LocalGround::corners(const GroundWindow& window, int column, int row,
+std::array<Eigen::Vector3d, 3> LocalGround::corners(const LocalWindow& window, int column, int row,
                                                     bool is_south) const {
     const auto at = [&](int i, int j) { return vertex(window, i, j); };
     // The two ends of the diagonal and the corner on the chosen side.

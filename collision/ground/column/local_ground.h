@@ -30,7 +30,7 @@ struct WindowLift {
 /// The heights of a few cells, read once and used by many queries of small shapes.
 ///
 /// Columns and rows count cells from the south-western corner; heights are metres above `base` of read().
-struct GroundWindow {
+struct LocalWindow {
     static constexpr int kMostCells = 18;  ///< along a side
     static constexpr int kStride = kMostCells + 1;
 
@@ -138,7 +138,7 @@ public:
     /// The prism over a range of cells with heights between `low` and `high`, quanta.
     CellPrism prism(const CellRange& cells, std::int32_t low, std::int32_t high) const;
     /// The prism over a cell of a window.
-    CellPrism cell_prism(const GroundWindow& window, int column, int row) const {
+    CellPrism cell_prism(const LocalWindow& window, int column, int row) const {
         const std::int64_t east = window.cells.west + column;
         const std::int64_t north = window.cells.south + row;
         return {x(east), y(north), x(east + 1), y(north + 1), window.highest(column, row)};
@@ -150,14 +150,14 @@ public:
     /// many, or if a cell of the range is not ground or not resident.
     ///
     /// @param ring 0 or 1
-    const GroundWindow* window(const CellRange& cells, int ring) const;
+    const LocalWindow* window(const CellRange& cells, int ring) const;
     /// Whether a cell is ground and resident.
     bool is_ground(std::int64_t column, std::int64_t row) const {
         if (window_.holds({column, row, column, row})) {
             return window_.is_ground(static_cast<int>(column - window_.cells.west),
                                      static_cast<int>(row - window_.cells.south));
         }
-        return cell(column, row).status == GroundStatus::ok;
+        return cell(column, row).status == QueryStatus::ok;
     }
     /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) in chunks that are partly ground
     bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
@@ -166,19 +166,19 @@ public:
     /// Largest error_m of the cells of a range that are ground and resident, metres.
     double error(const CellRange& cells) const;
     /// The south-western corner of a window, at z = 0.
-    Eigen::Vector3d corner(const GroundWindow& window) const {
+    Eigen::Vector3d corner(const LocalWindow& window) const {
         return {x(window.cells.west), y(window.cells.south), 0.0};
     }
     /// A vertex of a window.
-    Eigen::Vector3d vertex(const GroundWindow& window, int column, int row) const {
+    Eigen::Vector3d vertex(const LocalWindow& window, int column, int row) const {
         return {x(window.cells.west + column), y(window.cells.south + row), window.at(column, row)};
     }
     /// The southern or northern triangle of a window's cell; corners() omits the normal.
-    Triangle triangle(const GroundWindow& window, int column, int row, bool is_south) const {
+    Triangle triangle(const LocalWindow& window, int column, int row, bool is_south) const {
         const std::array<Eigen::Vector3d, 3> v = corners(window, column, row, is_south);
         return make_triangle(v[0], v[1], v[2]);
     }
-    std::array<Eigen::Vector3d, 3> corners(const GroundWindow& window, int column, int row,
+    std::array<Eigen::Vector3d, 3> corners(const LocalWindow& window, int column, int row,
                                            bool is_south) const;
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
         return reader_.square(column, row, log2_side);
@@ -204,7 +204,7 @@ private:
     void set_origin();
 
     mutable GroundReader reader_;
-    mutable GroundWindow window_;
+    mutable LocalWindow window_;
     mutable CellRange error_cells_;  ///< of the last call of error()
     mutable double error_ = 0.0;     ///< its result
     mutable std::int64_t cells_tested_ = 0;
@@ -219,31 +219,31 @@ private:
 
 /// Visits the cells of a range top down, through blocks of 2^k cells with known height ranges. The visitor has
 ///   bool wants(const CellPrism&)                whether to visit the cells inside
-///   void take(const GroundCell&, column, row)   a cell that is ground
+///   void visit(const GroundCell&, column, row)   a cell that is ground
 ///   bool miss(const CellPrism&)                 a cell that is not resident, with its known height bounds; false
 ///                                               stops the traversal
 /// and may have
-///   bool take_square(const CellRange&)          at most 16 x 16 cells at once; false: visit them one by one
+///   bool visit_square(const CellRange&)          at most 16 x 16 cells at once; false: visit them one by one
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
     constexpr std::int64_t kFew = 4;  // cells along a side: visited without blocks
     constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
     constexpr int kSmallest = 2;
     constexpr int kSquare = 4;  // a window holds it and one more cell on each side
-    static_assert((1 << kSquare) + 2 <= GroundWindow::kMostCells);
+    static_assert((1 << kSquare) + 2 <= LocalWindow::kMostCells);
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
     const auto visit_each = [&](const CellRange& r) {
         for (std::int64_t row = r.south; row <= r.north; ++row) {
             for (std::int64_t column = r.west; column <= r.east; ++column) {
                 const GroundCell cell = local.cell(column, row);
-                if (cell.status == GroundStatus::ok) {
+                if (cell.status == QueryStatus::ok) {
                     const auto [low, high] = std::minmax(
                         {cell.south_west, cell.south_east, cell.north_west, cell.north_east});
                     if (visitor.wants(local.prism({column, row, column, row}, low, high))) {
-                        visitor.take(cell, column, row);
+                        visitor.visit(cell, column, row);
                     }
-                } else if (cell.status == GroundStatus::not_resident) {
+                } else if (cell.status == QueryStatus::not_resident) {
                     const CellRange only{column, row, column, row};
                     const RangeAnswer range = local.ground().range(only);
                     const std::int32_t high = range.high;
@@ -281,13 +281,13 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
                                   std::min(square.south + side - 1, all.north)};
                 if (r.east < r.west || r.north < r.south) continue;
                 const RangeAnswer range = local.square(square.west, square.south, square.log2_side);
-                if (range.status == GroundStatus::outside) continue;
+                if (range.status == QueryStatus::outside) continue;
                 if (range.high != std::numeric_limits<std::int32_t>::max() &&
                     !visitor.wants(local.prism(r, range.low, range.high))) {
                     continue;
                 }
-                if constexpr (requires { visitor.take_square(r); }) {
-                    if (square.log2_side == kSquare && visitor.take_square(r)) continue;
+                if constexpr (requires { visitor.visit_square(r); }) {
+                    if (square.log2_side == kSquare && visitor.visit_square(r)) continue;
                 }
                 if (square.log2_side <= kSmallest) {
                     if (!visit_each(r)) return;
@@ -337,9 +337,9 @@ inline constexpr int kChunkLog2 = 7;
 static_assert(1 << kChunkLog2 == kChunkCells);
 
 /// Visits the volume surfaces of the chunks that a range of cells overlaps, each with the part of the range in that
-/// chunk, counted from the chunk's corner: take(const SolidSurface&, const CellRange& in_chunk).
-template <class Take>
-void visit_solids(const Ground& ground, const CellRange& cells, Take&& take) {
+/// chunk, counted from the chunk's corner: visitor(const SolidSurface&, const CellRange& in_chunk).
+template <class Visitor>
+void visit_solids(const Ground& ground, const CellRange& cells, Visitor&& visitor) {
     constexpr std::int64_t kLast = kChunkCells - 1;
     for (std::int64_t row = cells.south >> kChunkLog2; row <= cells.north >> kChunkLog2; ++row) {
         for (std::int64_t column = cells.west >> kChunkLog2; column <= cells.east >> kChunkLog2;
@@ -347,10 +347,10 @@ void visit_solids(const Ground& ground, const CellRange& cells, Take&& take) {
             const std::int64_t west = column << kChunkLog2, south = row << kChunkLog2;
             const SolidSurface* const solid = ground.solid(west, south);
             if (solid == nullptr) continue;
-            take(*solid, CellRange{std::max(cells.west - west, std::int64_t{0}),
-                                   std::max(cells.south - south, std::int64_t{0}),
-                                   std::min(cells.east - west, kLast),
-                                   std::min(cells.north - south, kLast)});
+            visitor(*solid, CellRange{std::max(cells.west - west, std::int64_t{0}),
+                                      std::max(cells.south - south, std::int64_t{0}),
+                                      std::min(cells.east - west, kLast),
+                                      std::min(cells.north - south, kLast)});
         }
     }
 }

@@ -122,17 +122,17 @@ struct LocalShape {
     bool has_core() const { return dot(core, core) > 0.0; }
 };
 
-/// Visits planes that bound a box or hull from below, `take(normal, drop)`: all its points p satisfy
+/// Visits planes that bound a box or hull from below, `visitor(normal, drop)`: all its points p satisfy
 /// normal . (p - centre) >= -drop, and the normal has z >= 0.
-template <class Take>
-void visit_down_planes(const LocalShape& shape, Take&& take) {
+template <class Visitor>
+void visit_down_planes(const LocalShape& shape, Visitor&& visitor) {
     if (shape.kind == ShapeKind::box) {
         for (std::size_t i = 0; i < 3; ++i) {
-            take(shape.up(i), shape.half[static_cast<Eigen::Index>(i)]);
+            visitor(shape.up(i), shape.half[static_cast<Eigen::Index>(i)]);
         }
     } else if (shape.kind == ShapeKind::hull) {
         for (std::size_t i = 0; i < shape.hull->plane_count; ++i) {
-            take(shape.hull->planes[i].normal, shape.hull->planes[i].drop);
+            visitor(shape.hull->planes[i].normal, shape.hull->planes[i].drop);
         }
     }
 }
@@ -161,11 +161,11 @@ public:
     /// Visits the parts whose bounds pass `wants`; a convex shape is its own part 0 and always visited.
     ///
     /// @param wants bool(centre, bounds): whether to visit the parts inside this box
-    /// @param take  void(const LocalShape&, part)
-    template <class Wants, class Take>
-    void visit(Wants&& wants, Take&& take) const {
+    /// @param visitor  void(const LocalShape&, part)
+    template <class Wants, class Visitor>
+    void visit(Wants&& wants, Visitor&& visitor) const {
         if (!is_compound()) {
-            take(whole_, 0u);
+            visitor(whole_, 0u);
             return;
         }
         visit_leaves(
@@ -177,7 +177,7 @@ public:
             },
             [&](std::uint32_t index) {
                 LocalHull hull;
-                take(part(index, hull), index);
+                visitor(part(index, hull), index);
             });
     }
 

@@ -19,7 +19,7 @@ struct WindowVertex {
 struct WindowCells {
     int west = 0, south = 0, east = -1, north = -1;
 
-    WindowCells(const GroundWindow& window, const CellRange& cells)
+    WindowCells(const LocalWindow& window, const CellRange& cells)
         : west(static_cast<int>(cells.west - window.cells.west)),
           south(static_cast<int>(cells.south - window.cells.south)),
           east(static_cast<int>(cells.east - window.cells.west)),
@@ -51,7 +51,7 @@ struct WindowFace {
 };
 
 /// The southern or northern face of a window's cell.
-inline WindowFace make_window_face(const LocalGround& local, const GroundWindow& window, int column,
+inline WindowFace make_window_face(const LocalGround& local, const LocalWindow& window, int column,
                                    int row, bool is_south) {
     const bool is_even = window.is_cut_to_north_east(column, row);
     const WindowSlopes slopes = window.slopes(column, row, is_south);
@@ -64,22 +64,21 @@ inline WindowFace make_window_face(const LocalGround& local, const GroundWindow&
 /// Outcodes of a window's vertices: each bit marks a vertex beyond one plane. An edge or triangle whose vertices share
 /// a bit is beyond that plane.
 struct WindowCodes {
-    std::array<std::uint8_t,
-               static_cast<std::size_t>(GroundWindow::kStride) * GroundWindow::kStride>
+    std::array<std::uint8_t, static_cast<std::size_t>(LocalWindow::kStride) * LocalWindow::kStride>
         bits;
 
-    std::uint8_t& at(int column, int row) { return bits[GroundWindow::index(column, row)]; }
-    std::uint8_t at(int column, int row) const { return bits[GroundWindow::index(column, row)]; }
+    std::uint8_t& at(int column, int row) { return bits[LocalWindow::index(column, row)]; }
+    std::uint8_t at(int column, int row) const { return bits[LocalWindow::index(column, row)]; }
 };
 
-/// Visits the convex edges of a rectangle of cells, among the southern and western sides and the diagonals, whose ends
-/// share no outcode bit. Sides on the border of the ground are skipped. The window must hold one more cell on each
-/// side.
+/// Visits the convex edges of a rectangle of cells: the southern and western side and the diagonal of each cell. Skips
+/// edges whose two ends share an outcode bit, and sides on the border of the ground. The window must hold one more cell
+/// on each side.
 ///
-/// @param take void(from, to, left, right), with the third corners of the edge's two triangles
-template <class Take>
-void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
-                        const WindowCodes& codes, Take&& take) {
+/// @param visitor void(from, to, left, right), with the third corners of the edge's two triangles
+template <class Visitor>
+void visit_convex_edges(const LocalWindow& window, const WindowCells& cells,
+                        const WindowCodes& codes, Visitor&& visitor) {
     const auto are_ground = [&](int column, int row, int other_column, int other_row) {
         return window.is_full ||
                (window.is_ground(column, row) && window.is_ground(other_column, other_row));
@@ -94,8 +93,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
                 const double across = window.at(odd, row + 1) + window.at(odd, row - 1);
                 if (across < 2.0 * window.at(odd, row) &&
                     are_ground(column, row, column, row - 1)) {
-                    take(WindowVertex{column, row}, WindowVertex{column + 1, row},
-                         WindowVertex{odd, row + 1}, WindowVertex{odd, row - 1});
+                    visitor(WindowVertex{column, row}, WindowVertex{column + 1, row},
+                            WindowVertex{odd, row + 1}, WindowVertex{odd, row - 1});
                 }
             }
             if ((here & codes.at(column, row + 1)) == 0) {
@@ -103,8 +102,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
                 const double across = window.at(column + 1, odd) + window.at(column - 1, odd);
                 if (across < 2.0 * window.at(column, odd) &&
                     are_ground(column, row, column - 1, row)) {
-                    take(WindowVertex{column, row}, WindowVertex{column, row + 1},
-                         WindowVertex{column + 1, odd}, WindowVertex{column - 1, odd});
+                    visitor(WindowVertex{column, row}, WindowVertex{column, row + 1},
+                            WindowVertex{column + 1, odd}, WindowVertex{column - 1, odd});
                 }
             }
             const int from = is_even ? column : column + 1;
@@ -113,8 +112,8 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
             const double across = window.at(to, row) + window.at(from, row + 1);
             if (across < window.at(from, row) + window.at(to, row + 1) &&
                 are_ground(column, row, column, row)) {
-                take(WindowVertex{from, row}, WindowVertex{to, row + 1}, WindowVertex{to, row},
-                     WindowVertex{from, row + 1});
+                visitor(WindowVertex{from, row}, WindowVertex{to, row + 1}, WindowVertex{to, row},
+                        WindowVertex{from, row + 1});
             }
         }
     }
@@ -124,7 +123,7 @@ void visit_convex_edges(const GroundWindow& window, const WindowCells& cells,
 /// ground, where only faces have contacts.
 ///
 /// @param spacing of the window's cells, metres
-inline bool is_top(const GroundWindow& window, const WindowVertex& at, double spacing,
+inline bool is_top(const LocalWindow& window, const WindowVertex& at, double spacing,
                    const Eigen::Vector3d& n, double slack) {
     const int column = at.column;
     const int row = at.row;

@@ -24,7 +24,7 @@ struct WindowPoint {
 
 class BoxScan {
 public:
-    BoxScan(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+    BoxScan(const LocalWindow& window, const Eigen::Vector3d& corner, double spacing,
             const LocalShape& box, double floor, double enough)
         : window_(window), box_(box), limit_(floor), enough_(enough), slabs_(box, corner, spacing) {
         const double cells = 1.0 / spacing;
@@ -36,10 +36,10 @@ public:
 
     WindowLift run() {
         make_ranges();
-        take_vertices();
+        visit_vertices();
         if (limit_ <= enough_) {
-            for (const WindowPoint& point : corners_) take_corner(point);
-            take_edges();
+            for (const WindowPoint& point : corners_) visit_corner(point);
+            visit_edges();
         }
         const double u = x_ - static_cast<double>(best_.column);
         const double v = y_ - static_cast<double>(best_.row);
@@ -51,7 +51,7 @@ public:
 private:
     bool is_more(double lift) const { return lift > limit_; }
 
-    void take(double lift, double x, double y, int column, int row) {
+    void raise_to(double lift, double x, double y, int column, int row) {
         if (!is_more(lift)) return;
         best_ = {lift, column, row};
         limit_ = lift;
@@ -75,7 +75,7 @@ private:
     }
 
     // Lift at vertices of the ground: the vertical line through each, clipped by the slabs of the box.
-    void take_vertices() {
+    void visit_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
             const auto v = static_cast<double>(row);
@@ -87,13 +87,13 @@ private:
                 const double low = BoxSlabs::low(slabs, u);
                 if (!is_more(z - low) || low > BoxSlabs::high(slabs, u)) continue;
                 if (!slabs_.is_between_sides(u, v)) continue;
-                take(z - low, u, v, std::min(column, window_.columns - 1),
-                     std::min(row, window_.rows - 1));
+                raise_to(z - low, u, v, std::min(column, window_.columns - 1),
+                         std::min(row, window_.rows - 1));
             }
         }
     }
 
-    void take_corner(const WindowPoint& p) {
+    void visit_corner(const WindowPoint& p) {
         if (!is_more(window_.high - p.z)) return;
         const int column = cell_of(p.x, window_.columns);
         const int row = cell_of(p.y, window_.rows);
@@ -114,10 +114,10 @@ private:
             height = north_east + ((north_west - north_east) * (1.0 - u) +
                                    (south_east - north_east) * (1.0 - v));
         }
-        take(height - p.z, p.x, p.y, column, row);
+        raise_to(height - p.z, p.x, p.y, column, row);
     }
 
-    void take_edges() {
+    void visit_edges() {
         for (int i = 0; i < 3; ++i) {
             // bits of the corners that are on the upper face of an axis
             const auto up_of = [&](int j) {
@@ -134,13 +134,13 @@ private:
                 if ((k & 1 << j0) == up0 && (k & 1 << j1) == up1) continue;
                 const WindowPoint& from = corners_[static_cast<std::size_t>(k)];
                 const WindowPoint& to = corners_[static_cast<std::size_t>(k | 1 << i)];
-                take_low_part(from, to);
+                visit_low_part(from, to);
             }
         }
     }
 
     // Tests only the part of an edge that is low enough to exceed the best lift so far.
-    void take_low_part(WindowPoint from, WindowPoint to) {
+    void visit_low_part(WindowPoint from, WindowPoint to) {
         if (from.z > to.z) std::swap(from, to);
         const double rise = window_.high - limit_ - from.z;
         if (!(rise > 0.0)) return;
@@ -150,10 +150,10 @@ private:
             to = {from.x + share * (to.x - from.x), from.y + share * (to.y - from.y),
                   from.z + rise};
         }
-        take_edge(from, to);
+        visit_edge(from, to);
     }
 
-    void take_edge(const WindowPoint& from, const WindowPoint& to) {
+    void visit_edge(const WindowPoint& from, const WindowPoint& to) {
         const double dx = to.x - from.x;
         const double dy = to.y - from.y;
         const double dz = to.z - from.z;
@@ -164,8 +164,8 @@ private:
             const double a = window_.at(line, row);
             const double height =
                 a + (y - static_cast<double>(row)) * (window_.at(line, row + 1) - a);
-            take(height - (from.z + t * dz), static_cast<double>(line), y,
-                 std::min(line, window_.columns - 1), row);
+            raise_to(height - (from.z + t * dz), static_cast<double>(line), y,
+                     std::min(line, window_.columns - 1), row);
         });
         cross_lines(from.y, to.y, 1, 0, [&](int line, double t) {
             if (line < 0 || line > window_.rows) return;
@@ -174,8 +174,8 @@ private:
             const double a = window_.at(column, line);
             const double height =
                 a + (x - static_cast<double>(column)) * (window_.at(column + 1, line) - a);
-            take(height - (from.z + t * dz), x, static_cast<double>(line), column,
-                 std::min(line, window_.rows - 1));
+            raise_to(height - (from.z + t * dz), x, static_cast<double>(line), column,
+                     std::min(line, window_.rows - 1));
         });
         const int odd = window_.is_odd ? 1 : 0;
         cross_lines(from.x - from.y, to.x - to.y, 2, odd, [&](int line, double t) {
@@ -186,7 +186,7 @@ private:
             const double u = x - static_cast<double>(column);
             const double a = window_.at(column, row);
             const double height = a + u * (window_.at(column + 1, row + 1) - a);
-            take(height - (from.z + t * dz), x, static_cast<double>(row) + u, column, row);
+            raise_to(height - (from.z + t * dz), x, static_cast<double>(row) + u, column, row);
         });
         cross_lines(from.x + from.y, to.x + to.y, 2, odd, [&](int line, double t) {
             const double x = from.x + t * dx;
@@ -196,7 +196,7 @@ private:
             const double u = x - static_cast<double>(column);
             const double a = window_.at(column, row + 1);
             const double height = a + u * (window_.at(column + 1, row) - a);
-            take(height - (from.z + t * dz), x, static_cast<double>(row + 1) - u, column, row);
+            raise_to(height - (from.z + t * dz), x, static_cast<double>(row + 1) - u, column, row);
         });
     }
 
@@ -221,7 +221,7 @@ private:
         return std::clamp(static_cast<int>(p), 0, count - 1);
     }
 
-    const GroundWindow& window_;
+    const LocalWindow& window_;
     const LocalShape& box_;
     double limit_;   // lifts up to it are ignored
     double enough_;  // the search stops at a lift above this
@@ -234,7 +234,7 @@ private:
 
 }  // namespace
 
-WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+WindowLift find_box_lift(const LocalWindow& window, const Eigen::Vector3d& corner, double spacing,
                          const LocalShape& box, double floor, double enough) {
     return BoxScan(window, corner, spacing, box, floor, enough).run();
 }
@@ -246,7 +246,7 @@ namespace {
 
 class RoundScan {
 public:
-    RoundScan(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+    RoundScan(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
               const LocalShape& shape, double floor, double enough)
         : local_(local),
           window_(window),
@@ -266,16 +266,16 @@ public:
             std::clamp(static_cast<int>(p[0] / spacing_), cells_.west, cells_.east);
         const int first_row =
             std::clamp(static_cast<int>(p[1] / spacing_), cells_.south, cells_.north);
-        take_cell(first_column, first_row);
+        visit_cell(first_column, first_row);
         for (int row = cells_.south; row <= cells_.north && best_.lift <= enough_; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
-                if (column != first_column || row != first_row) take_cell(column, row);
+                if (column != first_column || row != first_row) visit_cell(column, row);
             }
         }
         for (std::size_t i = 0; i < open_count_; ++i) {
             const OpenFace& open = open_[i];
             if (!is_more(open.bound) || best_.lift > enough_) continue;
-            take(
+            raise_to(
                 lift_over_rim(shape_, local_.corners(window_, open.column, open.row, open.is_south),
                               {open.most_x, open.most_y, 0.0}),
                 open.column, open.row, open.is_south);
@@ -294,11 +294,11 @@ private:
 
     bool is_more(double lift) const { return lift > std::max(floor_, best_.lift); }
 
-    void take(double lift, int column, int row, bool is_south) {
+    void raise_to(double lift, int column, int row, bool is_south) {
         if (is_more(lift)) best_ = {lift, column, row, is_south};
     }
 
-    void take_cell(int column, int row) {
+    void visit_cell(int column, int row) {
         if (!is_more(window_.highest(column, row) - lowest_)) return;
         const bool is_even = window_.is_cut_to_north_east(column, row);
         const double west = local_.x(window_.cells.west + column);
@@ -323,7 +323,7 @@ private:
             const double most_x = end[0] + reach * x;
             const double most_y = end[1] + reach * y;
             if (is_over(is_even, is_south, is_even ? most_x : most_x + spacing_, most_y)) {
-                take(bound, column, row, is_south);
+                raise_to(bound, column, row, is_south);
             } else {
                 open_[open_count_++] = {bound, start_x + most_x, south + most_y, column,
                                         row,   is_south};
@@ -339,7 +339,7 @@ private:
     }
 
     const LocalGround& local_;
-    const GroundWindow& window_;
+    const LocalWindow& window_;
     const LocalShape& shape_;
     double floor_;
     double enough_;
@@ -347,14 +347,14 @@ private:
     double per_metre_;  // cells per metre
     double lowest_;
     WindowCells cells_;
-    std::array<OpenFace, 2 * GroundWindow::kMostCells * GroundWindow::kMostCells> open_;
+    std::array<OpenFace, 2 * LocalWindow::kMostCells * LocalWindow::kMostCells> open_;
     std::size_t open_count_ = 0;
     WindowLift best_;
 };
 
 }  // namespace
 
-WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
+WindowLift find_round_lift(const LocalGround& local, const LocalWindow& window,
                            const CellRange& cells, const LocalShape& shape, double floor,
                            double enough) {
     return RoundScan(local, window, cells, shape, floor, enough).run();

@@ -84,12 +84,12 @@ private:
 ///
 /// @param corner  south-western corner of the window, in the frame of the box; z is not used
 /// @param spacing of the window's cells, metres
-WindowLift find_box_lift(const GroundWindow& window, const Eigen::Vector3d& corner, double spacing,
+WindowLift find_box_lift(const LocalWindow& window, const Eigen::Vector3d& corner, double spacing,
                          const LocalShape& box, double floor, double enough);
 
 /// Lift of a sphere or capsule over a range of cells inside a window. A lift of at most `floor` need not be found; any
 /// lift above `enough` may be returned.
-WindowLift find_round_lift(const LocalGround& local, const GroundWindow& window,
+WindowLift find_round_lift(const LocalGround& local, const LocalWindow& window,
                            const CellRange& cells, const LocalShape& shape, double floor,
                            double enough);
 

@@ -22,7 +22,7 @@ struct NearestVisitor {
         if (wants(prism)) result.is_missing = true;
         return true;
     }
-    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+    void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result.error_m = std::max(result.error_m, static_cast<double>(cell.error_m));
         for (const Triangle& triangle : local.triangles(cell, column, row)) {
             if (gap_along(triangle.normal, shape, triangle) > best) continue;
@@ -58,7 +58,7 @@ Nearest find_within(const LocalGround& local, const LocalShape& shape, double re
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
         const GroundCell cell = local.cell(first.east, first.north);
-        if (cell.status == GroundStatus::ok) visitor.take(cell, first.east, first.north);
+        if (cell.status == QueryStatus::ok) visitor.visit(cell, first.east, first.north);
     }
     visit_cells(local,
                 local.cells(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach),
@@ -207,7 +207,7 @@ bool is_paired_by_feature(const LocalShape& shape) {
 }
 
 // Finds the contacts of such a shape with cells of a window.
-void find_window_patches(const LocalGround& local, const GroundWindow& window,
+void find_window_patches(const LocalGround& local, const LocalWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                          const Eigen::Vector3d& translation, double margin, double reach,
                          ContactPatches& patches) {
@@ -240,16 +240,16 @@ struct PatchVisitor {
         is_missing = true;
         return false;
     }
-    bool take_square(const CellRange& cells) {
+    bool visit_square(const CellRange& cells) {
         if (!is_paired_by_feature(shape)) return false;
-        const GroundWindow* const window = local.window(cells, 1);
+        const LocalWindow* const window = local.window(cells, 1);
         if (window == nullptr) return false;
         find_window_patches(local, *window, cells, shape, part, translation, margin, reach,
                             patches);
         error_m = std::max(error_m, local.error(cells));
         return true;
     }
-    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+    void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         error_m = std::max(error_m, static_cast<double>(cell.error_m));
         for (const Triangle& triangle : local.triangles(cell, column, row)) {
             if (gap_along(triangle.normal, shape, triangle) <= margin) pairs.pair(triangle);
@@ -265,7 +265,7 @@ bool find_patches(const LocalGround& local, const LocalShape& shape, std::uint32
     const Eigen::Vector3d high = shape.centre + shape.bounds;
     const CellRange cells =
         local.cells(low[0] - margin, low[1] - margin, high[0] + margin, high[1] + margin);
-    const GroundWindow* const window = local.window(cells, 1);
+    const LocalWindow* const window = local.window(cells, 1);
     if (window != nullptr) error_out = std::max(error_out, local.error(cells));
     // For a deep overlap, only ground near the translated shape matters.
     const double reach = margin + std::min(length(translation), kDeep * shape.smallest);

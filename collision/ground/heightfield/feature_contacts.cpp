@@ -191,11 +191,11 @@ std::size_t side_count(std::size_t corner_count) {
     return corner_count < 3 ? corner_count - 1 : corner_count;
 }
 
-// Crossings of side i of a support polygon with side j of a top: `take(parameter on side i)`; for collinear sides, the
-// ends of their common part.
-template <class Take>
+// Crossings of side i of a support polygon with side j of a top: `visitor(parameter on side i)`; for collinear sides,
+// the ends of their common part.
+template <class Visitor>
 void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, std::size_t j,
-                 double slack, Take&& take) {
+                 double slack, Visitor&& visitor) {
     const std::size_t i1 = i + 1 == a.count ? 0 : i + 1;
     const std::size_t j1 = j + 1 == b.count ? 0 : j + 1;
     const double ux = a.x[i1] - a.x[i], uy = a.y[i1] - a.y[i];
@@ -210,7 +210,7 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
         const double t = (rx * uy - ry * ux) / across;
         const double over_u = std::max(-s, s - 1.0) * std::sqrt(uu);
         const double over_v = std::max(-t, t - 1.0) * std::sqrt(vv);
-        if (over_u <= slack && over_v <= slack) take(std::clamp(s, 0.0, 1.0));
+        if (over_u <= slack && over_v <= slack) visitor(std::clamp(s, 0.0, 1.0));
         return;
     }
     if (std::abs(rx * uy - ry * ux) > slack * std::sqrt(uu)) return;
@@ -219,8 +219,8 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
     const double first = std::max(0.0, std::min(s0, s1));
     const double last = std::min(1.0, std::max(s0, s1));
     if (first > last) return;
-    take(first);
-    if (last > first) take(last);
+    visitor(first);
+    if (last > first) visitor(last);
 }
 
 // The direction from a triangle to the hull, corrected for the rounding of their closest points if the correction
@@ -280,7 +280,7 @@ double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& t
     const TopPolygon top(triangle, plane);
     const double slack = 1e-11 * (length(shape_.bounds) + local_.spacing());
     double least = std::numeric_limits<double>::infinity();
-    const auto take = [&](double x, double y, double height, const ShapeFeature& feature) {
+    const auto visitor = [&](double x, double y, double height, const ShapeFeature& feature) {
         const double gap = height - top.height;
         // A point far below belongs to another column.
         if (gap > reach_ || gap < -kTouch) return;
@@ -293,20 +293,20 @@ double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& t
         for (std::size_t i = 0; i < of_hull.count; ++i) {
             const Eigen::Vector3d p = origin + plane.at(of_hull.x[i], of_hull.y[i], of_hull.h[i]);
             if (!is_foot_inside(p, triangle)) continue;
-            take(of_hull.x[i], of_hull.y[i], of_hull.h[i], of_hull.vertex_feature(i));
+            visitor(of_hull.x[i], of_hull.y[i], of_hull.h[i], of_hull.vertex_feature(i));
         }
     }
     for (std::size_t j = 0; is_apart && j < top.count; ++j) {
         if (!of_hull.contains(top.x[j], top.y[j], slack)) continue;
-        take(top.x[j], top.y[j], of_hull.height(top.x[j], top.y[j]), of_hull.face_feature());
+        visitor(top.x[j], top.y[j], of_hull.height(top.x[j], top.y[j]), of_hull.face_feature());
     }
     for (std::size_t i = 0; is_apart && i < side_count(of_hull.count); ++i) {
         const std::size_t i1 = i + 1 == of_hull.count ? 0 : i + 1;
         for (std::size_t j = 0; j < side_count(top.count); ++j) {
             cross_sides(of_hull, i, top, j, slack, [&](double s) {
-                take(of_hull.x[i] + s * (of_hull.x[i1] - of_hull.x[i]),
-                     of_hull.y[i] + s * (of_hull.y[i1] - of_hull.y[i]),
-                     of_hull.h[i] + s * (of_hull.h[i1] - of_hull.h[i]), of_hull.edge_feature(i));
+                visitor(of_hull.x[i] + s * (of_hull.x[i1] - of_hull.x[i]),
+                        of_hull.y[i] + s * (of_hull.y[i1] - of_hull.y[i]),
+                        of_hull.h[i] + s * (of_hull.h[i1] - of_hull.h[i]), of_hull.edge_feature(i));
             });
         }
     }

@@ -61,7 +61,7 @@ private:
 /// @param cells       all cells under the box's bounds widened by the margin, or some of them
 /// @param translation separates the box
 /// @param reach       largest gap of the translated box at which features are paired, metres
-void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+void find_box_patches(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                       const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
                       double margin, double reach, ContactPatches& patches);
 
@@ -73,8 +73,8 @@ void find_box_patches(const LocalGround& local, const GroundWindow& window, cons
 /// @param shape       radius > kThin
 /// @param translation separates the shape; may be zero if its core is clear of the ground
 /// @param reach       largest gap of the translated shape at which features are paired, metres
-void find_round_patches(const LocalGround& local, const GroundWindow& window,
-                        const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+void find_round_patches(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
+                        const LocalShape& shape, std::uint32_t part,
                         const Eigen::Vector3d& translation, double margin, double reach,
                         ContactPatches& patches);
 

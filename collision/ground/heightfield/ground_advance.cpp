@@ -132,7 +132,7 @@ struct EntryClip {
     /// @param n       of any length, out of the column
     /// @param gap     at time 0, times that length
     /// @param closing speed, times that length
-    bool take(const Eigen::Vector3d& n, double n_square, double gap, double closing) {
+    bool narrow(const Eigen::Vector3d& n, double n_square, double gap, double closing) {
         if (gap > 0.0) {
             if (!(closing > 0.0)) return false;
             const double time = gap / closing;
@@ -163,14 +163,14 @@ struct BoxFrame {
 };
 
 // Tests the face normals of the box with z > 0.
-bool take_faces(const BoxFrame& f, EntryClip& clip) {
+bool clip_faces(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         if (!(f.up[i] * f.up[i] > kParallel)) continue;
         const double sign = f.up[i] < 0.0 ? -1.0 : 1.0;
         const double top =
             std::max({sign * f.corners[0][i], sign * f.corners[1][i], sign * f.corners[2][i]});
-        if (!clip.take(sign * Eigen::Vector3d::Unit(i), 1.0, f.ground_offset - f.box.half[i] - top,
-                       -sign * f.velocity[i])) {
+        if (!clip.narrow(sign * Eigen::Vector3d::Unit(i), 1.0,
+                         f.ground_offset - f.box.half[i] - top, -sign * f.velocity[i])) {
             return false;
         }
     }
@@ -199,7 +199,7 @@ struct EdgeCross {
 };
 
 // Tests the cross products of edges of the box and the triangle.
-bool take_edges(const BoxFrame& f, EntryClip& clip) {
+bool clip_edges(const BoxFrame& f, EntryClip& clip) {
     for (std::size_t j = 0; j < 3; ++j) {
         const Eigen::Vector3d& from = f.corners[j];
         const Eigen::Vector3d edge = f.corners[(j + 1) % 3] - from;
@@ -209,13 +209,13 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
             if (!(n.square > least)) continue;
             const double rise = n.along(f.up);
             if (!(rise * rise > kParallel * n.square))
-                continue;  // horizontal: an axis of take_sides()
+                continue;  // horizontal: an axis of clip_sides()
             const double sign = rise < 0.0 ? -1.0 : 1.0;
             const double top =
                 std::max(sign * n.along(from), sign * n.along(f.corners[(j + 2) % 3]));
-            if (!clip.take(n.normal(sign), n.square,
-                           f.offset_along(n.square) - n.drop(f.box.half) - top,
-                           -sign * n.along(f.velocity))) {
+            if (!clip.narrow(n.normal(sign), n.square,
+                             f.offset_along(n.square) - n.drop(f.box.half) - top,
+                             -sign * n.along(f.velocity))) {
                 return false;
             }
         }
@@ -224,7 +224,7 @@ bool take_edges(const BoxFrame& f, EntryClip& clip) {
 }
 
 // Tests the horizontal directions perpendicular to the box's edges.
-bool take_sides(const BoxFrame& f, EntryClip& clip) {
+bool clip_sides(const BoxFrame& f, EntryClip& clip) {
     for (int i = 0; i < 3; ++i) {
         const EdgeCross n(i, f.up);
         if (!(n.square > kParallel)) continue;
@@ -233,8 +233,8 @@ bool take_sides(const BoxFrame& f, EntryClip& clip) {
         const double p0 = n.along(f.corners[0]);
         const double p1 = n.along(f.corners[1]);
         const double p2 = n.along(f.corners[2]);
-        if (!clip.take(n.normal(1.0), n.square, -drop - std::max({p0, p1, p2}), -speed) ||
-            !clip.take(n.normal(-1.0), n.square, -drop + std::min({p0, p1, p2}), speed)) {
+        if (!clip.narrow(n.normal(1.0), n.square, -drop - std::max({p0, p1, p2}), -speed) ||
+            !clip.narrow(n.normal(-1.0), n.square, -drop + std::min({p0, p1, p2}), speed)) {
             return false;
         }
     }
@@ -242,7 +242,7 @@ bool take_sides(const BoxFrame& f, EntryClip& clip) {
 }
 
 // Tests the normals of the column's walls.
-bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triangle& triangle,
+bool clip_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triangle& triangle,
                 EntryClip& clip) {
     const LocalShape& box = f.box;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -251,8 +251,8 @@ bool take_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triang
         const Eigen::Vector3d along(dot(n, box.axes[0]), dot(n, box.axes[1]), dot(n, box.axes[2]));
         const double drop = std::abs(along[0]) * box.half[0] + std::abs(along[1]) * box.half[1] +
                             std::abs(along[2]) * box.half[2];
-        if (!clip.take(along, dot(n, n), dot(n, box.centre - triangle.v[i]) - drop,
-                       -dot(n, velocity))) {
+        if (!clip.narrow(along, dot(n, n), dot(n, box.centre - triangle.v[i]) - drop,
+                         -dot(n, velocity))) {
             return false;
         }
     }
@@ -283,7 +283,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
     const double gap = dot(triangle.normal, box.centre - triangle.v[0]) - drop + ground_offset;
     const double closing = -dot(triangle.normal, velocity);
     clip.speed = closing;
-    if (!clip.take(n, 1.0, gap, closing)) return {};
+    if (!clip.narrow(n, 1.0, gap, closing)) return {};
     if (clip.first > 0.0 && ground_offset == 0.0) {
         // Common case: a corner of the box meets the face.
         Eigen::Vector3d low = box.centre + clip.first * velocity;
@@ -301,8 +301,8 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
                          {to_box(triangle.v[0] - box.centre), to_box(triangle.v[1] - box.centre),
                           to_box(triangle.v[2] - box.centre)},
                          ground_offset};
-    if (!take_faces(frame, clip) || !take_walls(frame, velocity, triangle, clip) ||
-        !take_edges(frame, clip) || !take_sides(frame, clip)) {
+    if (!clip_faces(frame, clip) || !clip_walls(frame, velocity, triangle, clip) ||
+        !clip_edges(frame, clip) || !clip_sides(frame, clip)) {
         return {};
     }
     const double size = std::sqrt(clip.square);
@@ -348,20 +348,21 @@ double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
 double find_arm(const LocalShape& shape, const Eigen::Vector3d& axis) {
     constexpr std::size_t kFew = 64;
     double arm = 0.0;
-    const auto take = [&](const Eigen::Vector3d& p) {
+    const auto include = [&](const Eigen::Vector3d& p) {
         arm = std::max(arm, length(cross(axis, p)));
     };
     if (shape.kind == ShapeKind::round) {
-        take(shape.offset + shape.core);
-        take(shape.offset - shape.core);
+        include(shape.offset + shape.core);
+        include(shape.offset - shape.core);
     } else if (shape.kind == ShapeKind::box) {
-        for (const Eigen::Vector3d& corner : shape.corners) take(shape.offset + corner);
+        for (const Eigen::Vector3d& corner : shape.corners) include(shape.offset + corner);
     } else {
         const auto vertex_count = static_cast<std::uint32_t>(shape.hull->shape->vertices.size());
         if (vertex_count > kFew) {
             return length(cross(axis, shape.offset)) + length(shape.bounds);
         }
-        for (std::uint32_t i = 0; i < vertex_count; ++i) take(shape.offset + shape.hull->vertex(i));
+        for (std::uint32_t i = 0; i < vertex_count; ++i)
+            include(shape.offset + shape.hull->vertex(i));
     }
     return arm;
 }
@@ -388,7 +389,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     }
     const double drop = shape.drop(n);
     double each = kInfinity;
-    const auto take = [&](const Eigen::Vector3d& p, double radius) {
+    const auto include = [&](const Eigen::Vector3d& p, double radius) {
         const double clearance = gap - rest + drop + dot(n, p) - radius;
         const double rate = dot(turn, p + shape.offset) - speed;  // n . (v + w x arm)
         // clearance + rate t - acceleration t^2 / 2 = 0
@@ -399,10 +400,10 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
         each = std::min(each, when);
     };
     if (shape.kind == ShapeKind::box) {
-        for (int i = 0; i < 8; ++i) take(shape.corner(i) - shape.centre, 0.0);
+        for (int i = 0; i < 8; ++i) include(shape.corner(i) - shape.centre, 0.0);
     } else {
-        take(shape.core, shape.radius);
-        take(-shape.core, shape.radius);
+        include(shape.core, shape.radius);
+        include(-shape.core, shape.radius);
     }
     return std::max(time, each);
 }
@@ -413,10 +414,10 @@ struct AdvanceVisitor::CellVisitor {
     bool wants(const CellPrism& prism) const {
         return each.approach_.time_to(prism) < each.found_.step && each.wants(prism);
     }
-    void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+    void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         each.found_.error_m = std::max(each.found_.error_m, static_cast<double>(cell.error_m));
         for (const Triangle& triangle : each.local_.triangles(cell, column, row)) {
-            each.take(triangle, {0.0, Approach::kNever});
+            each.visit(triangle, {0.0, Approach::kNever});
         }
     }
     bool miss(const CellPrism& prism) {
@@ -432,7 +433,7 @@ struct AdvanceVisitor::CellVisitor {
 };
 
 void AdvanceVisitor::visit(const CellRange& cells) {
-    const GroundWindow* const window = local_.window(cells, 0);
+    const LocalWindow* const window = local_.window(cells, 0);
     if (window != nullptr) {
         const CellRange seen = visit_soonest(local_, *window, cells, approach_, *this);
         if (seen.west <= seen.east) found_.error_m = std::max(found_.error_m, local_.error(seen));
@@ -442,15 +443,15 @@ void AdvanceVisitor::visit(const CellRange& cells) {
     visit_cells(local_, cells, visitor);
 }
 
-void AdvanceVisitor::take(const Triangle& triangle, const Approach::Interval& over) {
+void AdvanceVisitor::visit(const Triangle& triangle, const Approach::Interval& over) {
     if (arm_ == 0.0) {
-        take_straight(triangle, over);
+        visit_straight(triangle, over);
     } else {
-        take_turning(triangle);
+        visit_turning(triangle);
     }
 }
 
-void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Interval& over) {
+void AdvanceVisitor::visit_straight(const Triangle& triangle, const Approach::Interval& over) {
     if (found_.is_hit) {
         // Most neighbours of a triangle that was hit are farther along its normal.
         const Eigen::Vector3d& n = found_.hit_normal;
@@ -464,7 +465,7 @@ void AdvanceVisitor::take_straight(const Triangle& triangle, const Approach::Int
     if (entry.time < found_.step) hit(entry.time, entry.normal);
 }
 
-void AdvanceVisitor::take_turning(const Triangle& triangle) {
+void AdvanceVisitor::visit_turning(const Triangle& triangle) {
     const double tolerance = approach_.tolerance();
     const double ground_offset = approach_.ground_offset();
     double when = -kInfinity;

@@ -76,7 +76,7 @@ public:
     /// Whether the part may meet a prism before a given time, according to its lower planes.
     bool may_meet(const CellPrism& prism, double before) const {
         bool may_be = true;
-        const auto take = [&](const Eigen::Vector3d& n, double drop) {
+        const auto include = [&](const Eigen::Vector3d& n, double drop) {
             const double top = std::max(n[0] * (prism.west - shape_.centre[0]),
                                         n[0] * (prism.east - shape_.centre[0])) +
                                std::max(n[1] * (prism.south - shape_.centre[1]),
@@ -85,8 +85,8 @@ public:
             may_be =
                 may_be && time_of(ground_offset_ * n[2] - top - drop, -dot(n, velocity_)) < before;
         };
-        if (along_[2] > 0.0) take(along_, shape_.radius);
-        visit_down_planes(shape_, take);
+        if (along_[2] > 0.0) include(along_, shape_.radius);
+        visit_down_planes(shape_, include);
         return may_be;
     }
 
@@ -110,12 +110,12 @@ private:
 /// them, until the next cell is reached no sooner than the best hit so far. The visitor has
 ///   double limit()                   the time of the best hit so far
 ///   bool wants(const CellPrism&)     whether to visit the cells inside
-///   void take(const Triangle&, const Approach::Interval& over)   `over`: interval in which the part is over the cell
+///   void visit(const Triangle&, const Approach::Interval& over)   `over`: interval in which the part is over the cell
 /// Returns the bounding range of the cells visited.
 template <class Visitor>
-CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
-                        const CellRange& cells, const Approach& approach, Visitor& visitor) {
-    constexpr auto kMost = static_cast<std::size_t>(GroundWindow::kMostCells);
+CellRange visit_soonest(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
+                        const Approach& approach, Visitor& visitor) {
+    constexpr auto kMost = static_cast<std::size_t>(LocalWindow::kMostCells);
     struct Cell {
         double when;
         Approach::Interval over;
@@ -170,8 +170,8 @@ CellRange visit_soonest(const LocalGround& local, const GroundWindow& window,
         seen = seen.east < seen.west ? CellRange{x, y, x, y}
                                      : CellRange{std::min(seen.west, x), std::min(seen.south, y),
                                                  std::max(seen.east, x), std::max(seen.north, y)};
-        visitor.take(local.triangle(window, cell.column, cell.row, true), cell.over);
-        visitor.take(local.triangle(window, cell.column, cell.row, false), cell.over);
+        visitor.visit(local.triangle(window, cell.column, cell.row, true), cell.over);
+        visitor.visit(local.triangle(window, cell.column, cell.row, false), cell.over);
     }
 }
 
@@ -282,14 +282,14 @@ public:
 
     double limit() const { return found_.step; }
     bool wants(const CellPrism& prism) const { return approach_.may_meet(prism, found_.step); }
-    void take(const Triangle& triangle, const Approach::Interval& over);
+    void visit(const Triangle& triangle, const Approach::Interval& over);
 
 private:
     // The visitor of visit_cells().
     struct CellVisitor;
 
-    void take_straight(const Triangle& triangle, const Approach::Interval& over);
-    void take_turning(const Triangle& triangle);
+    void visit_straight(const Triangle& triangle, const Approach::Interval& over);
+    void visit_turning(const Triangle& triangle);
     void hit(double step, const Eigen::Vector3d& normal);
 
     const LocalGround& local_;

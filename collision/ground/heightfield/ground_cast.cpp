@@ -60,12 +60,12 @@ public:
         local_start_.window(swept_box(start_, 0.0, 1.0).cells(local_start_), 0);
     }
 
-    // Calls `take` with the ground in a frame near the body at t.
-    template <class Take>
-    auto with_ground(double t, Take&& take) const {
+    // Calls `visitor` with the ground in a frame near the body at t.
+    template <class Visitor>
+    auto with_ground(double t, Visitor&& visitor) const {
         const Eigen::Vector3d at = origin_ + t * sweep_.motion.translation;
         const bool is_near = at.cwiseAbs().maxCoeff() <= kNear * local_start_.spacing();
-        return is_near ? take(local_start_) : take(LocalGround(local_start_, at));
+        return is_near ? visitor(local_start_) : visitor(LocalGround(local_start_, at));
     }
 
     // Casts the whole motion. Pieces grow while the ground is far below.
@@ -136,11 +136,11 @@ private:
         return swept_box(body.whole().centre, body.whole().bounds, sweep_.arm, t, end);
     }
 
-    // Calls `take` with the body at t.
-    template <class Take>
-    auto with_body(const LocalGround& local, double t, Take&& take) const {
-        if (t == 0.0 && &local == &local_start_) return take(start_);
-        return take(sweep_.at(local, t));
+    // Calls `visitor` with the body at t.
+    template <class Visitor>
+    auto with_body(const LocalGround& local, double t, Visitor&& visitor) const {
+        if (t == 0.0 && &local == &local_start_) return visitor(start_);
+        return visitor(sweep_.at(local, t));
     }
 
     // Advances from t to end, or by the part of it that is proved clear. Adapts the length of the next piece.
@@ -164,7 +164,7 @@ private:
             const CellRange cells = swept_box(body, t, end).cells(local);
             if (cells.east < cells.west || cells.north < cells.south) return end;
             const RangeAnswer range = ground().range(cells);
-            if (range.status == GroundStatus::outside) return end;
+            if (range.status == QueryStatus::outside) return end;
             if (range.high == std::numeric_limits<std::int32_t>::max()) return t;
             const Approach approach{body.whole(), sweep_.motion.translation,
                                     sweep_.spin * sweep_.arm, tolerance_, 0.0};
@@ -238,7 +238,7 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
             return bound_distance(shape.centre, shape.bounds, prism) <= 0.0;
         }
         bool miss(const CellPrism&) { return true; }
-        void take(const GroundCell& cell, std::int64_t column, std::int64_t row) {
+        void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
             for (const Triangle& triangle : local.triangles(cell, column, row)) {
                 if (gap_along(triangle.normal, shape, triangle) >= -ground_offset) continue;
                 if (compute_column_lift(shape, triangle) <= 0.0) continue;
@@ -331,7 +331,7 @@ CastAnswer cast(const Shape& shape, const Motion& motion, const Ground& ground,
         return answer;
     }
     answer.started_in_contact = lift.lift >= -touch;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     PieceAnswer end{0.0, true, false, Eigen::Vector3d::UnitZ()};
     if (!answer.started_in_contact || settings.skip_separating) {
         end = caster.run(answer.started_in_contact ? find_ground_offset(local, start) + 0.1 * kTouch

@@ -154,7 +154,7 @@ bool report(const LocalGround& local, const LocalBody& body, double margin, bool
         found = patches.finish();
     }
     answer_out.status =
-        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::complete;
+        found.size() > contacts_out.size() ? QueryStatus::truncated : QueryStatus::ok;
     answer_out.count = std::min(found.size(), contacts_out.size());
     for (std::size_t i = 0; i < answer_out.count; ++i) {
         contacts_out[i] = found[i];
@@ -239,7 +239,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
         const Eigen::Vector3d& translation = found.d;
         const double depth = length(translation);
         answer.distance_lower_bound = found.lower_bound;
-        answer.status = QueryStatus::complete;
+        answer.status = QueryStatus::ok;
         answer.has_ground = true;
         answer.distance = -depth;
         answer.normal = translation / depth;
@@ -254,7 +254,7 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
     const Nearest nearest = find_nearest(local, body, max_distance);
     answer.error_m = std::max(answer.error_m, nearest.error_m);
     if (nearest.is_missing) return answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     answer.has_ground = nearest.is_found;
     answer.distance = nearest.is_found ? nearest.distance : max_distance;
     answer.distance_lower_bound = answer.distance;
@@ -268,7 +268,7 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
     LiftAnswer answer;
     if (!is_valid_query(shape, world_from_shape)) return answer;
     const GroundLift lift = LocalQuery(shape, world_from_shape, ground).lift();
-    answer.status = lift.is_missing ? QueryStatus::not_resident : QueryStatus::complete;
+    answer.status = lift.is_missing ? QueryStatus::not_resident : QueryStatus::ok;
     answer.lift = lift.lift;
     answer.error_m = lift.error_m;
     return answer;
@@ -281,7 +281,7 @@ TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const 
         LocalQuery(shape, world_from_shape, ground).lift(-2.0 * kTouch, -kTouch);
     answer.is_touching = lift.lift >= -kTouch;
     answer.status =
-        lift.is_missing && !answer.is_touching ? QueryStatus::not_resident : QueryStatus::complete;
+        lift.is_missing && !answer.is_touching ? QueryStatus::not_resident : QueryStatus::ok;
     answer.error_m = lift.error_m;
     return answer;
 }

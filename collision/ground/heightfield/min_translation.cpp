@@ -88,13 +88,13 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             moved.centre += d;
             // The plane that separates the column from the shape moved by d, with the shortest translation.
             Separation best;
-            const auto take = [&](const Eigen::Vector3d& n, double gap) {
+            const auto offer = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;
                 const double depth = gap - dot(n, d);
                 if (depth > best.gap) best = {n, depth};
             };
-            visit_tops(moved, lift.triangle, take);
-            visit_walls(moved, lift.triangle, take);
+            visit_tops(moved, lift.triangle, offer);
+            visit_walls(moved, lift.triangle, offer);
             if (!(best.gap > -std::numeric_limits<double>::infinity())) break;
             spaces.add({best.normal, -gap_along(best.normal, shape, lift.triangle)});
             if (!find_shortest(spaces, next)) break;

@@ -98,7 +98,7 @@ ColumnName name_of(const LocalGround& local, const GroundLift& lift) {
 
 Obstacle::Obstacle(const LocalGround& local, const LocalBody& body, const ColumnName& name) {
     const GroundCell cell = local.cell(name.column, name.row);
-    is_ground_ = cell.status == GroundStatus::ok;
+    is_ground_ = cell.status == QueryStatus::ok;
     if (!is_ground_) return;
     triangle_ = local.triangles(cell, name.column, name.row)[name.is_first ? 0 : 1];
     shape_ = body.part(name.part, hull_);
@@ -201,7 +201,7 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
         return 0.0;
     }
     const RangeAnswer range = local.ground().range(cells);
-    if (range.status != GroundStatus::ok || !local.is_all_ground(cells)) return 0.0;
+    if (range.status != QueryStatus::ok || !local.is_all_ground(cells)) return 0.0;
     return std::max(0.0, local.z(range.low) - lowest[2]);
 }
 
@@ -247,7 +247,7 @@ public:
         const std::array<std::uint16_t, 4> corners = {add_point({-r, -r}), add_point({r, -r}),
                                                       add_point({r, r}), add_point({-r, r})};
         for (std::size_t i = 0; i < 4; ++i) {
-            take_node({0.0, {centre, corners[i], corners[(i + 1) % 4]}});
+            visit_node({0.0, {centre, corners[i], corners[(i + 1) % 4]}});
         }
         for (int splits = 0; splits < limits_.most_splits && !is_done(); ++splits) {
             std::pop_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
@@ -305,11 +305,11 @@ private:
         const GroundLift lift = find_lift(local_, body_, {at.x, at.y, 0.0});
         point.lift = lift.lift;
         if (std::isfinite(lift.lift)) point.column = name_of(local_, lift);
-        take({at.x, at.y, std::max(0.0, lift.lift)});
+        offer({at.x, at.y, std::max(0.0, lift.lift)});
         return point;
     }
 
-    void take(const Eigen::Vector3d& d) {
+    void offer(const Eigen::Vector3d& d) {
         const double size = length(d);
         if (!(size < size_)) return;
         const bool is_much = size < (1.0 - 1e-6) * size_;
@@ -328,7 +328,7 @@ private:
     }
 
     // Adds a triangle that may hold a shorter translation than the best.
-    void take_node(Node node) {
+    void visit_node(Node node) {
         if (!bound(node)) return;
         nodes_[static_cast<std::size_t>(node_count_++)] = node;
         std::push_heap(nodes_.begin(), nodes_.begin() + node_count_, is_after);
@@ -357,8 +357,8 @@ private:
         Node first = node, second = node;
         first.corners[(longest + 1) % 3] = middle;
         second.corners[longest] = middle;
-        take_node(first);
-        take_node(second);
+        visit_node(first);
+        visit_node(second);
     }
 
     // Raises a triangle's bound. False if no translation over it is shorter than the best.
@@ -463,7 +463,7 @@ private:
             return here;
         const GroundLift lift = find_lift(local_, body_, p, 0.5 * kSeparatedLift);
         if (!(lift.lift > 0.5 * kSeparatedLift)) {
-            take(p);
+            offer(p);
             return here;
         }
         LocalHull hull;
@@ -477,7 +477,7 @@ private:
         std::array<FacetExit, kMostFacets> exits;
         std::size_t count = 0;
         bool is_known = true;
-        const auto take_facet = [&](const Eigen::Vector3d& n, double gap) {
+        const auto visit_facet = [&](const Eigen::Vector3d& n, double gap) {
             if (!is_known) return;
             FacetExit exit{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
             // If p is on the facet within rounding, its side is unknown.
@@ -490,8 +490,8 @@ private:
             is_known = is_known && count < kMostFacets;
             if (is_known) exits[count++] = exit;
         };
-        visit_tops(shape, lift.triangle, take_facet);
-        visit_walls(shape, lift.triangle, take_facet);
+        visit_tops(shape, lift.triangle, visit_facet);
+        visit_walls(shape, lift.triangle, visit_facet);
         if (!is_known) return here;
         // Insertion sort: allocates nothing and is stable.
         for (std::size_t i = 1; i < count; ++i) {

@@ -54,7 +54,7 @@ private:
 /// the motion.
 ///
 /// @param window holds the cells, all of them ground
-bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
+bool are_cells_separated(const LocalGround& local, const LocalWindow& window,
                          const CellRange& cells, const ConvexSweep& sweep);
 
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
@@ -69,7 +69,7 @@ namespace {
 /// Finds planes between a sweep and the triangles of some cells of a window.
 class SweptSeparation {
 public:
-    SweptSeparation(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+    SweptSeparation(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                     const ConvexSweep& sweep)
         : local_(local), window_(window), cells_(window, cells), sweep_(sweep) {
         switch (sweep.start().kind) {
@@ -276,7 +276,7 @@ private:
     }
 
     const LocalGround& local_;
-    const GroundWindow& window_;
+    const LocalWindow& window_;
     WindowCells cells_;
     const ConvexSweep& sweep_;
     std::array<Plane, 7> fixed_;
@@ -307,7 +307,7 @@ ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const M
     acceleration_ = spin * turned;
 }
 
-bool are_cells_separated(const LocalGround& local, const GroundWindow& window,
+bool are_cells_separated(const LocalGround& local, const LocalWindow& window,
                          const CellRange& cells, const ConvexSweep& sweep) {
     return SweptSeparation(local, window, cells, sweep).are_cells_separated();
 }
@@ -328,7 +328,7 @@ bool is_part_clear(const LocalGround& local, const LocalShape& start, const Loca
     const Eigen::Vector3d middle = 0.5 * (low + high);
     if (low[2] > bound_ground(local, middle, high - middle)) return true;
     const CellRange cells = local.cells(low[0], low[1], high[0], high[1]);
-    const GroundWindow* const window = local.window(cells, 0);
+    const LocalWindow* const window = local.window(cells, 0);
     return window != nullptr && are_cells_separated(local, *window, cells, sweep);
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 class BoxPairs {
 public:
-    BoxPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+    BoxPairs(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
              const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
              double margin, double reach, ContactPatches& patches)
         : local_(local),
@@ -38,13 +38,13 @@ public:
     }
 
     void run() {
-        take_corners();
+        visit_corners();
         make_codes();
-        take_vertices();
+        visit_vertices();
         visit_convex_edges(
             window_, cells_, codes_,
             [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
-                const WindowVertex& right) { take_edge(from, to, left, right); });
+                const WindowVertex& right) { visit_edge(from, to, left, right); });
     }
 
 private:
@@ -59,7 +59,7 @@ private:
     }
 
     // Pairs corners of the box with faces of the ground.
-    void take_corners() {
+    void visit_corners() {
         for (int k = 0; k < 8; ++k) {
             const Eigen::Vector3d start = at_start_.corner(k);
             if (start[2] > window_.high + margin_) continue;
@@ -73,7 +73,7 @@ private:
                 for (int column = west; column <= east; ++column) {
                     // before the translation it is above the whole cell by more than the margin
                     if (start[2] > window_.highest(column, row) + margin_) continue;
-                    take_corner(k, p, column, row);
+                    visit_corner(k, p, column, row);
                 }
             }
         }
@@ -82,10 +82,10 @@ private:
     // Index of the cell at a coordinate in the window, clamped to one cell outside.
     int cell_of(double p) const {
         return static_cast<int>(
-            std::floor(std::clamp(p / spacing_, -1.0, double{GroundWindow::kMostCells})));
+            std::floor(std::clamp(p / spacing_, -1.0, double{LocalWindow::kMostCells})));
     }
 
-    void take_corner(int k, const Eigen::Vector3d& p, int column, int row) {
+    void visit_corner(int k, const Eigen::Vector3d& p, int column, int row) {
         if (!window_.is_ground(column, row)) return;
         for (const bool is_south : {true, false}) {
             const WindowFace face = make_window_face(local_, window_, column, row, is_south);
@@ -109,7 +109,7 @@ private:
     }
 
     // Pairs vertices of the ground with faces of the box.
-    void take_vertices() {
+    void visit_vertices() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (codes_.at(column, row) != 0) continue;
@@ -156,8 +156,8 @@ private:
     }
 
     // Pairs a convex edge of the ground, given with the third corners of its two triangles, with the edges of the box.
-    void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
-                   const WindowVertex& right) {
+    void visit_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                    const WindowVertex& right) {
         const auto vertex = [&](const WindowVertex& v) {
             return local_.vertex(window_, v.column, v.row);
         };
@@ -206,7 +206,7 @@ private:
     }
 
     const LocalGround& local_;
-    const GroundWindow& window_;
+    const LocalWindow& window_;
     WindowCells cells_;
     const LocalShape& at_start_;
     std::uint32_t part_;
@@ -224,7 +224,7 @@ private:
 
 }  // namespace
 
-void find_box_patches(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+void find_box_patches(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                       const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
                       double margin, double reach, ContactPatches& patches) {
     BoxPairs(local, window, cells, box, part, translation, margin, reach, patches).run();
@@ -239,7 +239,7 @@ namespace {
 
 class RoundPairs {
 public:
-    RoundPairs(const LocalGround& local, const GroundWindow& window, const CellRange& cells,
+    RoundPairs(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                const LocalShape& shape, std::uint32_t part, const Eigen::Vector3d& translation,
                double margin, double reach, ContactPatches& patches)
         : local_(local),
@@ -263,12 +263,12 @@ public:
           patches_(patches) {}
 
     void run() {
-        if (!take_faces()) return;
-        take_vertices();
+        if (!visit_faces()) return;
+        visit_vertices();
         visit_convex_edges(
             window_, cells_, codes_,
             [&](const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
-                const WindowVertex& right) { take_edge(from, to, left, right); });
+                const WindowVertex& right) { visit_edge(from, to, left, right); });
     }
 
 private:
@@ -292,7 +292,7 @@ private:
                square > kTouch * kTouch;
     }
 
-    void take_vertices() {
+    void visit_vertices() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
                 if (codes_.at(column, row) != 0) continue;
@@ -313,8 +313,8 @@ private:
         }
     }
 
-    void take_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
-                   const WindowVertex& right) {
+    void visit_edge(const WindowVertex& from, const WindowVertex& to, const WindowVertex& left,
+                    const WindowVertex& right) {
         const Eigen::Vector3d a = vertex(from);
         const Eigen::Vector3d edge = vertex(to) - a;
         const SegmentParameters parameters = find_closest_parameters(from_, to_ - from_, a, edge);
@@ -332,7 +332,7 @@ private:
 
     // Pairs faces and computes the outcodes of vertices: only features of faces near the translated core, inside the
     // bounds, can have contacts. False if no face is near.
-    bool take_faces() {
+    bool visit_faces() {
         bool is_any_near = false;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
             const double y = local_.y(window_.cells.south + row);
@@ -348,7 +348,7 @@ private:
                 if (window_.highest(column, row) < low_[2]) continue;
                 const bool is_even = window_.is_cut_to_north_east(column, row);
                 for (const bool is_south : {true, false}) {
-                    if (!take_face(column, row, is_south)) continue;
+                    if (!visit_face(column, row, is_south)) continue;
                     is_any_near = true;
                     unmark(is_even ? column : column + 1, row);
                     unmark(is_even ? column + 1 : column, row + 1);
@@ -365,27 +365,27 @@ private:
     }
 
     // Pairs a face with the ends of the core; false if its plane is too far below both.
-    bool take_face(int column, int row, bool is_south) {
+    bool visit_face(int column, int row, bool is_south) {
         const WindowFace face = make_window_face(local_, window_, column, row, is_south);
         // slightly more, to cover the rounding of planes
         const double furthest = (1.0 + 1e-9) * furthest_ * furthest_ * face.square;
         const double over_from = face.above(from_);
         if (!has_core_) {
             if (over_from > 0.0 && over_from * over_from > furthest) return false;
-            take_end(face, column, row, is_south, from_, over_from);
+            visit_end(face, column, row, is_south, from_, over_from);
             return true;
         }
         const double over_to = face.above(to_);
         const double least = std::min(over_from, over_to);
         if (least > 0.0 && least * least > furthest) return false;
-        take_end(face, column, row, is_south, from_, over_from);
-        take_end(face, column, row, is_south, to_, over_to);
+        visit_end(face, column, row, is_south, from_, over_from);
+        visit_end(face, column, row, is_south, to_, over_to);
         return true;
     }
 
     // Pairs an end of the core, at height `over` above a face.
-    void take_end(const WindowFace& face, int column, int row, bool is_south,
-                  const Eigen::Vector3d& end, double over) {
+    void visit_end(const WindowFace& face, int column, int row, bool is_south,
+                   const Eigen::Vector3d& end, double over) {
         if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||
             over * over < nearest_ * nearest_ * face.square ||
             !face.may_have_foot(end, over, spacing_)) {
@@ -397,7 +397,7 @@ private:
     }
 
     const LocalGround& local_;
-    const GroundWindow& window_;
+    const LocalWindow& window_;
     WindowCells cells_;
     const LocalShape& shape_;  ///< untranslated
     bool has_core_;
@@ -416,8 +416,8 @@ private:
 
 }  // namespace
 
-void find_round_patches(const LocalGround& local, const GroundWindow& window,
-                        const CellRange& cells, const LocalShape& shape, std::uint32_t part,
+void find_round_patches(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
+                        const LocalShape& shape, std::uint32_t part,
                         const Eigen::Vector3d& translation, double margin, double reach,
                         ContactPatches& patches) {
     RoundPairs(local, window, cells, shape, part, translation, margin, reach, patches).run();

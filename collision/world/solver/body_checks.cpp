@@ -17,7 +17,7 @@ constexpr double kRotationSlack = 1e-6;  // deviation of a rotation's columns fr
 Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
     for (int a = 0; a < 3; ++a) {
         const Eigen::Vector3d column = rotation.col(a);
-        if (auto ok = check_vector("pose.rotation", column, 1.0 + kRotationSlack); !ok) return ok;
+        TERRANE_TRY(check_vector("pose.rotation", column, 1.0 + kRotationSlack));
     }
     const double worst = column_error(rotation);
     const double det = determinant(rotation);
@@ -28,14 +28,11 @@ Result<void> check_rotation(const Eigen::Matrix3d& rotation) {
 }
 
 Result<void> check_settings(const BodySettings& settings) {
-    if (auto ok = check(settings.shape); !ok) return ok;
-    if (auto ok = check_value("mass", settings.mass, 1e-9, 1e12, "kg"); !ok) return ok;
-    if (auto ok = check_value("friction", settings.friction, 0.0, 1e6); !ok) return ok;
-    if (auto ok = check_value("restitution", settings.restitution, 0.0, 1.0); !ok) return ok;
-    if (auto ok = check_value("contact_tolerance", settings.contact_tolerance, 0.0, 1e3, "m");
-        !ok) {
-        return ok;
-    }
+    TERRANE_TRY(validate(settings.shape));
+    TERRANE_TRY(check_value("mass", settings.mass, 1e-9, 1e12, "kg"));
+    TERRANE_TRY(check_value("friction", settings.friction, 0.0, 1e6));
+    TERRANE_TRY(check_value("restitution", settings.restitution, 0.0, 1.0));
+    TERRANE_TRY(check_value("contact_tolerance", settings.contact_tolerance, 0.0, 1e3, "m"));
     if (settings.is_sensor && settings.type == BodyType::dynamic_body) {
         return fail(ErrorCode::invalid_argument,
                     "is_sensor must be false for a dynamic body, got true");
@@ -71,10 +68,7 @@ Result<void> check_value(const char* name, double value, double low, double high
 
 Result<void> check_fields(std::span<const FieldRange> fields) {
     for (const FieldRange& field : fields) {
-        if (auto ok = check_value(field.name, field.value, field.low, field.high, field.unit);
-            !ok) {
-            return ok;
-        }
+        TERRANE_TRY(check_value(field.name, field.value, field.low, field.high, field.unit));
     }
     return {};
 }
@@ -85,31 +79,23 @@ Result<void> check_vector(const char* name, const Eigen::Vector3d& value, double
     for (int axis = 0; axis < 3; ++axis) {
         if (value[axis] >= -limit && value[axis] <= limit) continue;
         const std::string component = std::string(name) + kAxes[axis];
-        if (auto ok = check_value(component.c_str(), value[axis], -limit, limit, unit); !ok) {
-            return ok;
-        }
+        TERRANE_TRY(check_value(component.c_str(), value[axis], -limit, limit, unit));
     }
     return {};
 }
 
 Result<void> check_state(const BodyPlacement& placement) {
-    if (auto ok = check_vector("pose.translation", placement.pose.translation, kMaxPlace, "m");
-        !ok) {
-        return ok;
-    }
-    if (auto ok = check_rotation(placement.pose.rotation); !ok) return ok;
-    if (auto ok = check_vector("velocity", placement.velocity, kMaxSpeed, "m/s"); !ok) return ok;
+    TERRANE_TRY(check_vector("pose.translation", placement.pose.translation, kMaxPlace, "m"));
+    TERRANE_TRY(check_rotation(placement.pose.rotation));
+    TERRANE_TRY(check_vector("velocity", placement.velocity, kMaxSpeed, "m/s"));
     return check_vector("angular_velocity", placement.angular_velocity, kMaxSpin, "rad/s");
 }
 
 Result<void> check_body(const BodySettings& settings, const BodyPlacement& placement) {
-    if (auto ok = check_settings(settings); !ok) return ok;
-    if (auto ok = check_state(placement); !ok) return ok;
+    TERRANE_TRY(check_settings(settings));
+    TERRANE_TRY(check_state(placement));
     if (settings.type == BodyType::static_body) {
-        if (auto ok = check_vector("velocity of a static body", placement.velocity, 0.0, "m/s");
-            !ok) {
-            return ok;
-        }
+        TERRANE_TRY(check_vector("velocity of a static body", placement.velocity, 0.0, "m/s"));
     }
     if (settings.rotates && settings.type != BodyType::static_body) return {};
     return check_vector("angular_velocity of a body that does not rotate",
@@ -117,8 +103,8 @@ Result<void> check_body(const BodySettings& settings, const BodyPlacement& place
 }
 
 Result<void> check_world(const WorldSettings& settings) {
-    if (auto ok = check_vector("gravity", settings.gravity, 1e4, "m/s^2"); !ok) return ok;
-    if (auto ok = check_value("max_substep", settings.max_substep, 1e-5, 1.0, "s"); !ok) return ok;
+    TERRANE_TRY(check_vector("gravity", settings.gravity, 1e4, "m/s^2"));
+    TERRANE_TRY(check_value("max_substep", settings.max_substep, 1e-5, 1.0, "s"));
     return check_value("worker_count", settings.worker_count, 1, 64);
 }
 

@@ -38,8 +38,8 @@ void ContactSolver::make_row(ContactRows& contact, Row& row,
 }
 
 void ContactSolver::add(const SolverContact& contact) {
-    if (count_ == room_.size()) return;
-    ContactRows& rows = room_[count_++];
+    if (count_ == rows_.size()) return;
+    ContactRows& rows = rows_[count_++];
     is_sorted_ = false;
     SolverBody& a = bodies_[contact.a];
     SolverBody* const b = contact.b == SolverContact::kGround ? nullptr : &bodies_[contact.b];
@@ -94,7 +94,7 @@ void ContactSolver::turn_fixed_bodies(double time) {
 
 double ContactSolver::closing_speed(std::size_t contact, const Twist* before_a,
                                     const Twist* before_b) const {
-    const ContactRows& rows = room_[contact];
+    const ContactRows& rows = rows_[contact];
     const auto opening = [&](const SolverBody* body, const Twist* before,
                              const Eigen::Vector3d& arm) {
         if (body == nullptr || before == nullptr) return 0.0;
@@ -164,7 +164,7 @@ double ContactSolver::set_targets(double duration) {
 }
 
 Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
-    const ContactRows& rows = room_[contact];
+    const ContactRows& rows = rows_[contact];
     Eigen::Vector3d sum = rows.direction_[0] * rows.normal_.impulse;
     sum += rows.direction_[1] * rows.tangent_.impulse;
     sum += rows.direction_[2] * rows.bitangent_.impulse;
@@ -182,7 +182,7 @@ Eigen::Vector3d ContactSolver::impulse(std::size_t contact) const {
 void ContactSolver::restart_directions() {
     last_gradient_square_ = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-        directions_[i] = {.impulses = impulses_of(room_[i]), .direction = {}};
+        directions_[i] = {.impulses = impulses_of(rows_[i]), .direction = {}};
     }
     for (const std::uint32_t member : direction_members_) {
         bodies_[member].step_start_ = bodies_[member].change_;
@@ -195,7 +195,7 @@ void ContactSolver::restart_directions() {
 void ContactSolver::turn_directions(double share_of_last) {
     for (const std::uint32_t member : direction_members_) bodies_[member].direction_ = {};
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-        const ContactRows& contact = room_[i];
+        const ContactRows& contact = rows_[i];
         ContactDirection& known = directions_[i];
         const std::array<double, 3> impulses = impulses_of(contact);
         const bool stays_open =
@@ -226,7 +226,7 @@ double ContactSolver::best_step_length() const {
     }
     // The contact speeds include the changes by sweeps since the last step; the sum above subtracts them.
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-        const ContactRows& contact = room_[i];
+        const ContactRows& contact = rows_[i];
         const std::array<double, 3>& along = directions_[i].direction;
         slope += along[0] * (speed(contact, contact.normal_) + contact.allowed_closing_);
         slope += along[1] * speed(contact, contact.tangent_);
@@ -257,7 +257,7 @@ void ContactSolver::step_along_directions() {
     }
     last_gradient_square_ = gradient_square;
     for (std::size_t i = 0; i < directions_.size(); ++i) {
-        ContactRows& contact = room_[i];
+        ContactRows& contact = rows_[i];
         if (!contact.is_active_) continue;
         ContactDirection& known = directions_[i];
         const std::array<Row*, 3> rows{&contact.normal_, &contact.tangent_, &contact.bitangent_};

@@ -106,7 +106,7 @@ void ContactSolver::solve_restitution(std::span<const std::uint32_t> members,
     double largest_speed = 0.0;
     for (std::size_t i = 0; i < count_; ++i) {
         if (separating_speeds[i] < 0.0) continue;
-        room_[i].allowed_closing_ = -separating_speeds[i];
+        rows_[i].allowed_closing_ = -separating_speeds[i];
         largest_speed = std::max(largest_speed, separating_speeds[i]);
     }
     begin();
@@ -142,7 +142,7 @@ void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members,
 
 /// Whether a contact may add energy: friction drives it, or it is with a moving body of infinite mass.
 bool ContactSolver::is_driven() const {
-    const std::span<const ContactRows> rows = room_.first(count_);
+    const std::span<const ContactRows> rows = rows_.first(count_);
     return std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
         const auto drives = [](const SolverBody* body) {
             return body != nullptr && body->is_fixed() &&
@@ -366,7 +366,7 @@ bool ContactSolver::activate_violated() {
 /// Calls solve_pair for the active contacts of two moving bodies, then solve_single for the others, or in reverse
 /// order. Returns the largest change of speed.
 double ContactSolver::visit(bool is_forward, const auto& solve_pair, const auto& solve_single) {
-    ContactRows* const rows = room_.data();
+    ContactRows* const rows = rows_.data();
     double change = 0.0;
     if (is_forward) {
         std::size_t i = 0;

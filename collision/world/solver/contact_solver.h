@@ -3,6 +3,7 @@
 
 #include "world/solver/solver_body.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +19,16 @@ namespace terrane::internal {
 
 inline constexpr double kClosingSlack =
     1e-11;  // m/s: a smaller excess of closing speed is rounding
+
+/// Largest speed of separation of overlaps, m/s. Separation changes no velocity.
+inline constexpr double kSeparationSpeed = 0.5;
+
+/// Approach speed below which contacts do not bounce, m/s: at least the speed gained by the acceleration in four
+/// substeps.
+/// @param acceleration m/s^2, >= 0
+inline double least_bounce_speed(double acceleration, double duration) {
+    return std::max(0.1, 4.0 * acceleration * duration);
+}
 
 /// A contact of a body with the ground or another body.
 struct SolverContact {
@@ -95,9 +106,9 @@ struct ContactDirection {
 class ContactSolver {
 public:
     /// @param bodies indexed by SolverContact::a and b
-    /// @param room   storage for the contacts
-    ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> room)
-        : bodies_(bodies), room_(room) {}
+    /// @param storage   storage for the contacts
+    ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> storage)
+        : bodies_(bodies), rows_(storage) {}
 
     /// Adds a contact; ignored if the storage is full.
     void add(const SolverContact& contact);
@@ -106,24 +117,24 @@ public:
     /// many times its mass. Call after adding all contacts.
     ///
     /// @param members the moving bodies of the contacts; they outlive the solver
-    /// @param room    storage, [contacts]
+    /// @param storage    storage, [contacts]
     void use_conjugate_directions(std::span<const std::uint32_t> members,
-                                  std::span<ContactDirection> room) {
+                                  std::span<ContactDirection> storage) {
         direction_members_ = members;
-        directions_ = room;
+        directions_ = storage;
     }
     /// Changes only the gap of a contact; the next solve starts from the impulses of the last.
-    void set_gap(std::size_t contact, double gap) { room_[contact].gap_ = gap; }
+    void set_gap(std::size_t contact, double gap) { rows_[contact].gap_ = gap; }
     /// Moves the contact points on spinning bodies of infinite mass forward in time, to first order. Half a substep
     /// gives contacts the velocity at the middle of the substep, so that a body on a turntable hardly drifts outward.
     void turn_fixed_bodies(double time);
     /// Distance that a contact may close, metres; negative below its rest gap.
     double gap_to_rest(std::size_t contact) const {
-        return room_[contact].gap_ - room_[contact].rest_gap_;
+        return rows_[contact].gap_ - rows_[contact].rest_gap_;
     }
     /// Whether separation would open a contact.
     bool is_below_target(std::size_t contact) const {
-        return room_[contact].gap_ < room_[contact].target_gap_;
+        return rows_[contact].gap_ < rows_[contact].target_gap_;
     }
     /// Closing speed of a contact due to the changes of the bodies' velocities, m/s.
     /// @param before_a, before_b velocities before the change; null: not changed
@@ -157,8 +168,8 @@ public:
     void limit_kinetic_energy(std::span<const std::uint32_t> members, double most);
 
     /// Approach speed of a contact before the last solve, m/s, and its normal impulse, N s.
-    double approach_speed(std::size_t contact) const { return room_[contact].approach_speed_; }
-    double normal_impulse(std::size_t contact) const { return room_[contact].normal_.impulse; }
+    double approach_speed(std::size_t contact) const { return rows_[contact].approach_speed_; }
+    double normal_impulse(std::size_t contact) const { return rows_[contact].normal_.impulse; }
 
     /// Impulse of a contact on its body a in the last solve, N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
@@ -178,7 +189,7 @@ private:
     static double solve_normal(ContactRows& contact);
     template <bool kHasSecond>
     static double solve_friction(ContactRows& contact);
-    std::span<ContactRows> contacts() const { return room_.first(count_); }
+    std::span<ContactRows> contacts() const { return rows_.first(count_); }
     void begin();
     void end();
     double set_targets(double duration);
@@ -204,7 +215,7 @@ private:
     void scale_velocities(std::span<const std::uint32_t> members, double scale);
 
     std::span<SolverBody> bodies_;
-    std::span<ContactRows> room_;
+    std::span<ContactRows> rows_;
     std::size_t count_ = 0;
     bool is_sorted_ = false;
     std::size_t active_count_ = 0;  // contacts that sweep() visits

@@ -1,46 +1,23 @@
 // SPDX-License-Identifier: MIT
+//
+// Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
+// Deviations: instead of lowering the surface by L, the cast shape is raised by L. A body that does not penetrate the
+//             surface lowered by L separates by moving up by L, so its penetration depth is at most L. Near volumes the
+//             body is shrunk instead, which also holds below ceilings and next to walls: the shrunk body never touches
+//             a triangle, so no overlap along a normal exceeds the offset.
+#include "world/solver/ground_contact_cache.h"
+
 #include "ground/column/ground_lift.h"
 #include "ground/heightfield/contact_patches.h"
 #include "ground/heightfield/heightfield_queries.h"
 #include "ground/joined_queries.h"
-#include "world/solver/body_step.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 namespace terrane::internal {
-Depth compute_depth(const RigidBody& body, const Ground& ground) {
-    Depth deepest;
-    const DistanceAnswer answer = signed_distance(*body.shape, body.pose, ground, 0.0);
-    deepest.resident = answer.status != QueryStatus::not_resident;
-    if (!answer.has_ground || !(answer.distance < 0.0)) return deepest;
-    deepest.depth = -answer.distance;
-    deepest.normal = answer.normal;
-    return deepest;
-}
-
-bool is_outside(const Ground& ground, const WorldPos& point) {
-    return !ground.extent().contains(point.x(), point.y()) ||
-           ground.cell(ground.column_at(point.x()), ground.row_at(point.y())).status ==
-               GroundStatus::outside;
-}
-
-double greatest_lift(const RigidBody& body, const Ground& ground) {
-    if (may_meet_volume(ground, body.pose.translation, body.radius)) {
-        return measure_mesh_depth(*body.shape, body.pose, ground).depth;
-    }
-    const LocalGround local(ground, body.pose.translation);
-    const LocalBody there(*body.shape, body.pose.rotation, local.to_local(body.pose.translation));
-    return std::max(0.0, find_lift(local, there, Eigen::Vector3d::Zero(), 0.0).lift);
-}
-
-double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least) {
-    if (lift <= at_least) return at_least;
-    if (may_meet_volume(ground, body.pose.translation, body.radius))
-        return lift;  // near volumes the lift is the depth
-    return std::max(at_least, compute_depth(body, ground).depth);
-}
 
 namespace {
 
@@ -69,14 +46,6 @@ constexpr double kClearShare = 0.5;
 /// Bodies over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
-/// The cells that a body with a margin, metres, may overlap.
-CellRange cells_around(const RigidBody& body, const Ground& ground, double margin) {
-    const double reach = body.radius + margin;
-    const WorldPos& centre = body.pose.translation;
-    return {ground.column_at(centre.x() - reach), ground.row_at(centre.y() - reach),
-            ground.column_at(centre.x() + reach), ground.row_at(centre.y() + reach)};
-}
-
 /// Whether all cells below and above a body with a margin are ground: then it can only touch the surface examined in
 /// the refresh, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
@@ -104,20 +73,16 @@ double offset_depth(const RigidBody& body, int offset_index) {
     return body.tolerance * kOffsetDepths[static_cast<std::size_t>(offset_index)];
 }
 
+CellRange cells_around(const RigidBody& body, const Ground& ground, double margin) {
+    const double reach = body.radius + margin;
+    const WorldPos& centre = body.pose.translation;
+    return {ground.column_at(centre.x() - reach), ground.row_at(centre.y() - reach),
+            ground.column_at(centre.x() + reach), ground.row_at(centre.y() + reach)};
+}
+
 Pose raised(Pose pose, double height) {
     pose.translation.z() += height;
     return pose;
-}
-
-double greatest_move(const RigidBody& body, const Pose& from, const Pose& to) {
-    // A rotation moves a point by at most its distance times the spectral norm of the difference of the rotations,
-    // which is bounded by the Frobenius norm.
-    double turn = 0.0;
-    for (int column = 0; column < 3; ++column) {
-        const Eigen::Vector3d difference = to.rotation.col(column) - from.rotation.col(column);
-        turn += dot(difference, difference);
-    }
-    return length(to.translation - from.translation) + body.radius * std::sqrt(turn);
 }
 
 void GroundContactCache::update(const RigidBody& body, const Ground& ground, double travel) {
@@ -128,22 +93,11 @@ void GroundContactCache::update(const RigidBody& body, const Ground& ground, dou
             return;
         }
     }
-    find(body, ground, 0, 0.0, travel, false);
+    refresh(body, ground, {.travel = travel});
 }
 
-void GroundContactCache::refresh_for_step(const RigidBody& body, const Ground& ground,
-                                          const Ground* ground_before, double reach,
-                                          double travel) {
-    const bool is_clear = clear_pose_ && ground_before != nullptr &&
-                          clear_pose_->rotation == body.pose.rotation &&
-                          clear_pose_->translation == body.pose.translation &&
-                          ground.has_same_cells(*ground_before, cells_around(body, ground, 0.0));
-    forget_proof();
-    find(body, ground, 0, reach, travel, is_clear);
-}
-
-void GroundContactCache::find(const RigidBody& body, const Ground& ground, int offset_index,
-                              double reach, double travel, bool is_clear) {
+void GroundContactCache::refresh(const RigidBody& body, const Ground& ground,
+                                 const Search& search) {
     std::array<Contact, kMaxCount> found;
     std::swap(contacts_, previous_contacts_);
     contacts_.clear();
@@ -155,21 +109,22 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     lift_ = -1.0;
     moved_ = 0.0;
     refresh_pose_ = body.pose;
-    margin_ = kContactMargin * body.tolerance + reach;
-    const double offset = offset_depth(body, offset_index);
+    offset_index_ = search.offset_index;
+    margin_ = kContactMargin * body.tolerance + search.reach;
+    const double offset = offset_depth(body, offset_index_);
     const Pose pose = raised(body.pose, offset);
     std::array<double, kMaxCount> openings;
     is_on_mesh_ = may_meet_volume(ground, body.pose.translation,
-                                  body.radius + body.tolerance + margin_ + travel);
+                                  body.radius + body.tolerance + margin_ + search.travel);
     const ContactAnswer answer =
-        is_on_mesh_ ? find_on_mesh(body, ground, offset_index, found, openings)
-        : is_clear  ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
-                    : columns::find_contacts(*body.shape, pose, ground, margin_, found);
+        is_on_mesh_       ? find_on_mesh(body, ground, found, openings)
+        : search.is_clear ? find_separated_contacts(*body.shape, pose, ground, margin_, found)
+                          : columns::find_contacts(*body.shape, pose, ground, margin_, found);
     if (answer.status == QueryStatus::not_resident) {
         resident_ = false;
         return;
     }
-    const bool is_complete = answer.status == QueryStatus::complete;
+    const bool is_complete = answer.status == QueryStatus::ok;
     lift_ = std::max(lift_, answer.lift);
     for (std::size_t i = 0; i < answer.count; ++i) {
         CachedContact contact;
@@ -198,7 +153,7 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
     // If contacts were truncated, those omitted may be nearer than those kept of another part.
     is_exhaustive_ = !is_on_mesh_ && is_complete && !contacts_.empty() &&
                      has_ground_around(body, ground, margin_);
-    is_reusable_ = is_complete && offset_index == 0 && reach == 0.0 &&
+    is_reusable_ = is_complete && offset_index_ == 0 && search.reach == 0.0 &&
                    least_gap(0.0, kReusableGap * body.tolerance) >= kReusableGap * body.tolerance;
     if (is_on_mesh_) {
         is_reusable_ = is_reusable_ && mesh_offset_.index == 0 &&
@@ -208,7 +163,7 @@ void GroundContactCache::find(const RigidBody& body, const Ground& ground, int o
 
 /// The contacts near volumes at the first offset at which the shrunk body is clear; none if there is no such offset.
 ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Ground& ground,
-                                               int offset_index, std::span<Contact> contacts_out,
+                                               std::span<Contact> contacts_out,
                                                std::span<double> openings_out) {
     const double clear = kStopGap * body.tolerance;
     const auto find_at = [&](int index) {
@@ -220,14 +175,14 @@ ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Grou
                         answer.distance};
         return answer.contacts;
     };
-    const ContactAnswer answer = find_at(offset_index);
+    const ContactAnswer answer = find_at(offset_index_);
     if (mesh_offset_.is_missing || mesh_offset_.distance >= clear) return answer;
-    const MeshOffset first = find_mesh_offset(body, ground, offset_index);
+    const MeshOffset first = find_mesh_offset(body, ground, offset_index_);
     if (first.is_missing || first.index == kOffsetCount) {
         mesh_offset_ = first;
-        return {.status = first.is_missing ? QueryStatus::not_resident : QueryStatus::complete};
+        return {.status = first.is_missing ? QueryStatus::not_resident : QueryStatus::ok};
     }
-    return first.index == offset_index ? answer : find_at(first.index);
+    return first.index == offset_index_ ? answer : find_at(first.index);
 }
 
 MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int from) {
@@ -263,6 +218,7 @@ MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int fro
 
 void GroundContactCache::set_out_of_reach() {
     contacts_.clear();
+    offset_index_ = 0;
     resident_ = is_out_of_reach_ = true;
     is_exhaustive_ = is_reusable_ = is_same_ = is_on_mesh_ = false;
     lift_ = -1.0;
@@ -273,7 +229,6 @@ void GroundContactCache::reset() {
     contacts_.clear();
     previous_contacts_.clear();
     step_start_contacts_.clear();
-    forget_proof();
     resident_ = true;
     is_reusable_ = is_same_ = is_out_of_reach_ = is_exhaustive_ = is_on_mesh_ = false;
     lift_ = -1.0;
@@ -321,6 +276,37 @@ double GroundContactCache::clear_distance(double extra_offset) const {
     }
     if (!is_exhaustive_) return 0.0;
     return kClearShare * least_gap(extra_offset, margin_) - moved_;
+}
+
+// The lift decreases by exactly the depth of the offset surface, so that one contact query serves all surfaces.
+std::optional<OffsetSurface> GroundContactCache::highest_clear_surface(
+    const RigidBody& body) const {
+    if (is_on_mesh_) {
+        if (mesh_offset_.index == kOffsetCount) return std::nullopt;
+        return surface(body, mesh_offset_.index);
+    }
+    const double clear = kStopGap * body.tolerance;
+    for (int index = 0; index < kOffsetCount; ++index) {
+        const double extra_offset = offset_depth(body, index) - offset_depth(body, 0);
+        if (lift() > extra_offset) continue;
+        // If the steps to all later surfaces are smaller than the required gap, this one serves.
+        if (index + 1 == kOffsetCount || least_gap(extra_offset, clear) >= clear ||
+            offset_depth(body, index + 1) - offset_depth(body, index) < 2.0 * clear) {
+            return surface(body, index);
+        }
+    }
+    return std::nullopt;
+}
+
+OffsetSurface GroundContactCache::surface(const RigidBody& body, int index) const {
+    if (is_on_mesh_) {
+        const MeshOffset now{false, std::min(std::max(index, mesh_offset_.index), kOffsetCount - 1),
+                             mesh_offset_.distance - moved_};
+        return {now.index, true, now.stop_gap(body.tolerance), clear_distance(0.0)};
+    }
+    const double extra_offset = offset_depth(body, index) - offset_depth(body, offset_index_);
+    const double gap = least_gap(extra_offset, 2.0 * kStopGap * body.tolerance);
+    return {index, false, std::max(kLeastStopGap, 0.5 * gap), clear_distance(extra_offset)};
 }
 
 SolverContact GroundContactCache::contact(std::size_t i, const RigidBody& body,

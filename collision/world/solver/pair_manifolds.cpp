@@ -143,11 +143,11 @@ void PairManifold::update(std::span<PairManifold> manifolds, const RigidBody& a,
     const double ahead = margin + std::min(closing, thickness);
     // Only compounds need the larger buffer.
     if (manifolds.size() == 1) {
-        std::array<PairContact, kMaxCount> room;
-        collide(manifolds, a, b, ahead, room);
+        std::array<PairContact, kMaxCount> buffer;
+        collide(manifolds, a, b, ahead, buffer);
     } else {
-        std::array<PairContact, kMaxManifolds * kMaxCount> room;
-        collide(manifolds, a, b, ahead, room);
+        std::array<PairContact, kMaxManifolds * kMaxCount> buffer;
+        collide(manifolds, a, b, ahead, buffer);
     }
     // Nearest points do not predict the contact of bodies that may tunnel in a step, unless they touch and rotate
     // slowly.
@@ -204,11 +204,12 @@ double PairManifold::core_separation(const RigidBody& a, const RigidBody& b,
 
 /// Finds the contacts and sorts them into manifolds by normal and rounding.
 void PairManifold::collide(std::span<PairManifold> manifolds, const RigidBody& a,
-                           const RigidBody& b, double margin, std::span<PairContact> room) {
+                           const RigidBody& b, double margin, std::span<PairContact> buffer) {
     const Shape &shape_a = *a.shape, &shape_b = *b.shape;
-    const PairContactAnswer answer = find_contacts(shape_a, a.pose, shape_b, b.pose, margin, room);
+    const PairContactAnswer answer =
+        find_contacts(shape_a, a.pose, shape_b, b.pose, margin, buffer);
     manifolds[0].least_distance_ = answer.least_distance;
-    for (const PairContact& contact : room.first(answer.count)) {
+    for (const PairContact& contact : buffer.first(answer.count)) {
         const double rounding_a = rounding_of(shape_a, contact.part_a);
         const double rounding_b = rounding_of(shape_b, contact.part_b);
         const auto manifold =

@@ -118,7 +118,7 @@ private:
     };
     static bool has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before);
     static void collide(std::span<PairManifold> manifolds, const RigidBody& a, const RigidBody& b,
-                        double margin, std::span<PairContact> room);
+                        double margin, std::span<PairContact> buffer);
     static void predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
                                const RigidBody& b, double duration);
     double least_gap() const;

@@ -72,4 +72,24 @@ inline double greatest_speed(const RigidBody& body) {
 /// Upper bound of the distance that a point of a body moves between two poses, metres.
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to);
 
+/// Rotation vector of a free motion, radians: in flight from the spin at the middle of the interval, in contact from
+/// the solved spin at its start.
+/// @param is_flying no contact was solved
+Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying);
+
+/// Moves a body freely, conserving its angular momentum and never adding energy.
+/// @param is_flying as for rotation_in()
+void integrate(RigidBody& body, double duration, bool is_flying);
+
+/// Updates the spin of a rotated body to conserve its angular momentum; scales it down if that would add energy.
+/// @param rotation_before rotation for which the spin was computed
+void conserve_momentum(RigidBody& body, const Eigen::Matrix3d& rotation_before);
+
+/// Scales a displacement so that no point moves by more than `most` metres.
+Twist clamp_displacement(Twist displacement, double radius, double most);
+
+/// Removes the potential energy gained by separation from the kinetic energy, down to zero.
+/// @param before position before the separation
+void compensate_height_gain(RigidBody& body, const WorldPos& before);
+
 }  // namespace terrane::internal

@@ -230,9 +230,8 @@ Result<CentredShape> centred(const Made& shape) {
     frame.rotation = find_axes(moments.spread);
     if (length(moments.centre) > negligible) frame.translation = moments.centre;
     if (is_identity(frame)) return answer;
-    Result<Shape> there = moved(shape, frame);
-    if (!there) return tl::unexpected<Error>(there.error());
-    answer.shape = std::move(*there);
+    TERRANE_TRY(Shape there, moved(shape, frame));
+    answer.shape = std::move(there);
     return answer;
 }
 

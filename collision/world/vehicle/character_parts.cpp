@@ -35,11 +35,12 @@ QueryFilter filter_of(const RigidBody& body, BodyId self) {
 /// Finds the contacts with ground and bodies at the current pose.
 void Character::find_contacts(const RigidBody& body, const Scene& scene) {
     contacts_.clear();
-    cache_.invalidate();
-    cache_.update(body, *scene.query.ground);
-    if (!cache_.is_resident()) return;
-    for (std::size_t i = 0; i < cache_.count(); ++i) {
-        contacts_.push_back({cache_.contact(i, body, 0), BodyId::kNone});
+    GroundContactCache& below = gate_.contacts();
+    below.invalidate();
+    below.update(body, *scene.query.ground);
+    if (!below.is_resident()) return;
+    for (std::size_t i = 0; i < below.count(); ++i) {
+        contacts_.push_back({below.contact(i, body, 0), BodyId::kNone});
     }
     const double margin = kContactMargin * body.tolerance;
     const Capsule wider{settings_.radius + margin, settings_.half_height};
@@ -97,9 +98,9 @@ MoveAnswer Character::move(RigidBody& body, const Scene& scene,
     const CastQueryAnswer met =
         query_cast(scene.query, *body.shape, motion, filter_of(body, scene.self));
     const double fraction = met.hit ? met.fraction : 1.0;
-    cache_.invalidate();
-    MoveAnswer answer = move_body(body, cache_, *scene.query.ground,
-                                  {fraction * displacement, Eigen::Vector3d::Zero()});
+    gate_.contacts().invalidate();
+    MoveAnswer answer =
+        gate_.move(body, *scene.query.ground, {fraction * displacement, Eigen::Vector3d::Zero()});
     answer.fraction *= fraction;
     return answer;
 }
@@ -194,7 +195,7 @@ void Character::place(const BodyState& body) {
     state_ = {};
     state_.body = body;
     is_stepping_up_ = false;
-    cache_ = {};
+    gate_ = {};
 }
 
 /// The commanded velocity without components into contacts too steep to climb. Movable bodies are pushed instead.

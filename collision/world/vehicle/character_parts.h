@@ -2,7 +2,7 @@
 #pragma once
 
 #include "broadphase/body_queries.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_gate.h"
 #include "world/vehicle/drive_forces.h"
 
 #include <terrane/collision/body.h>
@@ -87,7 +87,7 @@ private:
     CharacterState state_;
     FootDrive feet_;
     Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();
-    GroundContactCache cache_;
+    GroundGate gate_;
     std::vector<FootContact> contacts_;  // of the last find_contacts()
     bool is_stepping_up_ = false;        // the last collision step ended below step_height_
     double step_height_ = 0.0;           // of the capsule's centre on the step

@@ -128,14 +128,12 @@ Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
         {"lateral_acceleration", settings.lateral_acceleration, 0.1, 100.0},
         {"deceleration", settings.deceleration, 0.1, 100.0},
     };
-    if (auto ok = internal::check_fields(fields); !ok) return tl::unexpected<Error>(ok.error());
+    TERRANE_TRY(internal::check_fields(fields));
     std::vector<Vertex> path;
     for (std::size_t i = 0; i < points_world.size(); ++i) {
         const std::string name = "points_world[" + std::to_string(i) + "]";
         const Eigen::Vector3d point(points_world[i].x(), points_world[i].y(), 0.0);
-        if (auto ok = internal::check_vector(name.c_str(), point, kMostCoordinate); !ok) {
-            return tl::unexpected<Error>(ok.error());
-        }
+        TERRANE_TRY(internal::check_vector(name.c_str(), point, kMostCoordinate));
         Vertex vertex{.p_world = points_world[i]};
         if (!path.empty()) {
             const double step = distance_between(path.back().p_world, vertex.p_world);

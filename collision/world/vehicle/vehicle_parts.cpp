@@ -16,7 +16,7 @@
 #include "world/vehicle/vehicle_parts.h"
 
 #include "world/solver/body_checks.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_gate.h"
 
 #include <terrane/collision/vehicle.h>
 
@@ -132,9 +132,9 @@ Result<void> check_vehicle(const VehicleSettings& s) {
         {"friction", s.friction, 0.0, 1e6},
         {"restitution", s.restitution, 0.0, 1.0},
     };
-    if (auto ok = check_fields(fields); !ok) return ok;
+    TERRANE_TRY(check_fields(fields));
     for (std::size_t i = 0; i < s.axles.size(); ++i) {
-        if (auto ok = check_axle(s.axles[i], i); !ok) return ok;
+        TERRANE_TRY(check_axle(s.axles[i], i));
     }
     return {};
 }

@@ -85,7 +85,7 @@ struct ViewVolume::LocalBox {
 };
 
 ViewVolume::ViewVolume(const View& view, double far_distance) : eye_(view.eye_world) {
-    TERRANE_ASSERT(check(view).has_value(), "the view must be valid");
+    TERRANE_ASSERT(view.validate().has_value(), "the view must be valid");
     TERRANE_ASSERT(far_distance > 0.0, "far_distance must be > 0");
     const Frustum frustum = make_frustum(view);
     for (std::size_t i = 0; i < 4; ++i) normals_[i] = frustum.normals[i];
@@ -137,10 +137,10 @@ Containment ViewVolume::test(const Eigen::Vector3d& centre_eye, double size, con
     return crossed == 0 ? Containment::inside : Containment::intersecting;
 }
 
-Containment ViewVolume::test_planes(const BoundingSphere& ball_world, PlaneState& state) const {
+Containment ViewVolume::test_planes(const BoundingSphere& sphere_world, PlaneState& state) const {
     return test(
-        ball_world.centre - eye_, ball_world.radius,
-        [&](const Eigen::Vector3d&) { return ball_world.radius; }, state);
+        sphere_world.centre - eye_, sphere_world.radius,
+        [&](const Eigen::Vector3d&) { return sphere_world.radius; }, state);
 }
 
 Containment ViewVolume::test_planes(const Aabb& box_world, PlaneState& state) const {
@@ -197,10 +197,10 @@ double ViewVolume::squared_distance(const Eigen::Vector3d& p_eye) const {
     return least;
 }
 
-bool ViewVolume::meets(const BoundingSphere& ball_world) const {
-    const Eigen::Vector3d centre = ball_world.centre - eye_;
+bool ViewVolume::meets(const BoundingSphere& sphere_world) const {
+    const Eigen::Vector3d centre = sphere_world.centre - eye_;
     const double reach =
-        ball_world.radius + kViewMargin * (norm1(centre) + ball_world.radius + far_);
+        sphere_world.radius + kViewMargin * (norm1(centre) + sphere_world.radius + far_);
     return !(squared_distance(centre) > reach * reach);
 }
 
@@ -400,9 +400,9 @@ bool CasterVolume::meets(const Eigen::Vector3d& centre_eye, double size,
     return true;
 }
 
-bool CasterVolume::meets(const BoundingSphere& ball_world) const {
-    return meets(ball_world.centre - eye_, ball_world.radius,
-                 [&](const Eigen::Vector3d&) { return ball_world.radius; });
+bool CasterVolume::meets(const BoundingSphere& sphere_world) const {
+    return meets(sphere_world.centre - eye_, sphere_world.radius,
+                 [&](const Eigen::Vector3d&) { return sphere_world.radius; });
 }
 
 bool CasterVolume::meets(const Aabb& box_world) const {

@@ -261,7 +261,7 @@ void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const
                        const GroundError& largest) {
     State& state = *state_;
     state.is_clear = true;
-    if (resident == nullptr || !check(view)) return;
+    if (resident == nullptr || !view.validate()) return;
     if (!(largest.refinable_px >= 0.0) || !(largest.finest_m >= 0.0)) return;
     state.largest = largest;
     state.error = (largest.refinable_px + kMargin_px) / view.pixels_per_radian();
@@ -301,11 +301,11 @@ bool HorizonMap::is_of(const View& view) const {
            own.near_distance == view.near_distance;
 }
 
-bool HorizonMap::hides(const BoundingSphere& ball_world) const {
+bool HorizonMap::hides(const BoundingSphere& sphere_world) const {
     const State& state = *state_;
     if (state.is_clear) return false;
-    const Eigen::Vector3d centre = ball_world.centre - state.view.eye_world;
-    const double radius = ball_world.radius;
+    const Eigen::Vector3d centre = sphere_world.centre - state.view.eye_world;
+    const double radius = sphere_world.radius;
     return state.hides({centre, radius, centre.z() - radius, centre.z() + radius},
                        [&](const Eigen::Vector3d&) { return radius; });
 }

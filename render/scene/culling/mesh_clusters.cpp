@@ -266,8 +266,7 @@ Result<void> check_mesh(std::span<const Eigen::Vector3d> positions,
 Result<MeshClusters> MeshClusters::create(std::span<const Eigen::Vector3d> positions,
                                           std::span<const TriangleMesh::Triangle> triangles,
                                           std::uint32_t cluster_size) {
-    if (auto ok = check_mesh(positions, triangles, cluster_size); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_mesh(positions, triangles, cluster_size));
     std::vector<Face> faces;
     std::vector<internal::SplitPoint> points;
     faces.reserve(triangles.size());

@@ -80,10 +80,9 @@ Result<NodeId> ChunkNodes::make_node(const Chunk& chunk, const Lattice& lattice,
     const LatticePoint corner = lattice.corner(chunk.key);
     NodePlace place;
     place.parent_from_node.translation = {lattice.x(corner.x), lattice.y(corner.y), 0.0};
-    Result<NodeId> node = graph.add(parent_, place, GroupNode{});
-    if (!node) return node;
-    if (const Result<void> made = make_(chunk, graph, *node); !made) {
-        graph.remove(*node);
+    TERRANE_TRY(NodeId node, graph.add(parent_, place, GroupNode{}));
+    if (const Result<void> made = make_(chunk, graph, node); !made) {
+        graph.remove(node);
         return tl::unexpected(made.error());
     }
     return node;

@@ -126,8 +126,8 @@ Result<void> check_geometry(const GeometryNode& geometry) {
 }
 
 Result<void> check_switch(const SwitchNode& levels) {
-    if (auto ok = check_range("hysteresis", levels.hysteresis, 1.0, kMostRatio); !ok) return ok;
-    if (auto ok = check_range("fade_ratio", levels.fade_ratio, 1.0, kMostRatio); !ok) return ok;
+    TERRANE_TRY(check_range("hysteresis", levels.hysteresis, 1.0, kMostRatio));
+    TERRANE_TRY(check_range("fade_ratio", levels.fade_ratio, 1.0, kMostRatio));
     if (levels.hysteresis > 1.0 && levels.fade_ratio > 1.0)
         return refuse("a switch has hysteresis or a fade_ratio, not both");
     if (levels.limits.empty()) return refuse("a switch needs at least one limit, got 0");
@@ -159,7 +159,7 @@ Result<void> check_particles(const ParticlesNode& particles) {
 }  // namespace
 
 Result<void> check_place(const NodePlace& place) {
-    if (auto ok = check_range("scale", place.scale, 1e-6, 1e6); !ok) return ok;
+    TERRANE_TRY(check_range("scale", place.scale, 1e-6, 1e6));
     const Pose& pose = place.parent_from_node;
     if (!(pose.translation.cwiseAbs().maxCoeff() <= kMostPlace) || !is_finite(pose.translation))
         return refuse("the translation must be within 2e9 m along each axis");

@@ -339,8 +339,8 @@ Result<NodeId> SceneGraph::add(NodeId parent, const NodePlace& place, NodeConten
         return fail(ErrorCode::invalid_argument,
                     "nodes must be at most " + number_text(NodeStore::kMostDepth) + " deep");
     }
-    if (auto ok = internal::check_place(place); !ok) return tl::unexpected(ok.error());
-    if (auto ok = internal::check_content(content); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(internal::check_place(place));
+    TERRANE_TRY(internal::check_content(content));
     return state_->nodes.add(parent, place, std::move(content));
 }
 
@@ -352,7 +352,7 @@ void SceneGraph::remove(NodeId node) {
 Result<void> SceneGraph::set_place(NodeId node, const NodePlace& place) {
     GraphNode* found = state_->nodes.find(node);
     if (found == nullptr) return no_such_node(node);
-    if (auto ok = internal::check_place(place); !ok) return ok;
+    TERRANE_TRY(internal::check_place(place));
     found->place = place;
     state_->nodes.invalidate(found->parent == NodeId{} ? node : found->parent);
     return {};
@@ -361,7 +361,7 @@ Result<void> SceneGraph::set_place(NodeId node, const NodePlace& place) {
 Result<void> SceneGraph::set_content(NodeId node, NodeContent content) {
     GraphNode* found = state_->nodes.find(node);
     if (found == nullptr) return no_such_node(node);
-    if (auto ok = internal::check_content(content); !ok) return ok;
+    TERRANE_TRY(internal::check_content(content));
     found->content = std::move(content);
     found->level = 0;
     state_->nodes.invalidate(node);
@@ -393,7 +393,7 @@ SceneDraws SceneGraph::collect(const View& view, double threshold_px,
     state.particles.clear();
     state.caster_meshes.clear();
     state.caster_impostors.clear();
-    if (!check(view)) return {};
+    if (!view.validate()) return {};
     state.view = view;
     state.has_view = true;
     state.threshold_px = threshold_px;

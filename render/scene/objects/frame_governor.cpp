@@ -23,7 +23,10 @@ constexpr double kVarianceShare = 0.05;
 constexpr double kGuessedConstant = 0.2;
 // Prior relative variance of a known slope.
 constexpr double kSlopeVariance = 0.09;
-// After a frame below this share of the time limit the budget grows by the third power of most_growth.
+// Share of the time limit that is left unused.
+constexpr double kMargin = 0.03;
+// Largest ratio of successive budgets; its third power after a frame below kFarBelow of the time limit.
+constexpr double kMostGrowth = 1.15;
 constexpr double kFarBelow = 0.5;
 // Relative difference of triangle counts from which the times of two frames determine the slope.
 constexpr double kOtherTriangles = 0.5;
@@ -36,20 +39,11 @@ double squared(double x) { return x * x; }
 
 Result<FrameGovernor> FrameGovernor::create(const GovernorSettings& settings,
                                             std::size_t first_budget) {
-    if (auto ok = check_range("frame_ms", settings.frame_ms, 1e-3, 1e6); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("least_budget", settings.least_budget, std::size_t{1},
-                              std::size_t{1'000'000'000});
-        !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("most_budget", settings.most_budget, settings.least_budget,
-                              std::size_t{1'000'000'000});
-        !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("most_growth", settings.most_growth, 1.01, 4.0); !ok)
-        return tl::unexpected(ok.error());
-    if (auto ok = check_range("margin", settings.margin, 0.0, 0.5); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("frame_ms", settings.frame_ms, 1e-3, 1e6));
+    TERRANE_TRY(check_range("least_budget", settings.least_budget, std::size_t{1},
+                            std::size_t{1'000'000'000}));
+    TERRANE_TRY(check_range("most_budget", settings.most_budget, settings.least_budget,
+                            std::size_t{1'000'000'000}));
     FrameGovernor governor(settings);
     governor.budget_ = std::clamp(first_budget, settings.least_budget, settings.most_budget);
     governor.variance_ = squared(kFirstDeviation);
@@ -138,7 +132,7 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
     }
     learn(model_, frame_ms, drawn, variance_);
 
-    const double allowed = (1.0 - settings_.margin) * settings_.frame_ms;
+    const double allowed = (1.0 - kMargin) * settings_.frame_ms;
     const bool is_late = frame_ms > settings_.frame_ms;
     if (!is_late) {
         proven_ = std::max(proven_, drawn);
@@ -149,8 +143,8 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
     // An unused budget gives no information about its cost: growth starts from the triangles drawn in time, or from the
     // budget if that was the limiting factor.
     const double from = std::max(proven_, wants_more ? static_cast<double>(budget_) : drawn);
-    const double ratio = settings_.most_growth;
-    const double growth = frame_ms < kFarBelow * allowed ? ratio * ratio * ratio : ratio;
+    const double growth =
+        frame_ms < kFarBelow * allowed ? kMostGrowth * kMostGrowth * kMostGrowth : kMostGrowth;
     const double most = growth * std::max(from, static_cast<double>(settings_.least_budget));
     double next = std::min(wanted, most);
     // A frame that is late by more than noise reduces the triangles at least proportionally, even if the constant part

@@ -58,13 +58,13 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
 // is_wanted(index): whether to add an object of the cluster, unless the ground hides it.
 template <class IsWanted>
 void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                             const HorizonMap* horizon, const IsWanted& is_wanted) {
+                             const HorizonMap* horizon_map, const IsWanted& is_wanted) {
     const std::size_t count = cluster.size();
     if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
         left_out_ += count;
         return;
     }
-    if (horizon != nullptr && horizon->hides(cluster.bounds_world)) {
+    if (horizon_map != nullptr && horizon_map->hides(cluster.bounds_world)) {
         occluded_ += count;
         return;
     }
@@ -81,7 +81,7 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
             ++left_out_;
             continue;
         }
-        if (horizon != nullptr && horizon->hides(sphere_of(cluster, i))) {
+        if (horizon_map != nullptr && horizon_map->hides(sphere_of(cluster, i))) {
             ++occluded_;
             continue;
         }
@@ -93,10 +93,10 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
 }
 
 void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
-                       const ViewVolume& volume, const HorizonMap* horizon) {
+                       const ViewVolume& volume, const HorizonMap* horizon_map) {
     PlaneState around;
     const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
-    add_where(cluster, choice, horizon, [&](std::size_t i) {
+    add_where(cluster, choice, horizon_map, [&](std::size_t i) {
         PlaneState state = around;
         return is_inside ||
                volume.test_planes(sphere_of(cluster, i), state) != Containment::outside;
@@ -112,11 +112,12 @@ void FrameObjects::add_casters(const ObjectCluster& cluster, const LevelChoice& 
     const Containment where = volume.test_planes(cluster.bounds_world, around);
     if (is_in_view && where == Containment::inside) return;
     add_where(cluster, choice, nullptr, [&](std::size_t i) {
-        const BoundingSphere ball = sphere_of(cluster, i);
+        const BoundingSphere sphere = sphere_of(cluster, i);
         PlaneState state = around, beyond = far_plane;
-        const bool is_taken = is_in_view && volume.test_planes(ball, state) != Containment::outside;
-        return !is_taken && casters.meets(ball) &&
-               volume.test_planes(ball, beyond) != Containment::outside;
+        const bool is_taken =
+            is_in_view && volume.test_planes(sphere, state) != Containment::outside;
+        return !is_taken && casters.meets(sphere) &&
+               volume.test_planes(sphere, beyond) != Containment::outside;
     });
 }
 
@@ -131,7 +132,7 @@ void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {
 namespace {
 
 // Removes the meshes from an object's chosen levels and returns their coverage, 0 if there are none.
-float take_meshes(const ObjectModel& model, ChosenLevels& levels) {
+float remove_meshes(const ObjectModel& model, ChosenLevels& levels) {
     const auto is_mesh = [&](std::uint32_t level) {
         return level != ChosenLevels::kNone && !model.levels[level].is_impostor;
     };
@@ -173,7 +174,7 @@ void DrawList::choose(const FrameObjects& objects, std::span<const ObjectModel> 
             ChosenLevels levels = choices[cluster.model].choose(log2_factor, log2_threshold);
             object_count_ += levels.finer != ChosenLevels::kNone ? 1 : 0;
             if (next_near < near.size() && near[next_near].place == i) {
-                const float coverage = take_meshes(models[cluster.model], levels);
+                const float coverage = remove_meshes(models[cluster.model], levels);
                 if (coverage > 0.0f) {
                     near_.push_back({.object = next_near});
                     near_places_.push_back({i, coverage});

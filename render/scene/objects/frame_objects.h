@@ -26,9 +26,9 @@ public:
     void begin(const View& view, float log2_least);
 
     /// Adds the objects of a cluster that are in view and not hidden by the ground.
-    /// @param horizon null: none is hidden
+    /// @param horizon_map null: none is hidden
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
-             const HorizonMap* horizon);
+             const HorizonMap* horizon_map);
 
     /// Adds the objects of a cluster that can cast a shadow into the view and are not added by add() of the view.
     /// @param is_in_view whether add() has been called for the cluster
@@ -67,7 +67,7 @@ private:
     void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
     template <class IsWanted>
     void add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                   const HorizonMap* horizon, const IsWanted& is_wanted);
+                   const HorizonMap* horizon_map, const IsWanted& is_wanted);
 
     WorldPos eye_ = WorldPos::Zero();
     float near_ = 1.0f;

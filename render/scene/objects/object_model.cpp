@@ -66,7 +66,7 @@ struct MeshRays::Data {
 MeshRays::MeshRays(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
 
 Result<MeshRays> MeshRays::create(const TriangleMesh& mesh) {
-    if (auto ok = check(mesh); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(mesh.validate());
     auto data = std::make_shared<Data>();
     std::vector<Aabb> boxes;
     for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
@@ -158,27 +158,27 @@ Result<void> check_continuous(const ObjectModel& model) {
 
 }  // namespace
 
-Result<void> check(const ObjectModel& model) {
-    const Aabb& box = model.bounds;
+Result<void> ObjectModel::validate() const {
+    const Aabb& box = bounds;
     if (!box.low.allFinite() || !box.high.allFinite() ||
         !(box.low.array() <= box.high.array()).all()) {
         return fail(ErrorCode::invalid_argument, "bounds must be finite, low at most high");
     }
-    if (model.levels.empty()) {
+    if (levels.empty()) {
         return fail(ErrorCode::invalid_argument, "a model must have at least one level, got 0");
     }
-    for (std::size_t i = 0; i < model.levels.size(); ++i) {
-        if (auto ok = check_level(model, i); !ok) return ok;
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+        TERRANE_TRY(check_level(*this, i));
     }
-    if (model.continuous != nullptr) {
-        if (auto ok = check_continuous(model); !ok) return ok;
+    if (continuous != nullptr) {
+        TERRANE_TRY(check_continuous(*this));
     }
-    const double last = model.levels.back().error_m;
-    if (!(model.absence_error_m > 0.0 && model.absence_error_m >= kLeastLevelRatio * last)) {
+    const double last = levels.back().error_m;
+    if (!(absence_error_m > 0.0 && absence_error_m >= kLeastLevelRatio * last)) {
         return fail(
             ErrorCode::invalid_argument,
             "absence_error_m must be above 0 and at least twice the last level's error, got " +
-                number_text(model.absence_error_m));
+                number_text(absence_error_m));
     }
     return {};
 }

@@ -194,8 +194,7 @@ void Scene::State::find_casters(const View& view, const ViewVolume& volume,
 }
 
 Result<Scene> Scene::create(const SceneSettings& settings) {
-    if (auto ok = check_range("fade_ratio", settings.fade_ratio, 1.0, kLeastLevelRatio); !ok)
-        return tl::unexpected(ok.error());
+    TERRANE_TRY(check_range("fade_ratio", settings.fade_ratio, 1.0, kLeastLevelRatio));
     if (!(settings.far_distance > 0.0)) {
         return fail(ErrorCode::invalid_argument,
                     "far_distance must be above 0, got " + number_text(settings.far_distance));
@@ -209,7 +208,7 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 
 Result<ModelId> Scene::add_model(const ObjectModel& model) {
-    if (auto ok = check(model); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(model.validate());
     State& state = *state_;
     const auto index = static_cast<std::uint32_t>(state.models.size());
     state.drawn.add_model(model);
@@ -229,7 +228,7 @@ Result<GroupId> Scene::add_group(ModelId model, std::span<const PlacedObject> ob
                                                      " of " + number_text(state.models.size()));
     }
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        if (auto ok = check_object(objects[i], i); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(check_object(objects[i], i));
     }
     const GroupId id{++state.last_group};
     if (!objects.empty()) {
@@ -247,21 +246,21 @@ std::size_t Scene::object_count() const { return state_->clusters.object_count()
 
 std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px,
                                                    const std::optional<SunShadows>& shadows,
-                                                   const HorizonMap* horizon) {
+                                                   const HorizonMap* horizon_map) {
     State& state = *state_;
     state.counts = {};
     state.counts.objects = object_count();
     state.demands.clear();
     state.clear_objects();
-    if (object_count() == 0 || !check(view)) return {};
+    if (object_count() == 0 || !view.validate()) return {};
     const ViewVolume volume(view, state.settings.far_distance);
     state.clusters.cull(volume, state.settings.cull_test, state.in_view);
     state.least_threshold_px = std::max(least_threshold_px, 0.0);
     state.objects.begin(view, log2_of_threshold(state.least_threshold_px));
     const bool has_casters = shadows && has_shadows(*shadows);
-    if (has_casters || (horizon != nullptr && !horizon->is_of(view))) horizon = nullptr;
+    if (has_casters || (horizon_map != nullptr && !horizon_map->is_of(view))) horizon_map = nullptr;
     for (const ObjectCluster* cluster : state.in_view)
-        state.objects.add(*cluster, state.choices[cluster->model], volume, horizon);
+        state.objects.add(*cluster, state.choices[cluster->model], volume, horizon_map);
     state.histogram.clear();
     state.objects.count_factors(state.factors);
     state.find_nearest();

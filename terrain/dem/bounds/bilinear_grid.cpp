@@ -32,8 +32,8 @@ double choose_quantum(const DemInfo& info, double spacing) {
     constexpr double kMostDetail = 1e4, kDetailPerSpacing = 1e5;
     double quantum = kFinestQuantum;
     while (spacing < kSmallSpacing && quantum > 0x1p-12 * spacing) quantum *= 0.5;
-    const double room = std::min(kMostDetail, kDetailPerSpacing * spacing);
-    const double reach = 2.0 * std::max(std::fabs(info.min_m), std::fabs(info.max_m)) + room;
+    const double margin = std::min(kMostDetail, kDetailPerSpacing * spacing);
+    const double reach = 2.0 * std::max(std::fabs(info.min_m), std::fabs(info.max_m)) + margin;
     while (reach > kMostQuanta * quantum) quantum *= 2.0;
     return quantum;
 }

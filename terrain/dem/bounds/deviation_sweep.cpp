@@ -292,7 +292,7 @@ namespace {
 constexpr double kSumRounding = 1e-9;
 
 /// Exact: the maximum does not depend on the order.
-void take_largest(float& target, float value) {
+void raise_to(float& target, float value) {
     std::atomic_ref<float> shared(target);
     float before = shared.load(std::memory_order_relaxed);
     while (before < value && !shared.compare_exchange_weak(before, value)) {
@@ -419,7 +419,7 @@ void Sweep::add_corners(const Block& block) const {
                       });
         for (Target* target : square.targets()) {
             if (target->deviation != nullptr) {
-                take_largest(*target->deviation, round_outward(target->found));
+                raise_to(*target->deviation, round_outward(target->found));
             }
         }
     });
@@ -457,7 +457,7 @@ void Sweep::add_beyond(std::size_t level, std::int64_t row) const {
             });
         });
         for (Target* target : square.targets()) {
-            if (target->deviation != nullptr) take_largest(*target->deviation, target->known);
+            if (target->deviation != nullptr) raise_to(*target->deviation, target->known);
         }
     }
     visits_ += visits;
@@ -504,7 +504,7 @@ Result<void> Sweep::evaluate_block(Block& block) const {
                 target.known = std::max(target.known, round_outward(close.deviation()));
             });
         for (Target* target : square.targets()) {
-            if (target->deviation != nullptr) take_largest(*target->deviation, target->known);
+            if (target->deviation != nullptr) raise_to(*target->deviation, target->known);
         }
     });
     visits_ += visits;
@@ -548,12 +548,10 @@ Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
     for (std::size_t level = 0; level < levels_.size(); ++level) {
         const std::int64_t side = levels_[level].step / first_.step;
         const std::int64_t south = tiles_[level].south / side, north = tiles_[level].north / side;
-        const auto done =
-            in_parallel(static_cast<int>(north - south), [&](int row) -> Result<void> {
-                add_beyond(level, south + row);
-                return {};
-            });
-        if (!done) return tl::unexpected(done.error());
+        TERRANE_TRY(in_parallel(static_cast<int>(north - south), [&](int row) -> Result<void> {
+            add_beyond(level, south + row);
+            return {};
+        }));
     }
     const int across = static_cast<int>((core_.east - core_.west) / kBlockTiles);
     const int rows = static_cast<int>((core_.north - core_.south) / kBlockTiles);
@@ -570,7 +568,7 @@ Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
         done = in_parallel(rows, [&](int row) -> Result<void> {
             for (int column = 0; column < across; ++column) {
                 Block block = block_at(row, column);
-                if (auto evaluated = evaluate_block(block); !evaluated) return evaluated;
+                TERRANE_TRY(evaluate_block(block));
             }
             return progress.step();
         });

@@ -247,9 +247,7 @@ Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);
     std::array<double, 4> z{};
-    if (auto read = store_->read(column.index, row.index, 2, 2, z); !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(store_->read(column.index, row.index, 2, 2, z));
     return bilinear(z[0], z[1], z[2], z[3], column.fraction, row.fraction);
 }
 
@@ -265,10 +263,7 @@ Result<RasterPatch> FineSurface::patch(const SampleGrid& grid, int margin) const
     patch.rows = static_cast<int>(north.index + 2 + margin - patch.row);
     patch.samples.resize(static_cast<std::size_t>(patch.columns) *
                          static_cast<std::size_t>(patch.rows));
-    if (auto read = store_->read(patch.column, patch.row, patch.columns, patch.rows, patch.samples);
-        !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(store_->read(patch.column, patch.row, patch.columns, patch.rows, patch.samples));
     return patch;
 }
 
@@ -289,9 +284,8 @@ void FineSurface::sample(const RasterPatch& patch, const SampleGrid& grid,
 }
 
 Result<DiamondWindow> FineSurface::surface_window(const SampleGrid& grid) const {
-    const auto patch = this->patch(grid, kBoundsMargin);
-    if (!patch) return tl::unexpected(patch.error());
-    return make_window(*patch, grid);
+    TERRANE_TRY(const auto patch, this->patch(grid, kBoundsMargin));
+    return make_window(patch, grid);
 }
 
 DiamondWindow FineSurface::make_window(const RasterPatch& patch, const SampleGrid& grid) const {
@@ -452,8 +446,7 @@ void FineSurface::aligned_bounds(const RasterPatch& patch, const SampleGrid& gri
 
 Result<void> FineSurface::aligned_vertex_bounds(const SampleGrid& grid,
                                                 std::span<float> bounds_out) const {
-    const auto patch = this->patch(grid, kBoundsMargin);
-    if (!patch) return tl::unexpected(patch.error());
+    TERRANE_TRY(const auto patch, this->patch(grid, kBoundsMargin));
     std::fill(bounds_out.begin(), bounds_out.end(), 0.0f);
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
@@ -461,7 +454,7 @@ Result<void> FineSurface::aligned_vertex_bounds(const SampleGrid& grid,
             if (((row | column) & 1) == 0) continue;  // a vertex of a coarser spacing
             const LatticePoint v{grid.corner.x + column * grid.step,
                                  grid.corner.y + row * grid.step};
-            bounds_out[at] = aligned_bound(*patch, v, grid.step);
+            bounds_out[at] = aligned_bound(patch, v, grid.step);
         }
     }
     return {};
@@ -473,19 +466,19 @@ Result<void> FineSurface::vertex_bounds(const SampleGrid& grid, std::span<float>
     const std::int64_t step =
         std::min(grid_.aligned ? base : std::max<std::int64_t>(grid.step / kFinerStep, 1), base);
     const int n = static_cast<int>(grid.step / step), apron = 3 * n;
-    auto window = bounds_window({{grid.corner.x - 3 * grid.step, grid.corner.y - 3 * grid.step},
-                                 step,
-                                 (grid.columns - 1) * n + 2 * apron + 1,
-                                 (grid.rows - 1) * n + 2 * apron + 1});
-    if (!window) return tl::unexpected(window.error());
-    compute_bounds(*window, n);
+    TERRANE_TRY(auto window,
+                bounds_window({{grid.corner.x - 3 * grid.step, grid.corner.y - 3 * grid.step},
+                               step,
+                               (grid.columns - 1) * n + 2 * apron + 1,
+                               (grid.rows - 1) * n + 2 * apron + 1}));
+    compute_bounds(window, n);
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column) {
             // The grid's corner is a multiple of twice its step.
             const bool is_coarser = ((row | column) & 1) == 0;
             bounds_out[at++] =
-                is_coarser ? 0.0f : window->bounds[window->at(apron + column * n, apron + row * n)];
+                is_coarser ? 0.0f : window.bounds[window.at(apron + column * n, apron + row * n)];
         }
     }
     return {};
@@ -494,23 +487,21 @@ Result<void> FineSurface::vertex_bounds(const SampleGrid& grid, std::span<float>
 Result<void> FineSurface::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     const std::int64_t step = std::min(grid.step, grid_.base_step());
     const int n = static_cast<int>(grid.step / step);
-    auto made =
-        surface_window({grid.corner, step, (grid.columns - 1) * n + 1, (grid.rows - 1) * n + 1});
-    if (!made) return tl::unexpected(made.error());
-    if (n == 1 && made->kinked) made->kinked->keep_diagonals(1);
+    TERRANE_TRY(auto made, surface_window({grid.corner, step, (grid.columns - 1) * n + 1,
+                                           (grid.rows - 1) * n + 1}));
+    if (n == 1 && made.kinked) made.kinked->keep_diagonals(1);
     std::size_t at = 0;
     for (int row = 0; row + 1 < grid.rows; ++row) {
         for (int column = 0; column + 1 < grid.columns; ++column) {
-            bounds_out[at++] = cell_deviation(*made, column * n, row * n, n);
+            bounds_out[at++] = cell_deviation(made, column * n, row * n, n);
         }
     }
     return {};
 }
 
 Result<DiamondWindow> FineSurface::bounds_window(const SampleGrid& grid) const {
-    const auto patch = this->patch(grid, kBoundsMargin);
-    if (!patch) return tl::unexpected(patch.error());
-    DiamondWindow window = make_window(*patch, grid);
+    TERRANE_TRY(const auto patch, this->patch(grid, kBoundsMargin));
+    DiamondWindow window = make_window(patch, grid);
     const std::int64_t half = grid.step / 2;
     if (half == 0) return window;
     window.middle_bounds.resize(static_cast<std::size_t>(grid.columns - 1) *
@@ -518,9 +509,9 @@ Result<DiamondWindow> FineSurface::bounds_window(const SampleGrid& grid) const {
     const SampleGrid middles{
         {grid.corner.x + half, grid.corner.y + half}, grid.step, grid.columns - 1, grid.rows - 1};
     if (grid_.aligned) {
-        aligned_bounds(*patch, middles, half, window.middle_bounds);
+        aligned_bounds(patch, middles, half, window.middle_bounds);
     } else {
-        kinked_bounds(*patch, middles, half, window.middle_bounds);
+        kinked_bounds(patch, middles, half, window.middle_bounds);
     }
     return window;
 }

@@ -65,12 +65,11 @@ Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTie
     const int apron = 3 * ratio;
     const std::int64_t west = (tier.first_x + x) * ratio, south = (tier.first_y + y) * ratio;
     const std::int64_t step = fine_->grid().base_step();
-    auto made = fine_->bounds_window({{(west - apron) * step, (south - apron) * step},
-                                      step,
-                                      (columns - 1) * ratio + 2 * apron + 1,
-                                      (rows - 1) * ratio + 2 * apron + 1});
-    if (!made) return tl::unexpected(made.error());
-    DiamondWindow& window = *made;
+    TERRANE_TRY(auto made, fine_->bounds_window({{(west - apron) * step, (south - apron) * step},
+                                                 step,
+                                                 (columns - 1) * ratio + 2 * apron + 1,
+                                                 (rows - 1) * ratio + 2 * apron + 1}));
+    DiamondWindow& window = made;
     compute_bounds(window, ratio);
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < columns; ++i) {
@@ -100,11 +99,10 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
     const int across = (tier.columns + side - 1) / side;
     const int count = across * ((tier.rows + side - 1) / side);
     progress.begin(0.85, count);
-    auto done = in_parallel(count, [&](int i) -> Result<void> {
+    TERRANE_TRY(in_parallel(count, [&](int i) -> Result<void> {
         auto filled = fill_square(ratio, i % across * side, i / across * side, side, tier);
         return filled ? progress.step() : filled;
-    });
-    if (!done) return done;
+    }));
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t i = 0; i < tier.heights.size(); ++i) {
         low = std::min(low, tier.heights[i]);
@@ -123,9 +121,8 @@ Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
-    const auto visits = find_deviations(*fine_, first(), coarser, progress);
-    if (!visits) return tl::unexpected(visits.error());
-    tile_visits_ = *visits;
+    TERRANE_TRY(const auto visits, find_deviations(*fine_, first(), coarser, progress));
+    tile_visits_ = visits;
     for (std::size_t level = 1; level < tiers_.size(); ++level) nest(level);
     return {};
 }
@@ -172,8 +169,8 @@ Result<std::unique_ptr<BoundTiers>> BoundTiers::create(std::shared_ptr<const Fin
                                                        OpeningProgress& progress) {
     std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
     const int ratio = first_ratio(tiers->fine_->grid());
-    if (auto made = tiers->make_first(ratio, progress); !made) return tl::unexpected(made.error());
-    if (auto made = tiers->make_coarser(progress); !made) return tl::unexpected(made.error());
+    TERRANE_TRY(tiers->make_first(ratio, progress));
+    TERRANE_TRY(tiers->make_coarser(progress));
     return tiers;
 }
 
@@ -239,8 +236,7 @@ Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const Rast
                                             OpeningProgress& progress) {
     HeightPyramid pyramid;
     pyramid.grid_ = grid;
-    if (auto done = pyramid.add_samples(store, progress); !done)
-        return tl::unexpected(done.error());
+    TERRANE_TRY(pyramid.add_samples(store, progress));
     pyramid.add_levels();
     return pyramid;
 }
@@ -256,10 +252,10 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgres
     double steepest = 0.0;
     progress.begin(0.6, level.rows);
     for (int by = 0; by < level.rows; ++by) {
-        if (auto wanted = progress.step(); !wanted) return wanted;
+        TERRANE_TRY(progress.step());
         const int south = by * kBlockSide;
         const int rows = std::min(kBlockSide + 1, grid_.rows - south);
-        if (auto read = store.read(0, south, width, rows, strip); !read) return read;
+        TERRANE_TRY(store.read(0, south, width, rows, strip));
         HeightInterval* nodes =
             level.nodes.data() + static_cast<std::ptrdiff_t>(by) * level.columns;
         for (int row = 0; row < rows; ++row) {

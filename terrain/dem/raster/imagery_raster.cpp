@@ -95,7 +95,7 @@ ImageryFile::~ImageryFile() { warped_.reset(); }
 
 Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
                                                        const ImageryRasterSettings& settings) {
-    if (auto ok = check_is_file(path); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_is_file(path));
     register_drivers();
     const QuietGdal quiet;
     std::unique_ptr<ImageryFile> made(new ImageryFile);
@@ -107,9 +107,9 @@ Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
     std::optional<DemInfo> dem = settings.aligned_with;
     const OGRSpatialReference* crs = made->file_->GetSpatialRef();
     if (crs == nullptr || (dem && dem->crs_wkt.empty())) dem.reset();
-    if (auto ok = made->choose_bands(settings.bands); !ok) return tl::unexpected(ok.error());
-    if (auto ok = made->straighten(dem); !ok) return tl::unexpected(ok.error());
-    if (auto ok = made->find_place(dem); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(made->choose_bands(settings.bands));
+    TERRANE_TRY(made->straighten(dem));
+    TERRANE_TRY(made->find_place(dem));
     return made;
 }
 
@@ -151,7 +151,7 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     std::array<double, 6> transform{};
     const bool placed = file_->GetGeoTransform(transform.data()) == CE_None;
     if (placed) {
-        if (auto ok = check_geotransform(path_, transform); !ok) return ok;
+        TERRANE_TRY(check_geotransform(path_, transform));
     }
     const OGRSpatialReference* crs = file_->GetSpatialRef();
     if (crs != nullptr && crs->GetName() != nullptr) info_.crs = crs->GetName();
@@ -222,7 +222,7 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
     DemInfo cells = of_place;
     cells.cell_x = std::fabs(transform[1]) * of_place.metres_per_unit_x;
     cells.cell_y = std::fabs(transform[5]) * of_place.metres_per_unit_y;
-    if (auto ok = check_cells(path_, cells); !ok) return ok;
+    TERRANE_TRY(check_cells(path_, cells));
     info_.rect = {
         (x - half_x) * of_place.metres_per_unit_x, (y - half_y) * of_place.metres_per_unit_y,
         (x + half_x) * of_place.metres_per_unit_x, (y + half_y) * of_place.metres_per_unit_y};
@@ -381,7 +381,7 @@ Result<void> check_settings(const ImageryRasterSettings& settings) {
 
 Result<std::shared_ptr<const ImagerySource>> ImageryRaster::open(
     const std::string& path, const ImageryRasterSettings& settings, ImageryRasterInfo* info_out) {
-    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_settings(settings));
     try {
         using Opened = Result<std::unique_ptr<ImageryFile>>;
         const auto opened = std::make_shared<Opened>();

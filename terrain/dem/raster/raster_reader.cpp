@@ -92,7 +92,7 @@ RasterReader::~RasterReader() { warped_.reset(); }
 
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
                                                          RasterNumbers numbers) {
-    if (auto checked = check_is_file(path); !checked) return tl::unexpected(checked.error());
+    TERRANE_TRY(check_is_file(path));
     register_drivers();
     const QuietGdal quiet;
     std::unique_ptr<RasterReader> reader(new RasterReader);
@@ -108,12 +108,10 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
         return fail(ErrorCode::bad_data, "raster " + in_quotes(path) + " has 0 bands");
     }
     GDALRasterBand& band = *reader->file_->GetRasterBand(1);
-    if (auto checked = check_band(path, band); !checked) return tl::unexpected(checked.error());
+    TERRANE_TRY(check_band(path, band));
     reader->find_scale(band);
-    if (auto straight = reader->straighten(); !straight) {
-        return tl::unexpected(straight.error());
-    }
-    if (auto placed = reader->find_place(); !placed) return tl::unexpected(placed.error());
+    TERRANE_TRY(reader->straighten());
+    TERRANE_TRY(reader->find_place());
     return reader;
 }
 
@@ -157,7 +155,7 @@ Result<void> RasterReader::straighten() {
     std::array<double, 6> transform{};
     const bool placed = dataset->GetGeoTransform(transform.data()) == CE_None;
     if (placed) {
-        if (auto checked = check_geotransform(path_, transform); !checked) return checked;
+        TERRANE_TRY(check_geotransform(path_, transform));
     }
     const bool rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
     band_ = dataset->GetRasterBand(1);
@@ -223,11 +221,8 @@ Result<void> RasterReader::find_place() {
             const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
             const double cell = std::fabs(transform[1]) * degrees;
             const double centre = info_.centre_x * degrees;
-            if (auto checked = check_longitudes(path_, centre - 0.5 * columns * cell,
-                                                centre + 0.5 * columns * cell, cell);
-                !checked) {
-                return checked;
-            }
+            TERRANE_TRY(check_longitudes(path_, centre - 0.5 * columns * cell,
+                                         centre + 0.5 * columns * cell, cell));
             info_.metres_per_unit_x = scale->east;
             info_.metres_per_unit_y = scale->north;
             info_.scale_error = scale->east_error;
@@ -237,7 +232,7 @@ Result<void> RasterReader::find_place() {
     }
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;
-    if (auto checked = check_cells(path_, info_); !checked) return checked;
+    TERRANE_TRY(check_cells(path_, info_));
     // Treats cells as square if their sides differ only by rounding.
     if (std::fabs(info_.cell_x - info_.cell_y) <= 1e-9 * info_.cell_x) {
         info_.cell_y = info_.cell_x;

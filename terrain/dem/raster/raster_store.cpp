@@ -105,19 +105,17 @@ Result<std::unique_ptr<RasterStore>> RasterStore::open(std::unique_ptr<RasterRea
                                                        double needed_bytes,
                                                        OpeningProgress& progress) {
     std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, needed_bytes));
-    if (auto done = store->choose_packing(progress); !done) return tl::unexpected(done.error());
-    if (auto done = store->first_pass(progress); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(store->choose_packing(progress));
+    TERRANE_TRY(store->first_pass(progress));
     if (store->voids_.empty()) {
         store->fill_.reset();
         return store;
     }
     store->fill_->make_field();
     const std::size_t nodata_bytes = store->voids_.run_bytes() + store->fill_->rim_bytes();
-    if (auto checked = store->check_nodata_bytes(nodata_bytes); !checked) {
-        return tl::unexpected(checked.error());
-    }
+    TERRANE_TRY(store->check_nodata_bytes(nodata_bytes));
     store->fill_->begin_rim();
-    if (auto done = store->rim_pass(); !done) return tl::unexpected(done.error());
+    TERRANE_TRY(store->rim_pass());
     store->fill_->relax();
     if (store->in_memory()) store->fill_memory();
     return store;
@@ -160,10 +158,10 @@ Result<void> RasterStore::for_each_strip(OpeningProgress& progress, Use&& use) c
         const int south = (reader_->rows_go_north() ? i : count - 1 - i) * strip;
         const int rows = std::min(strip, info_.rows - south);
         heights.resize(static_cast<std::size_t>(info_.columns) * static_cast<std::size_t>(rows));
-        if (auto read = read_file(0, south, info_.columns, rows, heights); !read) return read;
+        TERRANE_TRY(read_file(0, south, info_.columns, rows, heights));
         use(south, rows, std::span(heights));
-        if (auto checked = check_nodata_bytes(voids_.run_bytes()); !checked) return checked;
-        if (auto wanted = progress.step(); !wanted) return wanted;
+        TERRANE_TRY(check_nodata_bytes(voids_.run_bytes()));
+        TERRANE_TRY(progress.step());
     }
     return {};
 }
@@ -193,7 +191,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     double most_off = 0.0;
     std::vector<std::uint32_t> packed;
     progress.begin(kReadingShare, strip_count());
-    const auto done = for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
+    TERRANE_TRY(for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
         packed.resize(strip.size());
         for (std::size_t i = 0; i < strip.size(); ++i) {
             const double height = strip[i];
@@ -215,8 +213,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
         std::copy(packed.begin(), packed.end(),
                   samples_.begin() +
                       static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(south)));
-    });
-    if (!done) return done;
+    }));
     voids_.finish();
     if (low > high) {
         return fail(ErrorCode::bad_data, "raster \"" + reader_->path() +
@@ -254,7 +251,7 @@ Result<void> RasterStore::rim_pass() {
             const std::size_t first = width * static_cast<std::size_t>(south);
             packing_.unpack(std::span(samples_).subspan(first, count), strip.data());
         } else {
-            if (auto read = read_file(0, south, info_.columns, rows, strip); !read) return read;
+            TERRANE_TRY(read_file(0, south, info_.columns, rows, strip));
             for (double& height : strip) height = packing_.unpack(packing_.pack(height));
         }
         for (int row = 0; row < rows; ++row) {
@@ -285,9 +282,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int 
     const int columns = std::min(kSquareSide, info_.columns - west);
     const int rows = std::min(kSquareSide, info_.rows - south);
     std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    if (auto read = read_file(west, south, columns, rows, heights); !read) {
-        return tl::unexpected(read.error());
-    }
+    TERRANE_TRY(read_file(west, south, columns, rows, heights));
     auto square = std::make_shared<Square>(heights.size());
     std::size_t at = 0;
     for (int row = 0; row < rows; ++row) {
@@ -309,15 +304,14 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
             return found->second.square;
         }
     }
-    auto loaded = read_square(square_x, square_y);
-    if (!loaded) return loaded;
+    TERRANE_TRY(auto loaded, read_square(square_x, square_y));
     const std::lock_guard lock(mutex_);
     // If two threads have read it, the first result is kept.
     if (const auto found = squares_.find(name); found != squares_.end()) {
         return found->second.square;
     }
     recent_.push_front(name);
-    squares_.emplace(name, Cached{*loaded, recent_.begin()});
+    squares_.emplace(name, Cached{loaded, recent_.begin()});
     constexpr std::size_t kSquareBytes = sizeof(std::uint32_t) * kSquareSide * kSquareSide;
     while (squares_.size() > std::max<std::size_t>(settings_.cache_bytes / kSquareBytes, 4)) {
         squares_.erase(recent_.back());
@@ -353,27 +347,26 @@ Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int column
                 const int at = static_cast<int>(from) + done - begin;
                 const int square_x = at / kSquareSide;
                 const int square_y = static_cast<int>(source_row) / kSquareSide;
-                const auto samples_of_square = square(square_x, square_y);
-                if (!samples_of_square) return tl::unexpected(samples_of_square.error());
+                TERRANE_TRY(const auto samples_of_square, square(square_x, square_y));
                 const int square_columns =
                     std::min(kSquareSide, info_.columns - square_x * kSquareSide);
                 const int in_square = at - square_x * kSquareSide;
                 const int count = std::min(end - done, square_columns - in_square);
                 const int square_row = static_cast<int>(source_row) - square_y * kSquareSide;
                 const std::uint32_t* source =
-                    (*samples_of_square)->data() + square_row * square_columns + in_square;
+                    samples_of_square->data() + square_row * square_columns + in_square;
                 packing_.unpack({source, static_cast<std::size_t>(count)}, line + done);
                 done += count;
             }
             return {};
         };
         if (inside_begin < inside_end) {
-            if (auto done = copy(inside_begin, inside_end); !done) return done;
+            TERRANE_TRY(copy(inside_begin, inside_end));
             std::fill(line, line + inside_begin, line[inside_begin]);
             std::fill(line + inside_end, line + columns, line[inside_end - 1]);
         } else {
             // Entirely west or east of the raster.
-            if (auto done = copy(0, 1); !done) return done;
+            TERRANE_TRY(copy(0, 1));
             std::fill(line + 1, line + columns, line[0]);
         }
     }

@@ -84,11 +84,8 @@ Result<SurfaceSamples> SurfaceSamples::read(std::shared_ptr<const RasterReader> 
     constexpr double kStripSample = 2 * sizeof(double) + 1;
     const double needed_bytes = sizeof(std::uint32_t) * static_cast<double>(columns) * rows +
                                 kStripSample * columns * most_rows;
-    if (auto ok = check_memory(reader->path(), columns, rows, needed_bytes, settings.memory_bytes,
-                               "SurfaceRasterSettings::memory_bytes");
-        !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_memory(reader->path(), columns, rows, needed_bytes, settings.memory_bytes,
+                             "SurfaceRasterSettings::memory_bytes"));
     SurfaceSamples samples;
     samples.all.resize(width * static_cast<std::size_t>(rows));
     GuardedCalls calls(settings.read_timeout);
@@ -149,7 +146,7 @@ Result<void> check_rect(const WorldRect& rect, int columns, int rows, ErrorCode 
 }
 
 Result<void> check_properties(const std::string& name, const SurfaceProperties& properties) {
-    if (auto ok = check(properties); !ok) {
+    if (auto ok = properties.validate(); !ok) {
         return fail(ok.error().code, name + "." + ok.error().message);
     }
     return {};
@@ -164,7 +161,7 @@ Result<void> check_materials(const SurfaceRasterSettings& settings,
     }
     for (std::size_t i = 0; i < settings.materials.size(); ++i) {
         const std::string name = "materials[" + number_text(i) + "]";
-        if (auto ok = check_properties(name, settings.materials[i]); !ok) return ok;
+        TERRANE_TRY(check_properties(name, settings.materials[i]));
     }
     for (std::size_t i = 1; i < sorted.size(); ++i) {
         if (sorted[i].material != sorted[i - 1].material) continue;
@@ -175,7 +172,7 @@ Result<void> check_materials(const SurfaceRasterSettings& settings,
 }
 
 Result<void> check_settings(const SurfaceRasterSettings& settings) {
-    if (auto ok = check_properties("defaults", settings.defaults); !ok) return ok;
+    TERRANE_TRY(check_properties("defaults", settings.defaults));
     if (settings.aligned_with && settings.rect) {
         return refuse_setting("aligned_with and rect exclude each other, got both");
     }
@@ -217,7 +214,7 @@ Result<WorldRect> place_of(const std::string& path, const DemInfo& raster,
     if (!settings.aligned_with)
         return WorldRect{-half_width, -half_height, half_width, half_height};
     const DemInfo& dem = *settings.aligned_with;
-    if (auto ok = check_crs(path, raster, dem); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_crs(path, raster, dem));
     // Relative to the DEM's centre, in units of the CRS; longitudes modulo a full turn.
     double x = raster.centre_x - dem.centre_x;
     if (dem.geographic) x = std::remainder(x, 360.0);
@@ -298,28 +295,25 @@ Result<std::shared_ptr<const SurfaceMap>> open_raster(const std::string& path,
                                                       SurfaceRasterInfo* info_out) {
     std::vector<SurfaceProperties> materials = settings.materials;
     std::ranges::sort(materials, std::ranges::less{}, &SurfaceProperties::material);
-    if (auto ok = check_settings(settings); !ok) return tl::unexpected(ok.error());
-    if (auto ok = check_materials(settings, materials); !ok) return tl::unexpected(ok.error());
-    auto opened = RasterReader::open(path, settings.read_timeout, RasterNumbers::plain);
-    if (!opened) return tl::unexpected(opened.error());
-    const std::shared_ptr<const RasterReader> reader = std::move(*opened);
+    TERRANE_TRY(check_settings(settings));
+    TERRANE_TRY(check_materials(settings, materials));
+    TERRANE_TRY(auto opened, RasterReader::open(path, settings.read_timeout, RasterNumbers::plain));
+    const std::shared_ptr<const RasterReader> reader = std::move(opened);
     const DemInfo& raster = reader->info();
-    const auto rect = place_of(path, raster, settings);
-    if (!rect) return tl::unexpected(rect.error());
-    if (auto ok = check_rect(*rect, raster.columns, raster.rows, ErrorCode::bad_data); !ok) {
+    TERRANE_TRY(const auto rect, place_of(path, raster, settings));
+    if (auto ok = check_rect(rect, raster.columns, raster.rows, ErrorCode::bad_data); !ok) {
         return fail(ok.error().code, "the place of raster \"" + path + "\" " + ok.error().message);
     }
-    auto samples = SurfaceSamples::read(reader, settings);
-    if (!samples) return tl::unexpected(samples.error());
-    const auto all = static_cast<double>(samples->all.size());
+    TERRANE_TRY(auto samples, SurfaceSamples::read(reader, settings));
+    const auto all = static_cast<double>(samples.all.size());
     SurfaceRasterInfo info;
     info.columns = raster.columns;
     info.rows = raster.rows;
-    info.rect = *rect;
+    info.rect = rect;
     info.crs = raster.crs;
-    info.nodata_share = static_cast<double>(samples->nodata_count) / all;
-    auto map = std::make_shared<const RasterMap>(info, std::move(*samples), std::move(materials),
-                                                 settings);
+    info.nodata_share = static_cast<double>(samples.nodata_count) / all;
+    auto map =
+        std::make_shared<const RasterMap>(info, std::move(samples), std::move(materials), settings);
     if (info_out != nullptr) {
         info.unlisted_share = static_cast<double>(map->unlisted_count()) / all;
         *info_out = std::move(info);

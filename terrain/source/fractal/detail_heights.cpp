@@ -245,7 +245,7 @@ public:
     }
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        if (auto ok = base_->sample(grid, heights_out); !ok) return ok;
+        TERRANE_TRY(base_->sample(grid, heights_out));
         const std::vector<double> noise_sums = sample_noise(grid);
         std::vector<AmplitudeField::Place> places;
         for (int column = 0; column < grid.columns; ++column) {
@@ -264,20 +264,20 @@ public:
     }
 
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        if (auto ok = base_->vertex_bounds(grid, bounds_out); !ok) return ok;
+        TERRANE_TRY(base_->vertex_bounds(grid, bounds_out));
         add_to_vertices(grid, bounds_out);
         return {};
     }
 
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        if (auto ok = base_->cell_bounds(grid, bounds_out); !ok) return ok;
+        TERRANE_TRY(base_->cell_bounds(grid, bounds_out));
         add_to_cells(grid, bounds_out);
         return {};
     }
 
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
-        if (auto ok = base_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out); !ok) return ok;
+        TERRANE_TRY(base_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out));
         add_to_vertices(grid, vertex_bounds_out);
         add_to_cells(grid, cell_bounds_out);
         return {};
@@ -455,10 +455,8 @@ Result<std::shared_ptr<const HeightSource>> add_detail(std::shared_ptr<const Hei
                                                        DetailField field,
                                                        const DetailSettings& settings) {
     TERRANE_ASSERT(base != nullptr, "detail lies on top of another source");
-    if (const auto ok = check_octaves(settings.octave_count, settings.gain); !ok) {
-        return tl::unexpected(ok.error());
-    }
-    if (const auto ok = check(field); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_octaves(settings.octave_count, settings.gain));
+    TERRANE_TRY(check(field));
     return std::make_shared<const Detail>(std::move(base), field, settings);
 }
 

@@ -308,7 +308,7 @@ private:
 
 Result<void> check_origin(const char* name, double origin, const FractalSettings& settings) {
     const double most = std::ldexp(1.0, kMaxExtentLog2);
-    if (auto ok = check_range(name, origin, -most, most); !ok) return ok;
+    TERRANE_TRY(check_range(name, origin, -most, most));
     const double roots = std::ldexp(origin, -settings.root_size_log2);
     if (std::floor(roots) == roots) return {};
     return fail(ErrorCode::invalid_argument,
@@ -317,19 +317,17 @@ Result<void> check_origin(const char* name, double origin, const FractalSettings
 }
 
 Result<void> check(const FractalSettings& settings) {
-    if (auto ok = check_octaves(settings.octave_count, settings.gain); !ok) return ok;
-    if (auto ok = check_range("amplitude", settings.amplitude, 0.0, 1e5); !ok) return ok;
-    if (auto ok = check_range("wavelength_log2", settings.wavelength_log2, 0, 24); !ok) return ok;
+    TERRANE_TRY(check_octaves(settings.octave_count, settings.gain));
+    TERRANE_TRY(check_range("amplitude", settings.amplitude, 0.0, 1e5));
+    TERRANE_TRY(check_range("wavelength_log2", settings.wavelength_log2, 0, 24));
     if (settings.kind > FractalKind::warped) {
         return fail(ErrorCode::invalid_argument,
                     "kind must be fbm, ridged, hybrid or warped, got number " +
                         std::to_string(static_cast<int>(settings.kind)));
     }
-    if (auto ok = check_range("heterogeneity", settings.heterogeneity, 0.0, 1.0); !ok) return ok;
-    if (auto ok = check_range("crest_rounding", settings.crest_rounding, 1.0 / 64.0, 1.0); !ok) {
-        return ok;
-    }
-    if (auto ok = check_range("warp", settings.warp, 0.0, 1.0); !ok) return ok;
+    TERRANE_TRY(check_range("heterogeneity", settings.heterogeneity, 0.0, 1.0));
+    TERRANE_TRY(check_range("crest_rounding", settings.crest_rounding, 1.0 / 64.0, 1.0));
+    TERRANE_TRY(check_range("warp", settings.warp, 0.0, 1.0));
     const int last_wavelength_log2 = settings.wavelength_log2 - settings.octave_count + 1;
     if (last_wavelength_log2 < -20) {
         return fail(ErrorCode::invalid_argument,
@@ -337,16 +335,14 @@ Result<void> check(const FractalSettings& settings) {
                         std::to_string(settings.octave_count) + " octaves below 2^" +
                         std::to_string(settings.wavelength_log2) + " m");
     }
-    if (auto ok = check_range("finest_spacing_log2", settings.finest_spacing_log2, -16, 16); !ok) {
-        return ok;
-    }
+    TERRANE_TRY(check_range("finest_spacing_log2", settings.finest_spacing_log2, -16, 16));
     if (auto ok =
             check_range("root_size_log2", settings.root_size_log2, settings.finest_spacing_log2 + 7,
                         std::min(settings.finest_spacing_log2 + 31, kMaxExtentLog2));
         !ok) {
         return ok;
     }
-    if (auto ok = check_origin("origin_x", settings.origin_x, settings); !ok) return ok;
+    TERRANE_TRY(check_origin("origin_x", settings.origin_x, settings));
     return check_origin("origin_y", settings.origin_y, settings);
 }
 
@@ -362,7 +358,7 @@ double make_quantum(double sup, int spacing_log2) {
 
 Result<std::shared_ptr<const HeightSource>> FractalHeights::create(
     const FractalSettings& settings) {
-    if (const auto ok = check(settings); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check(settings));
     FractalSurface surface(settings);
 
     Lattice lattice;
@@ -377,7 +373,7 @@ Result<std::shared_ptr<const HeightSource>> FractalHeights::create(
     lattice.root_count_x = settings.root_count_x;
     lattice.root_count_y = settings.root_count_y;
     lattice.root_window = settings.root_window;
-    if (const auto ok = terrane::check(lattice); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(lattice.validate());
 
     const WorldRect extent = {lattice.x(lattice.west()), lattice.y(lattice.south()),
                               lattice.x(lattice.east()), lattice.y(lattice.north())};

@@ -354,11 +354,10 @@ Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volu
     for (int i = 0; i < internal::kChunkTiles; ++i) {
         const VolumeTileKey key = internal::tile_of(chunk.key, i);
         if (volumes.operations_at(key).empty()) continue;
-        Result<VolumeTile> tile =
-            VolumeTile::create(volumes, key, internal::tile_heights(chunk, i));
-        if (!tile) return tl::unexpected(tile.error());
+        TERRANE_TRY(VolumeTile tile,
+                    VolumeTile::create(volumes, key, internal::tile_heights(chunk, i)));
         tiles[static_cast<std::size_t>(i)] = std::make_shared<const internal::TileSolid>(
-            std::move(*tile), internal::operations_of(volumes, key));
+            std::move(tile), internal::operations_of(volumes, key));
     }
     return internal::make_solid(volumes.lattice(), chunk, tiles, internal::SolidLevels::all);
 }

@@ -4,6 +4,7 @@
 #include "contour/tile_contour.h"
 
 #include <terrane/terrain/chunk.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/volume/volume_tile.h>
 #include <terrane/volume/volumes.h>

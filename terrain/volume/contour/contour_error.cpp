@@ -103,7 +103,7 @@ public:
         for (std::size_t i = 0; i < traversals_.size(); ++i) {
             const std::size_t before = parts_.size();
             const bool is_near = traversals_[i].enter(widened(box)) == BoxSide::near;
-            const bool is_known = !is_near || take_parts(i);
+            const bool is_known = !is_near || visit_parts(i);
             traversals_[i].leave();
             if (!is_known) return std::nullopt;
             if (parts_.size() == before) continue;
@@ -127,7 +127,7 @@ private:
     }
 
     // Appends the parts of a shape that may be near; false for a sampled shape.
-    bool take_parts(std::size_t i) {
+    bool visit_parts(std::size_t i) {
         if (shapes_[i] == nullptr) return false;
         for (const std::uint32_t part : traversals_[i].parts()) {
             const double distance = shapes_[i]->part_distance(part, centre_);

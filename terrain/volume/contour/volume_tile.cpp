@@ -38,13 +38,12 @@ VolumeTile::~VolumeTile() = default;
 
 Result<VolumeTile> VolumeTile::create(const Volumes& volumes, const VolumeTileKey& key,
                                       std::span<const std::int32_t> heights) {
-    const auto lines =
-        internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights);
-    if (!lines) return tl::unexpected(lines.error());
+    TERRANE_TRY(const auto lines,
+                internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights));
     VolumeTile tile(std::make_unique<State>(volumes, key, heights));
     for (const std::uint32_t i : volumes.operations_at(key)) {
         const PlacedVolume& volume = volumes.operations()[i];
-        tile.state_->level_set.apply(volume.op(), volume.shape(), *lines);
+        tile.state_->level_set.apply(volume.op(), volume.shape(), lines);
     }
     return tile;
 }
@@ -52,11 +51,9 @@ Result<VolumeTile> VolumeTile::create(const Volumes& volumes, const VolumeTileKe
 Result<VolumeTile> VolumeTile::decode(const Volumes& volumes, const VolumeTileKey& key,
                                       std::span<const std::int32_t> heights,
                                       std::span<const std::uint8_t> bytes) {
-    const auto lines =
-        internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights);
-    if (!lines) return tl::unexpected(lines.error());
+    TERRANE_TRY(internal::TileLines::create(volumes.lattice(), volumes.level(), key, heights));
     VolumeTile tile(std::make_unique<State>(volumes, key, heights));
-    if (auto ok = tile.state_->level_set.decode(bytes); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(tile.state_->level_set.decode(bytes));
     return tile;
 }
 

@@ -110,7 +110,7 @@ Result<DigLog> DigLog::open(std::string path, const std::array<std::uint64_t, 2>
     const std::vector<std::uint8_t> bytes((std::istreambuf_iterator<char>(in)),
                                           std::istreambuf_iterator<char>());
     if (in.bad()) return fail(ErrorCode::io, "cannot read \"" + log.path_ + "\"");
-    if (auto ok = log.parse(bytes); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(log.parse(bytes));
     return log;
 }
 
@@ -300,7 +300,7 @@ Result<std::vector<std::uint8_t>> read_tile(const SealedReader& file, const Tile
     };
     if (tile.stored_bytes > file.bytes()) return damaged();
     std::vector<std::uint8_t> stored(static_cast<std::size_t>(tile.stored_bytes));
-    if (auto ok = file.read(tile.offset, stored); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(file.read(tile.offset, stored));
     std::vector<std::uint8_t> content(static_cast<std::size_t>(tile.content_bytes));
     const auto size = decompress(stored, content);
     if (!size || *size != content.size() || pair_of(hash_of(content)) != tile.hash)
@@ -351,12 +351,11 @@ std::optional<ChunkFiles::Read> ChunkFiles::read(const Chunk& chunk,
 Result<std::optional<ChunkFiles::Read>> ChunkFiles::try_read(const Chunk& chunk,
                                                              const ChunkEdits& edits) const {
     const std::string path = path_of(chunk.key);
-    auto file = SealedReader::open(path, kKind);
-    if (!file) return tl::unexpected(file.error());
+    TERRANE_TRY(auto file, SealedReader::open(path, kKind));
     const auto bad = [&](const std::string& what) {
         return fail(ErrorCode::bad_data, "\"" + path + "\" " + what);
     };
-    const auto directory = directory_of(file->directory());
+    const auto directory = directory_of(file.directory());
     if (!directory) return bad("has a damaged directory");
     if (directory->volumes != volumes_.fingerprint()) return bad("is of other volumes");
     if (directory->key != chunk.key) return bad("is of another chunk");
@@ -373,10 +372,9 @@ Result<std::optional<ChunkFiles::Read>> ChunkFiles::try_read(const Chunk& chunk,
     for (int i = 0; i < kChunkTiles; ++i) {
         const TileRecord& record = directory->tiles[static_cast<std::size_t>(i)];
         if (record.stored_bytes == 0) continue;
-        const auto content = read_tile(*file, record);
-        if (!content) return tl::unexpected(content.error());
+        TERRANE_TRY(const auto content, read_tile(file, record));
         auto tile =
-            VolumeTile::decode(volumes_, tile_of(chunk.key, i), tile_heights(chunk, i), *content);
+            VolumeTile::decode(volumes_, tile_of(chunk.key, i), tile_heights(chunk, i), content);
         if (!tile) return bad("cannot be read: " + tile.error().message);
         (*tiles)[static_cast<std::size_t>(i)] = std::make_shared<const TileSolid>(
             std::move(*tile), operations_of(volumes_, edits.edits, *count, tile_of(chunk.key, i)));
@@ -389,8 +387,7 @@ Result<void> ChunkFiles::write(const ChunkKey& key, const ChunkTiles& tiles,
     const auto hash = log_hash(position);
     if (!hash)
         return fail(ErrorCode::invalid_argument, "the log has no change " + number_text(position));
-    auto file = SealedWriter::create(path_of(key), kKind);
-    if (!file) return tl::unexpected(file.error());
+    TERRANE_TRY(auto file, SealedWriter::create(path_of(key), kKind));
     Directory directory{volumes_.fingerprint(), {}, key, position, *hash, {}};
     ContentHasher heights;
     for (int i = 0; i < kChunkTiles; ++i) {
@@ -398,13 +395,12 @@ Result<void> ChunkFiles::write(const ChunkKey& key, const ChunkTiles& tiles,
         if (!tiles[at]) continue;
         const std::vector<std::uint8_t> content = tiles[at]->level_set.encoded();
         const std::vector<std::uint8_t> stored = compress(content);
-        const auto offset = file->append(stored);
-        if (!offset) return tl::unexpected(offset.error());
-        directory.tiles[at] = {*offset, stored.size(), content.size(), pair_of(hash_of(content))};
+        TERRANE_TRY(const auto offset, file.append(stored));
+        directory.tiles[at] = {offset, stored.size(), content.size(), pair_of(hash_of(content))};
         add(heights, tiles[at]->level_set.heights());
     }
     directory.heights = pair_of(heights.value());
-    if (auto done = file->commit(directory_bytes(directory)); !done) return done;
+    TERRANE_TRY(file.commit(directory_bytes(directory)));
     const std::scoped_lock lock(mutex_);
     ++counts_.written;
     return {};

@@ -123,11 +123,10 @@ Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, con
             if (from && (*from)[at]) return (*from)[at]->level_set.copy();
             return VolumeTile::create(volumes, key, tile_heights(chunk, i));
         };
-        Result<VolumeTile> tile = make();
-        if (!tile) return tl::unexpected(tile.error());
-        for (const Edit* edit : touching) tile->apply(edit->placed);
+        TERRANE_TRY(VolumeTile tile, make());
+        for (const Edit* edit : touching) tile.apply(edit->placed);
         (*tiles)[at] = std::make_shared<const TileSolid>(
-            std::move(*tile), operations_of(volumes, edits, edits.size(), key));
+            std::move(tile), operations_of(volumes, edits, edits.size(), key));
     }
     return std::shared_ptr<const ChunkTiles>(std::move(tiles));
 }
@@ -219,9 +218,8 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
             version.tile_edits = read->edit_count;
         }
     }
-    auto made = make_tiles(volumes_, *chunk, version);
-    if (!made) return tl::unexpected(made.error());
-    const std::shared_ptr<const ChunkTiles> tiles = std::move(*made);
+    TERRANE_TRY(auto made, make_tiles(volumes_, *chunk, version));
+    const std::shared_ptr<const ChunkTiles> tiles = std::move(made);
     const bool is_plain =
         std::ranges::none_of(*tiles, [](const auto& tile) { return tile != nullptr; });
     if (!is_plain || version.edits) {

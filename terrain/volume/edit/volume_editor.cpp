@@ -347,7 +347,7 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const Resid
     const auto bring_up_to_date = [&] { tiles = edited.switch_to(versions, number); };
     if (pager == nullptr) {
         bring_up_to_date();
-    } else if (!pager->replace(chunks, touched, bring_up_to_date)) {
+    } else if (!replace_chunks(*pager, {chunks, touched, bring_up_to_date})) {
         return false;
     }
     for (const auto& change : changes) {
@@ -456,12 +456,11 @@ Result<VolumeEditor> VolumeEditor::create(std::shared_ptr<VolumeHeights> source,
             return fail(ErrorCode::io,
                         "cannot make \"" + settings.folder + "\": " + status.message());
         }
-        auto log =
-            internal::DigLog::open(settings.folder + "/digs.log", state->volumes.fingerprint());
-        if (!log) return tl::unexpected(log.error());
-        state->log = std::move(*log);
+        TERRANE_TRY(auto log, internal::DigLog::open(settings.folder + "/digs.log",
+                                                     state->volumes.fingerprint()));
+        state->log = std::move(log);
         state->files = std::make_shared<internal::ChunkFiles>(settings.folder, state->volumes);
-        if (auto ok = state->replay(); !ok) return tl::unexpected(ok.error());
+        TERRANE_TRY(state->replay());
     }
     state->edited.keep_tiles(settings.memory_bytes, state->files);
     if (settings.worker_count == 1) {
@@ -529,10 +528,10 @@ Result<std::uint32_t> VolumeEditor::edit(VolumeOp op, const VolumeShape& shape,
     State& state = *state_;
     if (!can_be_edit(shape)) return fail(ErrorCode::invalid_argument, kNoEdit);
     VolumeOperation operation{op, shape, world_from_shape, state.volumes.spacing()};
-    auto placed = PlacedVolume::create(state.volumes.lattice(), state.volumes.level(), operation);
-    if (!placed) return tl::unexpected(placed.error());
+    TERRANE_TRY(auto placed,
+                PlacedVolume::create(state.volumes.lattice(), state.volumes.level(), operation));
     auto made = std::make_shared<const Edit>(state.last_number + 1, std::move(operation),
-                                             std::move(*placed));
+                                             std::move(placed));
     state.done.push_back(made);
     return state.submit({made->number, std::move(made), false});
 }
@@ -565,15 +564,14 @@ Result<void> VolumeEditor::save() {
     State& state = *state_;
     if (!state.log)
         return fail(ErrorCode::invalid_argument, "this editor has no folder to save to");
-    if (auto ok = state.log->save(); !ok) return ok;
+    TERRANE_TRY(state.log->save());
     for (auto chunk = state.unsaved.begin(); chunk != state.unsaved.end();) {
         const internal::ChunkVersion version = state.edited.version_of(chunk->first);
         if (!version.is_made()) {
             ++chunk;
             continue;
         }
-        if (auto ok = state.files->write(chunk->first, *version.tiles, version.edits->changed); !ok)
-            return ok;
+        TERRANE_TRY(state.files->write(chunk->first, *version.tiles, version.edits->changed));
         chunk = state.unsaved.erase(chunk);
     }
     return {};

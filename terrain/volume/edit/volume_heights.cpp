@@ -56,11 +56,10 @@ HeightInterval VolumeHeights::interval(const WorldRect& rect) const {
 Result<std::shared_ptr<const Chunk>> VolumeHeights::stored_chunk(
     const ChunkKey& key, const std::stop_token& stop) const {
     if (key.level != volumes_.level() || !edited_->is_touched(key)) {
-        return heights().stored_chunk(key, stop);
+        return ForwardedHeights::stored_chunk(key, stop);
     }
-    auto made = make_chunk(heights(), key, stop);
-    if (!made) return made;
-    return edited_->make(std::move(*made));
+    TERRANE_TRY(auto made, make_chunk(heights(), key, stop));
+    return edited_->make(std::move(made));
 }
 
 std::optional<SolidExtent> VolumeHeights::solid_extent(const ChunkKey& key) const {
@@ -82,7 +81,7 @@ bool VolumeHeights::is_in_volume(double x, double y, double z) const {
 }
 
 std::size_t VolumeHeights::max_chunk_bytes(const ChunkKey& key) const {
-    const std::size_t plain = heights().max_chunk_bytes(key);
+    const std::size_t plain = ForwardedHeights::max_chunk_bytes(key);
     return key.level == volumes_.level() ? edited_->max_bytes(key, plain) : plain;
 }
 

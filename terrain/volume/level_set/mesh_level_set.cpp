@@ -22,7 +22,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
                                                                   const Pose& world_from_shape,
                                                                   double voxel,
                                                                   const VolumeSettings& settings) {
-    if (auto ok = check_closed(mesh); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_closed(mesh));
     const auto too_large = [&](double bytes) {
         return fail(ErrorCode::out_of_memory,
                     "the level set of the mesh needs about " + number_text(bytes) +

@@ -47,12 +47,12 @@ struct ShapeCheck {
         return check_size("radius", sphere.radius, false);
     }
     Result<void> operator()(const VolumeCapsule& capsule) const {
-        if (auto ok = check_size("radius", capsule.radius, false); !ok) return ok;
+        TERRANE_TRY(check_size("radius", capsule.radius, false));
         return check_size("half_height", capsule.half_height, true);
     }
     Result<void> operator()(const VolumeBox& box) const {
         for (int axis = 0; axis < 3; ++axis) {
-            if (auto ok = check_size("half_extents", box.half_extents[axis], false); !ok) return ok;
+            TERRANE_TRY(check_size("half_extents", box.half_extents[axis], false));
         }
         return {};
     }
@@ -61,7 +61,7 @@ struct ShapeCheck {
             return fail(ErrorCode::invalid_argument, "path must have 1 to 1048576 points, got " +
                                                          number_text(tube.path_shape.size()));
         }
-        if (auto ok = check_points("path", tube.path_shape); !ok) return ok;
+        TERRANE_TRY(check_points("path", tube.path_shape));
         return check_size("radius", tube.radius, false);
     }
     Result<void> operator()(const VolumeMesh& mesh) const {
@@ -115,13 +115,13 @@ Result<void> check_pose(const Pose& pose) {
 
 }  // namespace
 
-Result<void> check(const VolumeOperation& operation) {
-    if (!(operation.voxel > 0.0) || operation.voxel > kMostSize) {
-        return fail(ErrorCode::invalid_argument, "voxel must be above 0 and at most 1e+05 m, got " +
-                                                     number_text(operation.voxel));
+Result<void> VolumeOperation::validate() const {
+    if (!(voxel > 0.0) || voxel > kMostSize) {
+        return fail(ErrorCode::invalid_argument,
+                    "voxel must be above 0 and at most 1e+05 m, got " + number_text(voxel));
     }
-    if (auto ok = std::visit(ShapeCheck{}, operation.shape); !ok) return ok;
-    return check_pose(operation.world_from_shape);
+    TERRANE_TRY(std::visit(ShapeCheck{}, shape));
+    return check_pose(world_from_shape);
 }
 
 }  // namespace terrane
@@ -218,7 +218,7 @@ Eigen::Vector3d doubled_area(const VolumeMesh& mesh, const Triangle& triangle) {
 }  // namespace
 
 Result<void> check_closed(const VolumeMesh& mesh) {
-    if (auto ok = check_edges(mesh); !ok) return ok;
+    TERRANE_TRY(check_edges(mesh));
     if (const auto pair = CrossingSearch(mesh).find()) {
         return fail(ErrorCode::bad_data,
                     "the mesh crosses itself: an edge of triangle " + number_text(pair->first) +

@@ -35,7 +35,7 @@ struct ExactShape {
     std::vector<CapsulePart> capsules;
     std::vector<BoxPart> boxes;  // at most one, without capsules
 
-    /// Makes the parts of a sphere, capsule, box or tube accepted by check().
+    /// Makes the parts of a sphere, capsule, box or tube accepted by validate().
     static ExactShape place(const VolumeOperation& operation);
 
     Aabb bounds() const;
@@ -52,8 +52,8 @@ struct ExactShape {
     }
 };
 
-/// Checks that a mesh accepted by check() bounds a solid: every edge has one triangle in each direction, no edge passes
-/// through a triangle, and the signed volume is positive. Surfaces may touch.
+/// Checks that a mesh accepted by validate() bounds a solid: every edge has one triangle in each direction, no edge
+/// passes through a triangle, and the signed volume is positive. Surfaces may touch.
 ///
 /// Fails: bad_data, naming an edge or two triangles
 /// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap), which is all pairs for a fan

@@ -145,7 +145,7 @@ Result<openvdb::GridBase::Ptr> choose_grid(const openvdb::GridPtrVec& grids, con
                         "\" is no level set of floats: " + chosen->type() + ", class " +
                         openvdb::GridBase::gridClassToString(chosen->getGridClass()));
     }
-    if (auto ok = check_bytes(file.path, bytes, settings); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_bytes(file.path, bytes, settings));
     return chosen;
 }
 
@@ -154,9 +154,7 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
     const auto file_bytes = std::filesystem::file_size(file.path, status);
     if (status)
         return fail(ErrorCode::io, "cannot read \"" + file.path + "\": " + status.message());
-    if (auto ok = check_bytes(file.path, static_cast<double>(file_bytes), settings); !ok) {
-        return tl::unexpected(ok.error());
-    }
+    TERRANE_TRY(check_bytes(file.path, static_cast<double>(file_bytes), settings));
     initialize_openvdb();
     std::ifstream in(file.path, std::ios::binary);
     if (!in) return fail(ErrorCode::io, "cannot read \"" + file.path + "\"");
@@ -166,20 +164,18 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
         // Checks before voxels are read. A file without offsets would be read as a whole.
         openvdb::io::File reader(file.path);
         reader.open(false);
-        const auto stated = choose_grid(*reader.readAllGridMetadata(), file, settings);
-        if (!stated) return tl::unexpected(stated.error());
+        TERRANE_TRY(choose_grid(*reader.readAllGridMetadata(), file, settings));
     }
     // Reads through a stream that throws at the end of the file, because io::File uses lengths that it failed to read.
     in.seekg(0);
     in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
     openvdb::io::Stream stream(in, false);
-    const auto chosen = choose_grid(*stream.getGrids(), file, settings);
-    if (!chosen) return tl::unexpected(chosen.error());
-    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(*chosen);
+    TERRANE_TRY(const auto chosen, choose_grid(*stream.getGrids(), file, settings));
+    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(chosen);
     // Tiles become voxels.
     const double of_voxels = 4.0 * static_cast<double>(grid->activeVoxelCount());
     const double bytes = std::max(static_cast<double>(grid->memUsage()), of_voxels);
-    if (auto ok = check_bytes(file.path, bytes, settings); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(check_bytes(file.path, bytes, settings));
     grid->tree().voxelizeActiveTiles(false);
     return grid;
 }
@@ -275,11 +271,9 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_file(const VolumeFi
                                                                   double spacing,
                                                                   const VolumeSettings& settings) {
     try {
-        auto read = read_grid(file, settings);
-        if (!read) return tl::unexpected(read.error());
-        const openvdb::FloatGrid::Ptr grid = *read;
-        if (auto ok = check_shape(*grid, file.path, spacing); !ok)
-            return tl::unexpected(ok.error());
+        TERRANE_TRY(auto read, read_grid(file, settings));
+        const openvdb::FloatGrid::Ptr grid = read;
+        TERRANE_TRY(check_shape(*grid, file.path, spacing));
         const openvdb::Vec3d origin = grid->worldToIndex(openvdb::Vec3d(0.0));
         Eigen::Matrix3d index_from_shape;
         for (int axis = 0; axis < 3; ++axis) {

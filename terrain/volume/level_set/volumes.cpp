@@ -128,11 +128,10 @@ Result<PlacedVolume> PlacedVolume::create(const Lattice& lattice, int level,
                                                      number_text(lattice.finest_level) + ", got " +
                                                      number_text(level));
     }
-    if (auto ok = check(operation); !ok) return tl::unexpected(ok.error());
-    auto shape = place(lattice, level, operation, settings);
-    if (!shape) return tl::unexpected(shape.error());
-    if (auto ok = check_place(lattice, level, *shape); !ok) return tl::unexpected(ok.error());
-    return PlacedVolume(operation.op, std::make_shared<const PlacedShape>(std::move(*shape)),
+    TERRANE_TRY(operation.validate());
+    TERRANE_TRY(auto shape, place(lattice, level, operation, settings));
+    TERRANE_TRY(check_place(lattice, level, shape));
+    return PlacedVolume(operation.op, std::make_shared<const PlacedShape>(std::move(shape)),
                         lattice, level);
 }
 
@@ -205,7 +204,7 @@ int pinned_level(const Lattice& lattice, double voxel) {
 
 Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOperation> operations,
                                 const VolumeSettings& settings) {
-    if (auto ok = check(lattice); !ok) return tl::unexpected(ok.error());
+    TERRANE_TRY(lattice.validate());
     if (operations.empty() && !settings.level)
         return fail(ErrorCode::invalid_argument, "the list of volumes is empty");
     if (settings.level && (*settings.level < 0 || *settings.level > lattice.finest_level)) {
@@ -221,7 +220,7 @@ Result<Volumes> Volumes::create(const Lattice& lattice, std::span<const VolumeOp
     // All operations are checked first, because the level depends on all of them.
     double voxel = operations.empty() ? 1.0 : operations.front().voxel;
     for (std::size_t i = 0; i < operations.size(); ++i) {
-        if (auto ok = check(operations[i]); !ok) return named(i, ok.error());
+        if (auto ok = operations[i].validate(); !ok) return named(i, ok.error());
         voxel = std::min(voxel, operations[i].voxel);
     }
     state->level = settings.level.value_or(pinned_level(lattice, voxel));

@@ -160,7 +160,7 @@ TEST(BulletVehicle, DrivesTenMinutesOverPagedGroundAndNeverThroughIt) {
     for (int i = 0; i < 36'000; ++i) {
         drive.step(i);
         const HeightAnswer at = drive.height();
-        ASSERT_EQ(at.status, GroundStatus::ok) << "on absent ground in step " << i;
+        ASSERT_EQ(at.status, QueryStatus::ok) << "on absent ground in step " << i;
         const double clearance = drive.world_place().z() - at.height;
         least = std::min(least, clearance);
         ASSERT_GT(clearance, 0.0) << "through the ground in step " << i;

@@ -46,7 +46,7 @@ TEST(BulletGround, AnswersRaysAsTheGround) {
         if (i % 3 == 0) to.x() = from.x(), to.y() = from.y();
         const RayAnswer expected = ground.ray(from, to);
         const double fraction = cast_ray(scene, from, to);
-        if (expected.status != GroundStatus::ok) {
+        if (expected.status != QueryStatus::ok) {
             EXPECT_EQ(fraction, -1.0);
             continue;
         }

@@ -137,11 +137,13 @@ TEST(MujocoEngine, PutsTheWindowBackAfterAReset) {
 
 TEST(MujocoEngine, CountsOnlyBodiesThatCanMove) {
     Simulation simulation(32, 40.0, {60.0, 70.0, 13.0});
-    std::vector<Aabb> boxes;
-    Window::find_body_boxes(*simulation.model, *simulation.data, boxes);
-    ASSERT_EQ(boxes.size(), 1u);
-    EXPECT_EQ(boxes[0].low, Eigen::Vector3d(59.5, 69.5, 12.5));
-    EXPECT_EQ(boxes[0].high, Eigen::Vector3d(60.5, 70.5, 13.5));
+    const WorldPos origin(1000.0, 2000.0, 300.0);
+    Window window =
+        Window::create(*simulation.model, simulation.geom, {.origin_world = origin}).value();
+    const std::span<const BodyNeed> needs = window.needs(*simulation.model, *simulation.data);
+    ASSERT_EQ(needs.size(), 1u);
+    EXPECT_EQ(needs[0].centre_world, origin + Eigen::Vector3d(60.0, 70.0, 13.0));
+    EXPECT_EQ(needs[0].radius, 0.5);
 }
 
 #else

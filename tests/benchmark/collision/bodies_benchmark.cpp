@@ -99,7 +99,7 @@ bool measure(const char* scene, const ContactMap& map, const BodyDrop& drop,
         for (std::size_t i = 0; i < drop.states.size(); ++i) {
             const WorldPos place = peer.pose(i).translation;
             const HeightAnswer ground = map.ground.height(place.x(), place.y());
-            if (ground.status != GroundStatus::ok || place.z() < ground.height) ++below;
+            if (ground.status != QueryStatus::ok || place.z() < ground.height) ++below;
         }
         std::printf(
             "%-9s %6zu  %-8s mean %8.3f  median %8.3f ms a step, %zu ended below; %.2f x, %.2f x\n",

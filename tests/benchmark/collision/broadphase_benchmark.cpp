@@ -76,7 +76,6 @@ Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
     const auto broadphase = make_broadphase(kind, 0.0);
     const Shape shape = Sphere{kRadius};
     std::vector<Aabb> bounds(count);
-    std::vector<BoundingSphere> balls(count);
     std::vector<double> update, pairs, narrow, step;
     Costs costs;
     std::uint64_t operations = 0;
@@ -89,10 +88,9 @@ Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
         for (std::size_t k = 0; k < count; ++k) {
             const Eigen::Vector3d around = Eigen::Vector3d::Constant(kRadius);
             bounds[k] = {spheres.centres[k] - around, spheres.centres[k] + around};
-            balls[k] = {spheres.centres[k], kRadius};
         }
         const Stopwatch updating(Clock::wall);
-        broadphase->update(bounds, balls);
+        broadphase->update(bounds);
         update.push_back(updating.ms());
         operations = std::max(operations, broadphase->update_operations());
         const Stopwatch finding(Clock::wall);
@@ -162,11 +160,9 @@ int run(const Settings& settings) {
         if (count > settings.most) break;
         const int steps = is_quick ? 5 : count > 200'000 ? 11 : 61;
         std::size_t touching = 0;
-        for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::sap,
-                                          BroadphaseKind::two_scene, BroadphaseKind::brute}) {
+        for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::sap}) {
             if (!settings.only.empty() && settings.only != to_string(kind)) continue;
             // Runs of minutes add no information.
-            if (kind == BroadphaseKind::brute && count > 10'000) continue;
             if (kind != BroadphaseKind::grid && count > 100'000) continue;
             const Costs costs = measure(kind, count, steps);
             std::printf(

@@ -69,7 +69,7 @@ public:
         for (const auto& body : bodies_) {
             const btVector3 p = body->getWorldTransform().getOrigin();
             const HeightAnswer at = map_.ground.height(double(p.x()), double(p.y()));
-            if (at.status == GroundStatus::ok && double(p.z()) < at.height) ++count;
+            if (at.status == QueryStatus::ok && double(p.z()) < at.height) ++count;
         }
         return count;
     }

@@ -4,7 +4,7 @@
 //         segments, separating axes).
 #include "benchmark/collision/contact_workload.h"
 #include "support/random.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_contact_cache.h"
 
 #include <terrane/collision/ground_queries.h>
 
@@ -241,7 +241,7 @@ public:
     bool rays(std::span<const Ray> rays, std::span<double> fractions_out) override {
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const RayAnswer answer = ground_.ray(rays[i].from, rays[i].to);
-            fractions_out[i] = answer.status == GroundStatus::ok ? answer.fraction : kNoHit;
+            fractions_out[i] = answer.status == QueryStatus::ok ? answer.fraction : kNoHit;
         }
         return true;
     }

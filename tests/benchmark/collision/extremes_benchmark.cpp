@@ -3,11 +3,9 @@
 // The support vertex of a convex hull: time of a scan and of a climb against the number of vertices, and where they
 // cross. kClimbFrom of collision/shapes/polyhedron.h comes from here.
 #include "collision/shapes/point_clouds.h"
+#include "lab/measure.h"
 #include "shapes/query_shapes.h"
 
-#include <algorithm>
-#include <array>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <vector>
@@ -19,25 +17,13 @@ using Directions = std::vector<Eigen::Vector3d>;
 
 // Median of several runs over all directions, nanoseconds a query.
 template <class Find>
-double measure_ns(const Directions& directions, double least_s, Find find) {
-    constexpr std::size_t kRuns = 9;
-    std::array<double, kRuns> times{};
-    std::uint32_t sum = 0;
-    for (double& time : times) {
-        long asked = 0;
-        const auto start = std::chrono::steady_clock::now();
-        double elapsed = 0.0;
-        while (elapsed < least_s) {
-            for (const Eigen::Vector3d& direction : directions) sum += find(direction);
-            asked += static_cast<long>(directions.size());
-            elapsed =
-                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        }
-        time = 1e9 * elapsed / static_cast<double>(asked);
+double measure_ns(const Directions& directions, int runs, Find find) {
+    std::vector<double> times;
+    for (int run = 0; run < runs; ++run) {
+        times.push_back(tools::time_call_ns(directions.size(),
+                                            [&](std::size_t i) { return find(directions[i]); }));
     }
-    if (sum == 12345) std::printf(" ");  // keeps the results alive
-    std::nth_element(times.begin(), times.begin() + kRuns / 2, times.end());
-    return times[kRuns / 2];
+    return tools::median(times);
 }
 
 struct Times {
@@ -45,7 +31,7 @@ struct Times {
     double climb_ns = 0.0;
 };
 
-Times measure(const internal::Polyhedron& hull, const Directions& directions, double least_s) {
+Times measure(const internal::Polyhedron& hull, const Directions& directions, int runs) {
     // Small hulls have no climb table.
     internal::ClimbTable table;
     table.first_neighbour.assign(hull.first_neighbour.begin(), hull.first_neighbour.end());
@@ -53,17 +39,17 @@ Times measure(const internal::Polyhedron& hull, const Directions& directions, do
     table.slack = 1e-14;
     internal::fill_climb_starts(hull.vertices, table);
     Times times;
-    times.scan_ns = measure_ns(directions, least_s, [&](const Eigen::Vector3d& direction) {
+    times.scan_ns = measure_ns(directions, runs, [&](const Eigen::Vector3d& direction) {
         return internal::find_extreme_by_scan(hull.vertices, direction);
     });
-    times.climb_ns = measure_ns(directions, least_s, [&](const Eigen::Vector3d& direction) {
+    times.climb_ns = measure_ns(directions, runs, [&](const Eigen::Vector3d& direction) {
         return internal::find_extreme_by_climb(hull.vertices, table, direction);
     });
     return times;
 }
 
 int run(bool quick) {
-    const double least_s = quick ? 1e-4 : 5e-3;
+    const int runs = quick ? 1 : 9;
     test::Random random(5);
     Directions directions;
     for (int i = 0; i < 1024; ++i) directions.push_back(random.direction());
@@ -76,7 +62,7 @@ int run(bool quick) {
                         200, 300, 500, 800, 1200, 2000, 3000, 5000, 8000, 10'000}) {
         const Result<ConvexHull> hull = ConvexHull::create(test::sphere(random, n));
         if (!hull) return 1;
-        const Times times = measure(internal::polyhedron(*hull), directions, least_s);
+        const Times times = measure(internal::polyhedron(*hull), directions, runs);
         std::printf("%8d %10.1f %10.1f\n", n, times.scan_ns, times.climb_ns);
         const double gain = times.scan_ns - times.climb_ns;
         if (last_gain < 0.0 && gain >= 0.0) {

@@ -61,7 +61,7 @@ public:
             const WorldPos place = is_ours_ ? WorldPos(p[0], p[1], p[2])
                                             : WorldPos(p[0] + middle_, middle_ - p[2], p[1]);
             const HeightAnswer at = map_.ground.height(place.x(), place.y());
-            if (at.status == GroundStatus::ok && place.z() < at.height) ++count;
+            if (at.status == QueryStatus::ok && place.z() < at.height) ++count;
         }
         return count;
     }

@@ -125,7 +125,7 @@ void time_run(const Contestant& contestant, const BodyDrop& drop, double seconds
 bool is_below(const ContactMap& map, const Pose& pose) {
     const WorldPos& p = pose.translation;
     const HeightAnswer ground = map.ground.height(p.x(), p.y());
-    return ground.status != GroundStatus::ok || p.z() < ground.height;
+    return ground.status != QueryStatus::ok || p.z() < ground.height;
 }
 
 void judge_run(const Contestant& contestant, const ContactMap& map, const BodyDrop& drop,

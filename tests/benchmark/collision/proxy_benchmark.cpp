@@ -3,10 +3,10 @@
 // Hulls, volume, distances and time of collision proxies, by mesh and error. --quick: one error and few samples.
 // --obj FILE: the mesh of a file with lines "v x y z" and "f a b c" besides those made here.
 #include "collision/shapes/proxy_meshes.h"
+#include "lab/measure.h"
 
 #include <terrane/collision/collision_proxy.h>
 
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
@@ -63,12 +63,10 @@ int main(int count, char** arguments) {
         const double extent = (high - low).maxCoeff();
         for (const double share : {0.0, 0.01, 0.02, 0.05, 0.1, 0.5}) {
             if (is_quick && share != 0.05) continue;
-            using Clock = std::chrono::steady_clock;
-            const Clock::time_point begin = Clock::now();
+            const tools::Stopwatch watch(tools::Clock::wall);
             const Result<CollisionProxy> proxy =
                 make_collision_proxy(mesh, {.proxy_error = share * extent});
-            const double ms =
-                std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+            const double ms = watch.ms();
             if (!proxy) {
                 std::printf("%s: %s\n", name.c_str(), proxy.error().message.c_str());
                 return 1;

@@ -3,12 +3,12 @@
 // Nanoseconds a query, for every pair of shapes and kind of query; about half of the poses overlap.
 //
 //   shape_pairs_benchmark [rounds]
+#include "lab/measure.h"
 #include "support/random.h"
 
 #include <terrane/collision/shape_pairs.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -45,15 +45,10 @@ struct MotionPair {
 template <typename Question>
 double time_ns(const std::vector<MotionPair>& poses, int rounds, const Question& query) {
     double best = 1e300;
-    double sum = 0.0;
     for (int round = 0; round < rounds; ++round) {
-        const auto start = std::chrono::steady_clock::now();
-        for (const MotionPair& pair : poses) sum += query(pair);
-        const std::chrono::duration<double, std::nano> time =
-            std::chrono::steady_clock::now() - start;
-        best = std::min(best, time.count() / static_cast<double>(poses.size()));
+        best = std::min(best, tools::time_call_ns(poses.size(),
+                                                  [&](std::size_t i) { return query(poses[i]); }));
     }
-    if (sum == 0.12345) std::puts("");  // keeps the results alive
     return best;
 }
 

@@ -3,6 +3,7 @@
 // triangles that is submitted, and the processor time of a frame, all threads together: medians, in turns.
 //
 //   clusters_benchmark [--quick]
+#include "lab/measure.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -20,14 +21,11 @@
 namespace terrane {
 namespace {
 
+using tools::median;
+
 constexpr int kWidth = 640, kHeight = 360;
 
 double processor_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
 
 // Each vertex is its own target: a morph changes nothing, and its triangles are drawn whole.
 MeshId add_rock(TerrainRenderer& renderer, const TriangleMesh& rock) {

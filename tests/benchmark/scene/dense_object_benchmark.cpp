@@ -5,6 +5,7 @@
 //
 //   dense_object_benchmark [--quick] [--pictures FOLDER]
 #include "frames/object_field.h"
+#include "lab/measure.h"
 #include "support/meshes.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -23,16 +24,13 @@
 namespace terrane {
 namespace {
 
+using tools::median;
+
 constexpr int kWidth = 1280, kHeight = 720;
 constexpr double kErrorPx = 1.0;
 
 double processor_ms() {
     return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 struct Dense {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gl/gl_object.h"
 #include "gl/shader.h"
+#include "lab/measure.h"
 #include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
 
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -54,6 +54,8 @@ private:
 };
 
 namespace {
+
+using tools::median;
 
 using namespace internal;
 
@@ -200,20 +202,13 @@ void must(const Result<void>& result) {
     std::exit(1);
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // Wall clock of one drawing, milliseconds.
 double time_ms(const std::function<void()>& draw) {
     glFinish();
-    const auto start = std::chrono::steady_clock::now();
+    const tools::Stopwatch watch(tools::Clock::wall);
     draw();
     glFinish();
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
+    return watch.ms();
 }
 
 // The device's own clock of one drawing, milliseconds.

@@ -4,6 +4,7 @@
 // many frames the crowd exceeds it; beside it frames of the last budget without a governor, for how much times vary.
 //
 //   governor_benchmark [--quick]
+#include "lab/measure.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -20,6 +21,8 @@
 
 namespace terrane {
 namespace {
+
+using tools::median;
 
 constexpr int kWidth = 320, kHeight = 180;
 constexpr std::size_t kMostTriangles = 4'000'000;
@@ -91,11 +94,6 @@ Frame draw(Crowd& crowd, bool sees_crowd, std::size_t budget) {
     crowd.renderer.read();
     return {std::chrono::duration<double, std::milli>(Clock::now() - start).count(),
             crowd.scene.counts().triangles, wants_more};
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 }  // namespace

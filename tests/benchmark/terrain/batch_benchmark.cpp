@@ -104,7 +104,7 @@ void heights_in_batch(benchmark::State& state) {
     GroundBatch batch =
         value_or_exit(GroundBatch::create({.worker_count = static_cast<int>(state.range(1))}));
     std::vector<double> heights(kCount), normals(3 * kCount), errors(kCount);
-    std::vector<GroundStatus> statuses(kCount);
+    std::vector<QueryStatus> statuses(kCount);
     HeightArrays out{.heights = heights};
     if (state.range(2) != 0) {
         out.normals = normals;
@@ -172,7 +172,7 @@ void rays_one_by_one(benchmark::State& state) {
         for (std::size_t i = 0; i < kCount; ++i) {
             const RayAnswer answer = ground.ray(Eigen::Map<const WorldPos>(&segments.from[3 * i]),
                                                 Eigen::Map<const WorldPos>(&segments.to[3 * i]));
-            hits += answer.status == GroundStatus::ok;
+            hits += answer.status == QueryStatus::ok;
             fractions[i] = answer.fraction;
         }
         benchmark::ClobberMemory();
@@ -188,7 +188,7 @@ void rays_in_batch(benchmark::State& state) {
     GroundBatch batch =
         value_or_exit(GroundBatch::create({.worker_count = static_cast<int>(state.range(1))}));
     std::vector<double> fractions(kCount);
-    std::vector<GroundStatus> statuses(kCount);
+    std::vector<QueryStatus> statuses(kCount);
     for (auto _ : state) {
         if (!batch.rays(ground, PointArray::interleaved_xyz(segments.from),
                         PointArray::interleaved_xyz(segments.to),

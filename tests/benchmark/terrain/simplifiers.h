@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace terrane::bench {
@@ -28,13 +27,7 @@ struct Simplifier {
 /// Processor time of a function in milliseconds: the median of some runs. Others may use the machine.
 template <class Function>
 double median_ms(int runs, const Function& function) {
-    std::vector<double> times;
-    for (int i = 0; i < runs; ++i) {
-        const Stopwatch watch(Clock::thread);
-        function();
-        times.push_back(watch.ms());
-    }
-    return median(std::move(times));
+    return tools::median_ms(runs, Clock::thread, function);
 }
 
 /// The methods of this program, and the peers that are installed.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
 // Time, memory and accuracy of volumes. Prints one line a figure; --quick repeats less often.
+#include "lab/measure.h"
 #include "support/random.h"
 #include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -16,17 +16,9 @@ namespace terrane {
 namespace {
 
 using namespace test;
-using Clock = std::chrono::steady_clock;
 
 double milliseconds(const std::function<void()>& work, int repetitions) {
-    std::vector<double> times;
-    for (int i = 0; i < repetitions; ++i) {
-        const auto begin = Clock::now();
-        work();
-        times.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-    }
-    std::ranges::sort(times);
-    return times[times.size() / 2];
+    return tools::median_ms(repetitions, tools::Clock::wall, work);
 }
 
 VolumeWorld rough_world(double spacing) {

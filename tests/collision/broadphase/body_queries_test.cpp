@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "broadphase/body_queries.h"
 
 #include "collision/world/world_cases.h"
 #include "support/allocation_counter.h"
-#include "support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace terrane {
-namespace body_bounds_test {
+namespace terrane::body_bounds_test {
 
 using namespace test;
 
@@ -30,8 +27,7 @@ double support_along(const Shape& shape, const Pose& pose, const Eigen::Vector3d
 }
 
 TEST(ComputeAabb, ContainsTheShapeAndIsTightForConvexShapes) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (int i = 0; i < 3000 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const Shape& shape = TestScene::any_shape(random);
@@ -59,8 +55,7 @@ TEST(ComputeAabb, ContainsTheShapeAndIsTightForConvexShapes) {
 }
 
 TEST(ComputeAabb, OverlapsWhereShapesTouch) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     int touching = 0;
     for (int i = 0; i < 2000 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
@@ -85,8 +80,7 @@ TEST(ComputeAabb, OverlapsWhereShapesTouch) {
 }
 
 TEST(ComputeAabb, OverlapsWhereShapesTouchWithinRounding) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     for (int i = 0; i < 2000 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const int axis = i % 3;
@@ -106,13 +100,13 @@ TEST(ComputeAabb, OverlapsWhereShapesTouchWithinRounding) {
     }
 }
 
-}  // namespace body_bounds_test
+}  // namespace terrane::body_bounds_test
 
-namespace body_tree_test {
+namespace terrane::body_tree_test {
 
 using internal::BodyTree;
 using internal::BoxSweep;
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20261125;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -219,8 +213,7 @@ void expect_answers_of_brute_force(const BodyTree& tree, const std::vector<Aabb>
                        limit;
             }));
 
-        BoxSweep sweep;
-        sweep.from = random_box(random, width).low;
+        BoxSweep sweep{.from = random_box(random, width).low, .reach = {}};
         sweep.displacement = random_box(random, width).low - sweep.from;
         if (i % 5 == 1) sweep.displacement[i % 3] = 0.0;
         if (i % 10 == 2) sweep.displacement.setZero();
@@ -239,8 +232,7 @@ void expect_answers_of_brute_force(const BodyTree& tree, const std::vector<Aabb>
 }
 
 TEST(BodyTree, FindsTheBoxesThatBruteForceFinds) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (const std::size_t count : {0u, 1u, 2u, 3u, 50u, 500u}) {
         SCOPED_TRACE(testing::Message() << count << " boxes");
         const std::vector<Aabb> boxes = random_boxes(random, count);
@@ -252,8 +244,7 @@ TEST(BodyTree, FindsTheBoxesThatBruteForceFinds) {
 }
 
 TEST(BodyTree, FindsThemAfterARefitToo) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     for (const std::size_t count : {0u, 1u, 2u, 50u, 500u}) {
         SCOPED_TRACE(testing::Message() << count << " boxes");
         std::vector<Aabb> boxes = random_boxes(random, count);
@@ -291,16 +282,12 @@ TEST(BodyTree, FindsNothingAmongBoxesThatAreAllEmpty) {
     const Aabb all{{-1e100, -1e100, -1e100}, {1e100, 1e100, 1e100}};
     tree.visit_overlaps(all, count);
     tree.visit_near(all, kInfinity, count_to(kInfinity));
-    BoxSweep sweep;
-    sweep.displacement = {1.0, 2.0, 3.0};
-    sweep.reach = all;
-    tree.visit_along(sweep, 1.0, count_to(1.0));
+    tree.visit_along(BoxSweep{.displacement = {1.0, 2.0, 3.0}, .reach = all}, 1.0, count_to(1.0));
     EXPECT_EQ(found, 0);
 }
 
 TEST(BodyTree, LooksAtFewBoxesOfMany) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     std::vector<Aabb> boxes;
     const double width = width_of(20'000);
     for (int i = 0; i < 20'000; ++i) boxes.push_back(random_box(random, width));
@@ -315,9 +302,7 @@ TEST(BodyTree, LooksAtFewBoxesOfMany) {
             nearest = std::min(nearest, internal::box_separation(boxes[slot], {at, at}));
             return nearest;
         });
-        BoxSweep sweep;
-        sweep.from = at;
-        sweep.displacement = random_box(random, width).low - at;
+        BoxSweep sweep{.from = at, .displacement = random_box(random, width).low - at, .reach = {}};
         double first = 1.0;
         tree.visit_along(sweep, first, [&](std::uint32_t slot) {
             ++seen;
@@ -349,5 +334,4 @@ TEST(BoxSeparation, IsMinusInfinityFromTheFirstTouchOn) {
     EXPECT_EQ(internal::box_separation({{-2, 0, 0}, {-1, 0, 0}}, unit), 1.0);
 }
 
-}  // namespace body_tree_test
-}  // namespace terrane
+}  // namespace terrane::body_tree_test

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/ground/cave_scene.h"
 
-#include <terrane/collision/shapes.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

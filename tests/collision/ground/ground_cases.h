@@ -11,17 +11,12 @@
 #include <ostream>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 // Poses, motions and grounds of random tests.
 namespace terrane::test {
 
-inline Pose pose_at(double x, double y, double z) {
-    Pose pose;
-    pose.translation = {x, y, z};
-    return pose;
-}
+inline Pose pose_at(double x, double y, double z) { return Pose{.translation = {x, y, z}}; }
 
 inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
     pose.translation += d;
@@ -29,8 +24,7 @@ inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
 }
 
 inline Pose random_pose(Random& random, const Ground& ground, double low, double high) {
-    Pose pose;
-    pose.rotation = random.rotation();
+    Pose pose{.rotation = random.rotation()};
     const double x = random.between(10.0, 118.0);
     const double y = random.between(10.0, 118.0);
     pose.translation = {x, y, ground.height(x, y).height + random.between(low, high)};
@@ -38,17 +32,14 @@ inline Pose random_pose(Random& random, const Ground& ground, double low, double
 }
 
 inline Motion straight(const Eigen::Vector3d& from, const Eigen::Vector3d& translation) {
-    Motion motion;
-    motion.start.translation = from;
-    motion.translation = translation;
+    Motion motion{.start = {.translation = from}, .translation = translation};
     return motion;
 }
 
 inline Motion random_motion(Random& random, const Ground& ground, double distance, double spin) {
-    Motion motion;
-    motion.start = random_pose(random, ground, 2.0, 7.0);
-    motion.translation = distance * random.direction();
-    motion.rotation_vector = spin * random.direction();
+    Motion motion{.start = random_pose(random, ground, 2.0, 7.0),
+                  .translation = distance * random.direction(),
+                  .rotation_vector = spin * random.direction()};
     return motion;
 }
 
@@ -85,19 +76,9 @@ struct FarGround {
     Ground near = make_test_ground(hash_height, 1.0, 1);
     Ground far = make_far();
 
-    /// A pose whose coordinates are exact on both grounds.
-    static Pose rounded(Pose pose) {
-        for (int k = 0; k < 3; ++k) {
-            pose.translation[k] = std::floor(pose.translation[k] * 0x1p20) * 0x1p-20;
-        }
-        return pose;
-    }
-    static Pose shifted(const Pose& pose) { return moved(pose, {kShift, kShift, 0.0}); }
-
 private:
     static Ground make_far() {
-        TableGroundSettings settings;
-        settings.first_root = kRoots;
+        TableGroundSettings settings{.first_root = kRoots};
         return make_test_ground(
             [](double x, double y) { return hash_height(x - kShift, y - kShift); }, settings);
     }

@@ -3,7 +3,6 @@
 #include "ground/heightfield/heightfield_queries.h"
 #include "ground_checks.h"
 
-#include <terrane/collision/ground_queries.h>
 #include <terrane/collision/shapes.h>
 
 #include <gtest/gtest.h>
@@ -28,7 +27,7 @@ inline void expect_no_overlap(const Shape& shape, const Motion& motion, const Gr
 inline void expect_stops_at_the_ground(const Shape& shape, const Motion& motion,
                                        const Ground& ground, long& hits) {
     const CastAnswer answer = cast(shape, motion, ground);
-    ASSERT_EQ(answer.status, QueryStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::ok);
     EXPECT_FALSE(answer.started_in_contact);
     expect_no_overlap(shape, motion, ground, answer.fraction);
     if (!answer.hit) {
@@ -96,8 +95,7 @@ inline void expect_reports_touch_and_overlap_at_the_start(const Shape& shape) {
 inline void expect_skips_separating_contacts(const Shape& shape) {
     const Ground ground =
         make_test_ground([](double x, double) { return x > 70.0 ? x - 70.0 : 0.0; }, 1.0, 1);
-    CastSettings settings;
-    settings.skip_separating = true;
+    CastSettings settings{.skip_separating = true};
     for (const double depth : {0.0, 0.01}) {
         const Eigen::Vector3d from(60.3, 64.4, 0.5 - depth);
         EXPECT_FALSE(cast(shape, straight(from, {0.0, 0.0, 1.0}), ground, settings).hit);
@@ -115,8 +113,7 @@ inline void expect_skips_separating_contacts(const Shape& shape) {
 
 }  // namespace terrane::test
 
-namespace terrane {
-namespace ground_cast_test {
+namespace terrane::ground_cast_test {
 
 using namespace test;
 
@@ -126,12 +123,10 @@ class ShapeCasts : public EveryShape {};
 INSTANTIATE_TEST_SUITE_P(All, ShapeCasts, testing::ValuesIn(make_named_shapes()), shape_name);
 
 TEST_P(ShapeCasts, StopBeforeTheGroundAndWithinTheTolerance) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     long cases = 0, hits = 0;
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         long apart = 0;
         for (int i = 0; i < 24; ++i) {
             const Motion motion = random_motion(random, ground, i);
@@ -149,8 +144,7 @@ TEST_P(ShapeCasts, StopBeforeTheGroundAndWithinTheTolerance) {
 TEST_P(ShapeCasts, HitAThinWallAtAnySpeed) { expect_hits_a_thin_wall_at_any_speed(shape()); }
 
 TEST_P(ShapeCasts, SlideOverFlatSeamsWithoutAHit) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     expect_slides_over_flat_seams(random, shape(), 40);
 }
 
@@ -162,7 +156,7 @@ TEST_P(ShapeCasts, OfNoLengthAnswer) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const Motion high = straight({64.3, 64.4, 5.0}, {0.0, 0.0, 0.0});
     const CastAnswer apart = cast(shape(), high, ground);
-    EXPECT_EQ(apart.status, QueryStatus::complete);
+    EXPECT_EQ(apart.status, QueryStatus::ok);
     EXPECT_FALSE(apart.hit);
     EXPECT_EQ(apart.fraction, 1.0);
     const Motion low = straight({64.3, 64.4, -5.0}, {0.0, 0.0, 0.0});
@@ -170,16 +164,15 @@ TEST_P(ShapeCasts, OfNoLengthAnswer) {
 }
 
 TEST_P(ShapeCasts, ReportNotResidentWhereUnloadedGroundComesFirst) {
-    TableGroundSettings settings;
-    settings.roots = 2;
-    settings.is_resident = [](int column, int) { return column == 0; };
+    TableGroundSettings settings{.roots = 2,
+                                 .is_resident = [](int column, int) { return column == 0; }};
     const Ground ground =
         make_test_ground([](double x, double) { return x == 100.0 ? 9.0 : 0.0; }, settings);
     const auto along_x = [&](double from, double distance) {
         return cast(shape(), straight({from, 64.4, 4.0}, {distance, 0.0, 0.0}), ground);
     };
     const CastAnswer wall = along_x(64.3, 100.0);
-    EXPECT_EQ(wall.status, QueryStatus::complete);
+    EXPECT_EQ(wall.status, QueryStatus::ok);
     EXPECT_TRUE(wall.hit);
     const CastAnswer unloaded = along_x(104.3, 100.0);
     EXPECT_EQ(unloaded.status, QueryStatus::not_resident);
@@ -189,22 +182,10 @@ TEST_P(ShapeCasts, ReportNotResidentWhereUnloadedGroundComesFirst) {
     EXPECT_EQ(along_x(140.3, 1.0).status, QueryStatus::not_resident);
 }
 
-TEST_P(ShapeCasts, GiveTheSameBitsTenThousandKilometresOut) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const FarGround grounds;
-    for (int i = 0; i < 30; ++i) {
-        Motion motion = random_motion(random, grounds.near, 30.0, i % 2 == 0 ? 0.0 : 2.0);
-        motion.start = FarGround::rounded(motion.start);
-        expect_the_same_cast_far_out(shape(), motion, grounds);
-    }
-}
-
 TEST(Cast, StopsAFallOfAKilometreWithinTheTolerance) {
     const Ground ground = make_test_ground([](double, double) { return 3.0; }, 1.0, 1);
     for (const double tolerance : {1e-2, 1e-4, 1e-6}) {
-        CastSettings settings;
-        settings.tolerance = tolerance;
+        CastSettings settings{.tolerance = tolerance};
         const CastAnswer answer = cast(
             Sphere{0.5}, straight({64.3, 64.4, 1003.5}, {0.0, 0.0, -2000.0}), ground, settings);
         ASSERT_TRUE(answer.hit);
@@ -229,10 +210,9 @@ TEST(Cast, SkipsSeparatingContactsUntilTheyCloseAgain) {
 TEST(Cast, DoesNotHitWhenTurningAwayFromAContact) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     // Starts a quarter of the tolerance above the ground and tips away from it.
-    Motion motion;
-    motion.start.translation = {64.3, 64.4, 0.5 + 0.25e-4};
-    motion.translation = {0.0, 0.0, 0.5};
-    motion.rotation_vector = {0.2, 0.0, 0.0};
+    Motion motion{.start = {.translation = {64.3, 64.4, 0.5 + 0.25e-4}},
+                  .translation = {0.0, 0.0, 0.5},
+                  .rotation_vector = {0.2, 0.0, 0.0}};
     EXPECT_FALSE(cast(Box{{1.0, 1.0, 0.5}}, motion, ground).hit);
     // Spinning about the normal moves no point towards the ground.
     motion.translation = {0.0, 0.0, 0.0};
@@ -260,22 +240,6 @@ TEST(Cast, OfGreatLengthCostsNoMoreThanTheGroundBelowIt) {
     }
 }
 
-TEST(Cast, RejectsNonFiniteArguments) {
-    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(cast(Sphere{}, straight({nan, 0, 0}, {0, 0, 1}), ground).status,
-              QueryStatus::invalid);
-    EXPECT_EQ(cast(Sphere{}, straight({0, 0, 0}, {0, nan, 1}), ground).status,
-              QueryStatus::invalid);
-    EXPECT_EQ(cast(Sphere{nan}, Motion{}, ground).status, QueryStatus::invalid);
-    Motion spinning;
-    spinning.rotation_vector = {nan, 0.0, 0.0};
-    EXPECT_EQ(cast(Sphere{}, spinning, ground).status, QueryStatus::invalid);
-    CastSettings settings;
-    settings.tolerance = 0.0;
-    EXPECT_EQ(cast(Sphere{}, Motion{}, ground, settings).status, QueryStatus::invalid);
-}
-
 TEST(Cast, TurnsAboutTheBodysOriginAndNotAboutItsCentre) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     // A needle 3 m to the east swings down a quarter circle, past the ground 1.5 m below the origin.
@@ -296,8 +260,7 @@ TEST(Cast, TurnsAboutTheBodysOriginAndNotAboutItsCentre) {
 }
 
 TEST(Cast, OfAHullOfTenThousandPointsIsThatOfItsSphere) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const ConvexHull hull = make_hull(sphere(random, 10'000));
     const Ground ground =
         make_test_ground([](double x, double y) { return hash_height(x, y); }, 1.0, 1);
@@ -319,9 +282,9 @@ TEST(Cast, OfAHullOfTenThousandPointsIsThatOfItsSphere) {
     EXPECT_GT(hits, 0);
 }
 
-}  // namespace ground_cast_test
+}  // namespace terrane::ground_cast_test
 
-namespace sweep_clear_test {
+namespace terrane::sweep_clear_test {
 
 using namespace test;
 using internal::is_sweep_clear;
@@ -354,8 +317,7 @@ std::vector<Shape> make_shapes() {
 
 /// A short motion that starts just above the ground, like that of a body in a substep.
 Motion random_short_motion(Random& random, const Shape& shape, const Ground& ground) {
-    Motion motion;
-    motion.start = random_pose(random, ground, 0.0, 1.0);
+    Motion motion{.start = random_pose(random, ground, 0.0, 1.0)};
     const double above = random.below(2) == 0 ? 2.5e-3 : random.between(0.0, 0.3);
     motion.start.translation.z() += compute_lift(shape, motion.start, ground).lift + above;
     const double distance = std::exp(random.between(std::log(1e-4), std::log(0.3)));
@@ -376,12 +338,10 @@ double least_distance(const Shape& shape, const Motion& motion, const Ground& gr
 }
 
 TEST(SweepClear, ProvedMotionsKeepTheMargin) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     int clear = 0, proved = 0, met = 0;
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (const Shape& shape : make_shapes()) {
             for (int i = 0; i < 150; ++i) {
                 const Motion motion = random_short_motion(random, shape, ground);
@@ -401,8 +361,7 @@ TEST(SweepClear, ProvedMotionsKeepTheMargin) {
 }
 
 TEST(SweepClear, NeverProvesAMotionThatACastHits) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     int hits = 0;
     const Ground ground = make_test_ground(hash_height, 1.0, 1);
     for (const Shape& shape : make_shapes()) {
@@ -446,15 +405,12 @@ TEST(SweepClear, ProvesNothingForLargeTurnsInvalidInputOrMissingGround) {
     high.translation.x() = std::numeric_limits<double>::infinity();
     EXPECT_FALSE(is_sweep_clear(Box{{1.0, 1.0, 1.0}}, high, flat, kMargin));
 
-    TableGroundSettings settings;
-    settings.roots = 2;
-    settings.is_resident = [](int column, int) { return column == 0; };
-    settings.bound = 100.0f;
+    TableGroundSettings settings{
+        .roots = 2, .bound = 100.0f, .is_resident = [](int column, int) { return column == 0; }};
     const Ground half = make_test_ground([](double, double) { return 0.0; }, settings);
     const Eigen::Vector3d up(0.0, 0.0, 0.1);
     EXPECT_TRUE(is_sweep_clear(Sphere{1.0}, straight({120.0, 64.0, 2.0}, up), half, kMargin));
     EXPECT_FALSE(is_sweep_clear(Sphere{1.0}, straight({127.5, 64.0, 2.0}, up), half, kMargin));
 }
 
-}  // namespace sweep_clear_test
-}  // namespace terrane
+}  // namespace terrane::sweep_clear_test

@@ -2,12 +2,9 @@
 #include "collision/ground/ground_cases.h"
 #include "ground_checks.h"
 
-#include <terrane/collision/ground_queries.h>
-
 #include <gtest/gtest.h>
 
-namespace terrane {
-namespace ground_contact_test {
+namespace terrane::ground_contact_test {
 
 using namespace test;
 
@@ -22,16 +19,14 @@ INSTANTIATE_TEST_SUITE_P(All, ShapeDistances, testing::ValuesIn(make_named_shape
 TEST_P(ShapeDistances, LiftIsMinusInfinityOverNoGround) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     const LiftAnswer answer = compute_lift(shape(), pose_at(-50.0, 60.0, 0.0), ground);
-    EXPECT_EQ(answer.status, QueryStatus::complete);
+    EXPECT_EQ(answer.status, QueryStatus::ok);
     EXPECT_EQ(answer.lift, -std::numeric_limits<double>::infinity());
 }
 
 TEST_P(ShapeContacts, SeparateTheShapeWhenResolved) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         long overlapping = 0;
         for (int i = 0; i < 30; ++i) {
             const Pose pose = random_pose(random, ground, -1.0, 1.5);
@@ -42,11 +37,9 @@ TEST_P(ShapeContacts, SeparateTheShapeWhenResolved) {
 }
 
 TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed + 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         long apart = 0, compared = 0;
         for (int i = 0; i < 30; ++i) {
             const Pose pose = random_pose(random, ground, 0.0, 3.0);
@@ -69,12 +62,10 @@ TEST_P(ShapeContacts, HaveNoDepthWhereTheShapeIsApart) {
 }
 
 TEST_P(ShapeContacts, HaveTheFaceNormalOnFlatSeams) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
     for (int i = 0; i < 100; ++i) {
-        Pose pose;
-        pose.rotation = random.rotation();
+        Pose pose{.rotation = random.rotation()};
         // Over corners, edges and the seam between two root squares.
         pose.translation = {128.0 + random.between(-2.0, 2.0), 128.0, 0.0};
         const double lift = compute_lift(shape(), pose, ground).lift;
@@ -93,43 +84,11 @@ TEST_P(ShapeContacts, PushUpAShapeAKilometreBelow) {
     expect_pushed_up_from_a_kilometre_below(shape());
 }
 
-TEST_P(ShapeContacts, GiveTheSameBitsTenThousandKilometresOut) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const FarGround grounds;
-    for (int i = 0; i < 50; ++i) {
-        const Pose pose = random_pose(random, grounds.near, -0.5, 1.5);
-        expect_the_same_contacts_far_out(shape(), FarGround::rounded(pose), grounds);
-    }
-}
-
-TEST_P(ShapeContacts, RejectPosesThatAreNotFiniteOrNotRotations) {
-    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    Pose skewed;
-    skewed.rotation(0, 1) = 1e-3;
-    Pose mirrored;
-    mirrored.rotation(2, 2) = -1.0;
-    std::array<Contact, 4> contacts;
-    for (const Pose& pose : {pose_at(nan, 0, 0), pose_at(0, 0, nan), skewed, mirrored}) {
-        EXPECT_EQ(find_contacts(shape(), pose, ground, 0.0, contacts).status, QueryStatus::invalid);
-        EXPECT_EQ(signed_distance(shape(), pose, ground, 1.0).status, QueryStatus::invalid);
-        EXPECT_EQ(compute_lift(shape(), pose, ground).status, QueryStatus::invalid);
-        EXPECT_EQ(test_contact(shape(), pose, ground).status, QueryStatus::invalid);
-        EXPECT_EQ(pseudodistance(shape(), pose, ground).status, QueryStatus::invalid);
-        Motion motion;
-        motion.start = pose;
-        EXPECT_EQ(cast(shape(), motion, ground).status, QueryStatus::invalid);
-    }
-}
-
 TEST_P(ShapeDistances, OverlappingAreMinusTheShortestOfManyTranslations) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     int overlap_count = 0;
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (int i = 0; i < 30; ++i) {
             Pose pose = random_pose(random, ground, -0.5, 1.5);
             // Half of them overlap slightly.
@@ -156,11 +115,9 @@ TEST_P(ShapeDistances, OverlappingAreMinusTheShortestOfManyTranslations) {
 }
 
 TEST_P(ShapeDistances, ApartAreTheLargestDisplacementWithoutOverlap) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         long apart = 0;
         for (int i = 0; i < 20; ++i) {
             const Pose pose = random_pose(random, ground, 0.5, 4.0);
@@ -177,46 +134,6 @@ TEST_P(ShapeDistances, ApartAreTheLargestDisplacementWithoutOverlap) {
             }
         }
         EXPECT_GT(apart, 1);
-    }
-}
-
-TEST(ComputeLift, OfBoxesIsThatOfTheirClippedFaces) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (int i = 0; i < 60; ++i) {
-            const Box box{
-                {random.between(0.0, 2.0), random.between(0.0, 2.0), random.between(0.0, 1.0)}};
-            const Pose pose = random_pose(random, ground, -2.0, 2.0);
-            double expected = -std::numeric_limits<double>::infinity();
-            for (const Corners& corners :
-                 make_soup(ground, pose.translation.x() - 3.0, pose.translation.y() - 3.0,
-                           pose.translation.x() + 3.0, pose.translation.y() + 3.0)) {
-                expected = std::max(expected, clip_box_lift(box.half_extents, pose, corners));
-            }
-            EXPECT_NEAR(compute_lift(box, pose, ground).lift, expected, 1e-9);
-        }
-    }
-}
-
-TEST(ComputeLift, OfRoundShapesIsTheLargestOverSampledPoints) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const std::vector<Scene> scenes = make_scenes();
-    for (const Scene& scene : {scenes[0], scenes[3], scenes[6]}) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
-        for (const Shape& shape : {Shape(Sphere{0.8}), Shape(Capsule{0.4, 0.8})}) {
-            for (int i = 0; i < 6; ++i) {
-                const Pose pose = random_pose(random, ground, -1.0, 1.5);
-                const double lift = compute_lift(shape, pose, ground).lift;
-                const double sampled = sample_round_lift(shape, pose, ground, 160);
-                EXPECT_GE(lift, sampled - 1e-12);
-                EXPECT_LE(lift, sampled + 0.05);
-            }
-        }
     }
 }
 
@@ -262,8 +179,7 @@ TEST(FindContacts, FindASpikeUnderALargeShapeAtEveryCellOfASquare) {
         Pose pose;
         double depth;
     };
-    Motion turn;
-    turn.rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX();
+    Motion turn{.start = {}, .rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX()};
     const double half_root = std::sqrt(0.5);
     const std::array<Case, 3> cases{{
         {Box{{15.0, 15.0, 1.0}}, pose_at(0.0, 0.0, 5.99), 0.01},
@@ -288,8 +204,7 @@ TEST(FindContacts, FindASpikeUnderALargeShapeAtEveryCellOfASquare) {
 TEST(FindContacts, FindARidgeUnderTheEdgeOfABox) {
     const Ground ground =
         make_test_ground([](double x, double) { return -std::abs(x - 64.0); }, 1.0, 1);
-    Motion turn;
-    turn.rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX();
+    Motion turn{.start = {}, .rotation_vector = 0.78539816339744831 * Eigen::Vector3d::UnitX()};
     Pose pose = turn.at(1.0);  // stands on an edge along x
     pose.translation = {64.0, 64.5, std::sqrt(2.0) - 0.01};
     std::array<Contact, 8> contacts;
@@ -313,7 +228,7 @@ TEST(FindContacts, AnswerForShapesWithoutThickness) {
                                Shape(Box{{1.0, 1.0, 0.0}}), Shape(Box{{1.0, 0.0, 0.0}})}) {
         const ContactAnswer answer =
             find_contacts(shape, pose_at(64.3, 64.4, surface), ground, 0.0, contacts);
-        EXPECT_EQ(answer.status, QueryStatus::complete);
+        EXPECT_EQ(answer.status, QueryStatus::ok);
         EXPECT_GE(answer.count, 1u);
     }
 }
@@ -335,8 +250,7 @@ TEST(FindContacts, ReportExactTouchAsAContactOfDepthZero) {
 
 TEST(FindContacts, ReportTruncatedAndKeepTheDeepest) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    Motion turn;
-    turn.rotation_vector = 0.001 * Eigen::Vector3d(1.0, 0.5, 0.0);
+    Motion turn{.start = {}, .rotation_vector = 0.001 * Eigen::Vector3d(1.0, 0.5, 0.0)};
     Pose pose = turn.at(1.0);
     pose.translation = {64.3, 64.4, 0.49};
     std::array<Contact, 8> all;
@@ -351,27 +265,13 @@ TEST(FindContacts, ReportTruncatedAndKeepTheDeepest) {
     EXPECT_EQ(few[1].depth, all[1].depth);
 }
 
-TEST(FindContacts, RejectNonFiniteAndNegativeArguments) {
-    const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    std::array<Contact, 4> contacts;
-    EXPECT_EQ(find_contacts(Sphere{nan}, Pose{}, ground, 0.0, contacts).status,
-              QueryStatus::invalid);
-    EXPECT_EQ(find_contacts(Sphere{-1.0}, Pose{}, ground, 0.0, contacts).status,
-              QueryStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, nan, contacts).status, QueryStatus::invalid);
-    EXPECT_EQ(find_contacts(Box{}, Pose{}, ground, -1.0, contacts).status, QueryStatus::invalid);
-    EXPECT_EQ(signed_distance(Box{}, Pose{}, ground, nan).status, QueryStatus::invalid);
-}
-
 TEST(FindContacts, ReportNotResidentWhereAChunkIsMissing) {
-    TableGroundSettings settings;
-    settings.roots = 2;
-    settings.is_resident = [](int column, int) { return column == 0; };
+    TableGroundSettings settings{.roots = 2,
+                                 .is_resident = [](int column, int) { return column == 0; }};
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
     EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(64.0, 64.0, 0.4), ground, 0.0, contacts).status,
-              QueryStatus::complete);
+              QueryStatus::ok);
     EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(128.2, 64.0, 0.4), ground, 0.0, contacts).status,
               QueryStatus::not_resident);
     EXPECT_EQ(compute_lift(Sphere{0.5}, pose_at(200.0, 64.0, 0.4), ground).status,
@@ -379,8 +279,7 @@ TEST(FindContacts, ReportNotResidentWhereAChunkIsMissing) {
 }
 
 TEST(FindContacts, FindNoGroundInCellsOutside) {
-    TableGroundSettings settings;
-    settings.is_outside = [](double x, double) { return x > 64.0; };
+    TableGroundSettings settings{.is_outside = [](double x, double) { return x > 64.0; }};
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
     std::array<Contact, 4> contacts;
     EXPECT_EQ(find_contacts(Sphere{0.5}, pose_at(70.0, 64.0, -3.0), ground, 0.0, contacts).count,
@@ -393,9 +292,7 @@ TEST(FindContacts, FindNoGroundInCellsOutside) {
 }
 
 TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
-    TableGroundSettings settings;
-    settings.spacing = 0.01;
-    settings.roots = 3;
+    TableGroundSettings settings{.spacing = 0.01, .roots = 3};
     const Ground ground = make_test_ground(
         [](double x, double y) { return 0.01 * hash_height(100.0 * x, 100.0 * y); }, settings);
     Pose pose = pose_at(1.92, 1.92, 0.5);
@@ -404,27 +301,25 @@ TEST(FindContacts, AnswerForABoxOverAHundredThousandCells) {
     pose.translation.z() += lift - 0.001;
     std::array<Contact, 256> contacts;
     const ContactAnswer answer = find_contacts(box, pose, ground, 0.0, contacts);
-    ASSERT_EQ(answer.status, QueryStatus::complete);
+    ASSERT_EQ(answer.status, QueryStatus::ok);
     ASSERT_GE(answer.count, 1u);
     EXPECT_NEAR(answer.lift, 0.001, 1e-12);
     const Eigen::Vector3d d = resolve({contacts.data(), answer.count});
     EXPECT_LE(compute_lift(box, moved(pose, d), ground).lift, 2e-9);
 }
 
-}  // namespace ground_contact_test
+}  // namespace terrane::ground_contact_test
 
-namespace hull_contact_test {
+namespace terrane::hull_contact_test {
 
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261102;
 
 TEST(HullDistance, IsThatOfTheBoxWhoseCornersItHas) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         long compared = 0, touching = 0;
         for (int i = 0; i < 60; ++i) {
             const Box box{
@@ -527,8 +422,7 @@ TEST(ShapeFeatures, AreThoseThatTouchTheGround) {
     };
     expect_features(Sphere{0.5}, pose_at(64.3, 64.4, 0.49), {{0, 0}});
     expect_features(Capsule{0.25, 0.5}, pose_at(64.3, 64.4, 0.74), {{0, 0}});
-    Motion turn;
-    turn.rotation_vector = 1.5707963267948966 * Eigen::Vector3d::UnitX();
+    Motion turn{.start = {}, .rotation_vector = 1.5707963267948966 * Eigen::Vector3d::UnitX()};
     Pose lying = turn.at(1.0);
     lying.translation = {64.3, 64.45, 0.24};
     expect_features(Capsule{0.25, 0.5}, lying, {{0, 0}, {1, 1}});
@@ -567,8 +461,7 @@ TEST(ShapeFeatures, AreThoseThatTouchTheGround) {
 }
 
 TEST(HullContacts, OfTenThousandPointsAreThoseOfTheirSphere) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const ConvexHull hull = make_hull(sphere(random, 10'000));
     const Ground ground =
         make_test_ground([](double x, double y) { return hash_height(x, y); }, 1.0, 1);
@@ -588,5 +481,4 @@ TEST(HullContacts, OfTenThousandPointsAreThoseOfTheirSphere) {
     }
 }
 
-}  // namespace hull_contact_test
-}  // namespace terrane
+}  // namespace terrane::hull_contact_test

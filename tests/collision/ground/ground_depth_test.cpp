@@ -5,8 +5,6 @@
 #include "collision/ground/ground_cases.h"
 #include "ground/heightfield/min_translation.h"
 
-#include <terrane/collision/ground_queries.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,8 +14,7 @@
 #include <limits>
 #include <vector>
 
-namespace terrane {
-namespace exact_plane_test {
+namespace terrane::exact_plane_test {
 
 using namespace test;
 using Long = long double;
@@ -45,8 +42,7 @@ struct Plane {
           normal(LongVec(-Long{x_slope}, -Long{y_slope}, 1).normalized()) {}
 
     static Ground make(double corner, double x_slope, double y_slope) {
-        TableGroundSettings settings;
-        settings.first_root = static_cast<std::int32_t>(corner / 128.0);
+        TableGroundSettings settings{.first_root = static_cast<std::int32_t>(corner / 128.0)};
         return make_test_ground(
             [=](double x, double y) { return x_slope * (x - corner) + y_slope * (y - corner); },
             settings);
@@ -99,8 +95,7 @@ Long gap_at(const Plane& plane, const Shape& shape, const Motion& motion, Long t
 
 // A pose near the middle of the ground at a given gap from the plane.
 Pose pose_with_gap(Random& random, const Plane& plane, const Shape& shape, double gap) {
-    Pose pose;
-    pose.rotation = random.rotation();
+    Pose pose{.rotation = random.rotation()};
     const double x = random.between(54.0, 74.0), y = random.between(54.0, 74.0);
     const Long over = drop(shape, pose.rotation.cast<Long>(), plane.normal) + Long{gap};
     pose.translation = {plane.at + x, plane.at + y,
@@ -116,15 +111,13 @@ Long length_of(const Shape& shape, const Motion& motion) {
 }
 
 TEST(ExactPlane, DepthIsWithinTheDerivedBound) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     Long worst = 0, worst_share = 0;
     for (const Plane& plane : planes()) {
         for (const Shape& shape : shapes()) {
             for (int i = 0; i < 300; ++i) {
                 const double wanted = std::pow(10.0, random.between(-8.0, -1.0));
-                Motion still;
-                still.start = pose_with_gap(random, plane, shape, -wanted);
+                Motion still{.start = pose_with_gap(random, plane, shape, -wanted)};
                 const Long depth = -gap_at(plane, shape, still, 0);
                 const DistanceAnswer answer =
                     signed_distance(shape, still.start, plane.ground, 1.0);
@@ -147,8 +140,8 @@ TEST(ExactPlane, DepthIsWithinTheDerivedBound) {
 
 // A motion that meets the plane at about half its length near the middle of the ground.
 Motion random_motion(Random& random, const Plane& plane, const Shape& shape, double spin) {
-    Motion motion;
-    motion.start = pose_with_gap(random, plane, shape, std::pow(10.0, random.between(-2.0, 1.0)));
+    Motion motion{
+        .start = pose_with_gap(random, plane, shape, std::pow(10.0, random.between(-2.0, 1.0)))};
     const Long gap = gap_at(plane, shape, motion, 0);
     const Eigen::Vector3d n = plane.normal.cast<double>();
     const Eigen::Vector3d side = random.direction().cross(n);
@@ -159,8 +152,7 @@ Motion random_motion(Random& random, const Plane& plane, const Shape& shape, dou
 }
 
 TEST(ExactPlane, TimeOfContactIsWithinTheDerivedBound) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     for (const double tolerance : {1e-4, 1e-6}) {
         Long earliest = 0, latest = -1;
         for (const Plane& plane : planes()) {
@@ -169,8 +161,7 @@ TEST(ExactPlane, TimeOfContactIsWithinTheDerivedBound) {
                     const Motion motion = random_motion(random, plane, shape, 0.0);
                     const Long closing = -plane.normal.dot(motion.translation.cast<Long>());
                     const Long time = gap_at(plane, shape, motion, 0) / closing;
-                    CastSettings settings;
-                    settings.tolerance = tolerance;
+                    CastSettings settings{.tolerance = tolerance};
                     const CastAnswer answer = cast(shape, motion, plane.ground, settings);
                     ASSERT_TRUE(answer.hit);
                     const Long early = (time - Long{answer.fraction}) * closing;
@@ -189,8 +180,7 @@ TEST(ExactPlane, TimeOfContactIsWithinTheDerivedBound) {
 }
 
 TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     const CastSettings settings;
     Long widest = 0;
     for (const Plane& plane : planes()) {
@@ -217,12 +207,12 @@ TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
     EXPECT_GT(widest, 0.01L * settings.tolerance);
 }
 
-}  // namespace exact_plane_test
+}  // namespace terrane::exact_plane_test
 
 // The search for the minimum translation does a bounded amount of work, however many cells a shape overlaps, wherever
 // no accuracy is promised.
 
-namespace depth_limit_test {
+namespace terrane::depth_limit_test {
 
 using namespace test;
 using internal::find_lift;
@@ -255,8 +245,7 @@ ConvexHull make_needle(const Eigen::Vector3d& tip) {
 }
 
 TEST(DepthLimit, HoldsForLargeShapesThatAreDeeperThanTheyAreThick) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Ground ground = make_test_ground(hash_height, 1.0, 1);
     const Points disc = stretched(sphere(random, 20), {30.0, 30.0, 1.0});
     int limited = 0;
@@ -268,9 +257,8 @@ TEST(DepthLimit, HoldsForLargeShapesThatAreDeeperThanTheyAreThick) {
              {"rod", Capsule{1.0, 30.0}}}) {
         for (int i = 0; i < 3; ++i) {
             SCOPED_TRACE(testing::Message() << name << ' ' << i);
-            Pose pose;
-            pose.rotation = random.rotation();
-            pose.translation = {random.between(20.0, 100.0), random.between(20.0, 100.0), 0.0};
+            Pose pose{random.rotation(),
+                      {random.between(20.0, 100.0), random.between(20.0, 100.0), 0.0}};
             const double depth = random.between(3.0, 40.0);
             pose.translation.z() += compute_lift(shape, pose, ground).lift - depth;
             const SearchLimits limits{.most_cells = 1 << 11};
@@ -295,11 +283,8 @@ TEST(DepthLimit, HoldsForLargeShapesThatAreDeeperThanTheyAreThick) {
 
 // Up to half its smallest extent the minimum is promised for every shape.
 TEST(DepthLimit, DoesNotHoldUpToHalfTheSmallestExtent) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
-    TableGroundSettings settings;
-    settings.roots = 4;
-    const Ground ground = make_test_ground(hash_height, settings);
+    SeededRandom random(kSeed + 1);
+    const Ground ground = make_test_ground(hash_height, TableGroundSettings{.roots = 4});
     const Points ball = stretched(sphere(random, 20), {100.0, 100.0, 100.0});
     std::int64_t most_cells = 0;
     for (const auto& [name, shape] :
@@ -309,9 +294,8 @@ TEST(DepthLimit, DoesNotHoldUpToHalfTheSmallestExtent) {
                                                               {"ball", make_hull(ball)}}) {
         for (int i = 0; i < 4; ++i) {
             SCOPED_TRACE(testing::Message() << name << ' ' << i);
-            Pose pose;
-            pose.rotation = random.rotation();
-            pose.translation = {random.between(150.0, 350.0), random.between(150.0, 350.0), 0.0};
+            Pose pose{random.rotation(),
+                      {random.between(150.0, 350.0), random.between(150.0, 350.0), 0.0}};
             const double depth = random.between(0.0, 1.0) * smallest_half_extent(shape);
             pose.translation.z() += compute_lift(shape, pose, ground).lift - depth;
             const Searched searched = search(shape, pose, ground, {});
@@ -323,5 +307,4 @@ TEST(DepthLimit, DoesNotHoldUpToHalfTheSmallestExtent) {
     EXPECT_GT(most_cells, SearchLimits{}.most_cells);
 }
 
-}  // namespace depth_limit_test
-}  // namespace terrane
+}  // namespace terrane::depth_limit_test

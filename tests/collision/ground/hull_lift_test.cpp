@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace terrane {
-namespace hull_lift_test {
+namespace terrane::hull_lift_test {
 
 using namespace test;
 
@@ -14,13 +13,11 @@ constexpr int kFactor = TERRANE_LIFT_FACTOR;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(HullLift, IsThatOfClippedFaces) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     // 10^4 cases in total.
     const int count = 180 * kFactor;
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (const NamedHull& named : make_hulls(random)) {
             SCOPED_TRACE(named.name);
             const ConvexHull hull = make_hull(named.points);
@@ -37,11 +34,9 @@ TEST(HullLift, IsThatOfClippedFaces) {
 }
 
 TEST(HullLift, OfANeedleIsThatOfClippedFaces) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (const double reach : {6.0, 60.0, 600.0, 3e4}) {
             for (int i = 0; i < 3 * kFactor; ++i) {
                 SCOPED_TRACE(testing::Message() << reach << " m, " << i);
@@ -62,11 +57,9 @@ TEST(HullLift, OfANeedleIsThatOfClippedFaces) {
 }
 
 TEST(HullLift, IsThatOfTheBoxWhoseCornersItHas) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    SeededRandom random(kSeed);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (int i = 0; i < 100; ++i) {
             // Larger than a cell, some without thickness.
             const Box box{{random.between(0.0, 6.0), i % 5 == 0 ? 0.0 : random.between(0.0, 6.0),
@@ -85,14 +78,12 @@ TEST(HullLift, IsThatOfTheBoxWhoseCornersItHas) {
 }
 
 TEST(HullLift, OfTenThousandPointsIsBoundedByVerticesAndSphere) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Points points =
         transformed(sphere(random, 10'000), 0.8, Eigen::Matrix3d::Identity(), {0.0, 0.5, -0.3});
     const ConvexHull hull = make_hull(points);
-    for (const Scene& scene : make_scenes()) {
-        SCOPED_TRACE(scene.name);
-        const Ground ground = make_test_ground(scene.height, 1.0, 1);
+    for (const auto& [name, ground] : scenes()) {
+        SCOPED_TRACE(name);
         for (int i = 0; i < 10; ++i) {
             const Pose pose = random_pose(random, ground, -1.0, 2.0);
             double sampled = -kInfinity;
@@ -113,10 +104,8 @@ TEST(HullLift, OfTenThousandPointsIsBoundedByVerticesAndSphere) {
 }
 
 TEST(HullLift, IsAccurateOnCliffs) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    TableGroundSettings settings;
-    settings.quantum = 0x1p-10;
+    SeededRandom random(kSeed);
+    TableGroundSettings settings{.quantum = 0x1p-10};
     const Ground ground =
         make_test_ground([](double x, double) { return x >= 64.0 ? 1e5 : 0.0; }, settings);
     for (const NamedHull& named : make_hulls(random)) {
@@ -135,8 +124,7 @@ TEST(HullLift, IsAccurateOnCliffs) {
 }
 
 TEST(HullLift, IsThatOfTheBoxAtAnySizeAndFarFromTheBodysOrigin) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Ground ground = make_test_ground(hash_height, 1.0, 2);
     const Eigen::Vector3d shape(1.0, 0.6, 0.4);
     for (const double size : {1e-3, 1e-1, 10.0, 200.0, 1e4}) {
@@ -160,5 +148,4 @@ TEST(HullLift, IsThatOfTheBoxAtAnySizeAndFarFromTheBodysOrigin) {
     }
 }
 
-}  // namespace hull_lift_test
-}  // namespace terrane
+}  // namespace terrane::hull_lift_test

@@ -7,7 +7,6 @@
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -15,10 +14,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <string>
 
-namespace terrane {
-namespace mesh_contact_test {
+namespace terrane::mesh_contact_test {
 
 using namespace test;
 
@@ -38,8 +35,7 @@ std::array<double, 6> wall_gaps(const Shape& shape, const Pose& pose, double shi
 
 /// A random pose in the chamber whose smallest gap from a wall is about `gap`.
 Pose pose_near_walls(Random& random, const Shape& shape, double gap, double shift) {
-    Pose pose;
-    pose.rotation = random.rotation();
+    Pose pose{.rotation = random.rotation()};
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d axis = pose.rotation.transpose() * Eigen::Vector3d::Unit(i);
         const double low = kLow[i] + support_distance(shape, -axis) + gap;
@@ -65,7 +61,7 @@ TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
             const auto gaps = wall_gaps(shape, pose, shift);
             const auto least = std::min_element(gaps.begin(), gaps.end());
             const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 100.0);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_TRUE(answer.has_ground);
             ASSERT_NEAR(answer.distance, *least, 1e-9 + 1e-15 * shift) << name_of(shape) << i;
             const auto second = [&] {
@@ -98,7 +94,7 @@ TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
             std::array<Contact, 64> contacts;
             const ContactAnswer answer =
                 find_contacts(shape, pose, scene.ground, kMargin, contacts);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             std::array<double, 6> deepest;
             deepest.fill(-std::numeric_limits<double>::infinity());
             for (std::size_t k = 0; k < answer.count; ++k) {
@@ -134,7 +130,7 @@ TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
             if (square == 0.0) continue;
             ++overlapping;
             const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_NEAR(answer.distance, -std::sqrt(square), 1e-6 * std::sqrt(square) + 1e-8)
                 << name_of(shape) << i;
             Pose after = pose;
@@ -156,12 +152,11 @@ TEST_P(MeshQueries, CastsStopWithinTheToleranceAndNeverLate) {
     for (const Shape& shape : all_shapes()) {
         long hits = 0;
         for (int i = 0; i < 60; ++i) {
-            Motion motion;
-            motion.start = pose_near_walls(random, shape, random.between(0.01, 3.0), shift);
-            motion.translation = random.between(0.0, 40.0) * random.direction();
+            Motion motion{.start = pose_near_walls(random, shape, random.between(0.01, 3.0), shift),
+                          .translation = random.between(0.0, 40.0) * random.direction()};
             if (i % 2 == 0) motion.rotation_vector = random.between(0.0, 3.0) * random.direction();
             const CastAnswer answer = cast(shape, motion, scene.ground, {.tolerance = kTolerance});
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             constexpr int kSamples = 200;
             for (int k = 0; k <= kSamples; ++k) {
                 const double t = answer.fraction * k / kSamples;
@@ -186,15 +181,14 @@ TEST(MeshContact, AShapeInTheSolidComesOutTheShortWay) {
             Pose pose;
             pose.translation = {50.0, 50.0, 10.0 - depth};  // below the floor
             const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_LT(answer.distance, 0.0) << name_of(shape);
             EXPECT_GT(answer.distance, -depth - 2.0) << name_of(shape);
             pose.translation -= answer.distance * answer.normal;
             EXPECT_LT(scene.depth(shape, pose), 1e-6) << name_of(shape);
         }
         // Between the chamber and the surface, nearer to the surface.
-        Pose pose;
-        pose.translation = {50.0, 50.0, 36.0};
+        Pose pose{.translation = {50.0, 50.0, 36.0}};
         const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
         ASSERT_LT(answer.distance, 0.0);
         pose.translation -= answer.distance * answer.normal;
@@ -207,12 +201,11 @@ TEST(MeshContact, AShapeAroundTheWholeRoomGoesUp) {
     const CaveScene scene = make_cave(0.0, true);
     for (const Shape& shape :
          {Shape{Sphere{18.0}}, Shape{Capsule{16.0, 4.0}}, Shape{Box{{16.0, 15.0, 12.0}}}}) {
-        Pose pose;
-        pose.translation = {50.0, 50.0, 15.0};
+        Pose pose{.translation = {50.0, 50.0, 15.0}};
         ASSERT_TRUE(test_contact(shape, pose, scene.ground).is_touching) << name_of(shape);
         ASSERT_GT(compute_lift(shape, pose, scene.ground).lift, 0.0) << name_of(shape);
         const DistanceAnswer answer = signed_distance(shape, pose, scene.ground, 0.0);
-        ASSERT_EQ(answer.status, QueryStatus::complete);
+        ASSERT_EQ(answer.status, QueryStatus::ok);
         ASSERT_LT(answer.distance, 0.0) << name_of(shape);
         pose.translation -= answer.distance * answer.normal;
         EXPECT_FALSE(signed_distance(shape, pose, scene.ground, 0.0).distance < 0.0)
@@ -223,8 +216,7 @@ TEST(MeshContact, AShapeAroundTheWholeRoomGoesUp) {
 
 TEST(MeshContact, TouchingIsADistanceOfZeroAndACastWithoutMotionStays) {
     const CaveScene scene = make_cave(0.0, true);
-    Pose pose;
-    pose.translation = {50.3, 47.1, 10.5};
+    Pose pose{.translation = {50.3, 47.1, 10.5}};
     for (const Shape& shape : {Shape{Sphere{0.5}}, Shape{Box{{0.7, 0.4, 0.5}}}}) {
         EXPECT_NEAR(signed_distance(shape, pose, scene.ground, 1.0).distance, 0.0, 1e-8);
         EXPECT_TRUE(test_contact(shape, pose, scene.ground).is_touching);
@@ -233,7 +225,7 @@ TEST(MeshContact, TouchingIsADistanceOfZeroAndACastWithoutMotionStays) {
         Pose apart = pose;
         apart.translation.z() += 0.01;
         const CastAnswer still = cast(shape, {apart}, scene.ground);
-        EXPECT_EQ(still.status, QueryStatus::complete);
+        EXPECT_EQ(still.status, QueryStatus::ok);
         EXPECT_FALSE(still.hit);
         EXPECT_EQ(still.fraction, 1.0);
         // Away from the contact.
@@ -249,8 +241,7 @@ TEST(MeshContact, TouchingIsADistanceOfZeroAndACastWithoutMotionStays) {
 
 TEST(MeshContact, RefusesWhatIsNotFinite) {
     const CaveScene scene = make_cave();
-    Pose pose;
-    pose.translation = {50.0, 50.0, std::nan("")};
+    Pose pose{.translation = {50.0, 50.0, std::nan("")}};
     std::array<Contact, 4> contacts;
     for (const Shape& shape : all_shapes()) {
         EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.1, contacts).status,
@@ -267,9 +258,7 @@ TEST(MeshContact, OnTheGroundAboveARoomIsAsWithoutIt) {
     const Ground plain = make_test_ground([](double, double) { return CaveScene::kTop; }, 1.0, 1);
     Random random(15);
     for (const Shape& shape : all_shapes()) {
-        Pose pose;
-        pose.rotation = random.rotation();
-        pose.translation = {50.3, 49.2, 40.3};
+        Pose pose{random.rotation(), {50.3, 49.2, 40.3}};
         std::array<Contact, 64> with, without;
         const ContactAnswer a = find_contacts(shape, pose, scene.ground, 0.1, with);
         const ContactAnswer b = find_contacts(shape, pose, plain, 0.1, without);
@@ -284,11 +273,11 @@ TEST(MeshContact, OnTheGroundAboveARoomIsAsWithoutIt) {
 
 INSTANTIATE_TEST_SUITE_P(NearAndFar, MeshQueries, ::testing::Values(0.0, 1048576.0));
 
-}  // namespace mesh_contact_test
+}  // namespace terrane::mesh_contact_test
 
 // Bodies in a shaft and a cavern: closed forms check at every step that no body is deeper than its tolerance.
 
-namespace mesh_bodies_test {
+namespace terrane::mesh_bodies_test {
 
 using namespace test;
 
@@ -311,8 +300,7 @@ TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
     SCOPED_TRACE("seed 21");
     constexpr double kSeconds = 4.0;
     for (const Shape& shape : all_shapes(0.6)) {
-        WorldSettings settings;
-        settings.collide_bodies = false;
+        WorldSettings settings{.collide_bodies = false};
         World world = make_world(settings);
         std::vector<BodyId> bodies;
         for (int i = 0; i < body_count(); ++i) {
@@ -461,9 +449,7 @@ TEST(BodiesOnAMesh, GiveTheSameBitsWithAnyNumberOfWorkers) {
 TEST(BodiesOnAMesh, AStepAllocatesNothing) {
     if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer replaces operator new";
     const CaveScene scene = make_cave();
-    WorldSettings settings;
-    settings.allow_sleep = false;
-    World world = make_world(settings);
+    World world = make_world(WorldSettings{.allow_sleep = false});
     Random random(23);
     const std::vector<Shape> shapes = all_shapes(0.4);
     for (int i = 0; i < 20; ++i) {
@@ -494,13 +480,13 @@ TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
     };
     quad({100.0, 60.0, 5.0}, {28.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
     quad({100.0, 60.0, 9.0}, {0.0, 8.0, 0.0}, {28.0, 0.0, 0.0});
-    TableGroundSettings settings;
-    settings.roots = 2;
-    settings.is_resident = [](int column, int) { return column == 0; };
-    settings.solid = [&](const Chunk& chunk) -> std::shared_ptr<const SolidSurface> {
-        if (chunk.key.x != 0 || chunk.key.y != 0) return nullptr;
-        return std::make_shared<const SolidSurface>(solid);
-    };
+    TableGroundSettings settings{
+        .roots = 2,
+        .is_resident = [](int column, int) { return column == 0; },
+        .solid = [&](const Chunk& chunk) -> std::shared_ptr<const SolidSurface> {
+            if (chunk.key.x != 0 || chunk.key.y != 0) return nullptr;
+            return std::make_shared<const SolidSurface>(solid);
+        }};
     const Ground ground = make_test_ground([](double, double) { return 20.0; }, settings);
     for (const Shape& shape : all_shapes(0.5)) {
         World world = make_world();
@@ -517,5 +503,4 @@ TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
     }
 }
 
-}  // namespace mesh_bodies_test
-}  // namespace terrane
+}  // namespace terrane::mesh_bodies_test

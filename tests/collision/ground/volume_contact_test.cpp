@@ -15,8 +15,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace terrane {
-namespace volume_contact_test {
+namespace terrane::volume_contact_test {
 
 using namespace test;
 
@@ -49,8 +48,7 @@ TEST(VolumeContact, DepthInASphereOfTwentyVoxelsIsThatOfTheFormula) {
     for (const Shape& shape : simple_shapes(1.5)) {
         const auto balls = balls_of(shape);
         for (int i = 0; i < 300; ++i) {
-            Pose pose;
-            pose.rotation = random.rotation();
+            Pose pose{.rotation = random.rotation()};
             const Eigen::Vector3d out = random.direction();
             const double wanted = random.between(-0.3, 0.3);  // the wanted gap
             // Bisects along a direction; the gap decreases with the distance.
@@ -67,12 +65,12 @@ TEST(VolumeContact, DepthInASphereOfTwentyVoxelsIsThatOfTheFormula) {
             const double gap = gap_at(near);
             std::array<Contact, 192> contacts;
             const ContactAnswer answer = find_contacts(shape, pose, ground, 0.5, contacts);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_GT(answer.count, 0u) << name_of(shape) << i;
             worst = std::max(worst, std::abs(contacts[0].depth + gap));
             ASSERT_NEAR(contacts[0].depth, -gap, kShare) << name_of(shape) << i;
             const DistanceAnswer distance = signed_distance(shape, pose, ground, 1.0);
-            ASSERT_EQ(distance.status, QueryStatus::complete);
+            ASSERT_EQ(distance.status, QueryStatus::ok);
             if (gap > kShare) {
                 ASSERT_NEAR(distance.distance, gap, kShare) << name_of(shape) << i;
             } else if (gap < -kShare) {
@@ -94,11 +92,9 @@ TEST(VolumeContact, AShapeBehindTheWallComesOutTheShortWay) {
     for (const Shape& shape : simple_shapes(0.8)) {
         for (int i = 0; i < 30; ++i) {
             const double radius = bounding_radius(shape), depth = random.between(0.0, 2.0);
-            Pose pose;
-            pose.rotation = random.rotation();
-            pose.translation = centre + (20.0 + radius + depth) * random.direction();
+            Pose pose{random.rotation(), centre + (20.0 + radius + depth) * random.direction()};
             const DistanceAnswer answer = signed_distance(shape, pose, ground, 0.0);
-            ASSERT_EQ(answer.status, QueryStatus::complete);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_GT(answer.distance, -1.5 * (2.0 * radius + depth)) << name_of(shape) << i;
             pose.translation -= answer.distance * answer.normal;
             for (const auto& [p, r] : balls_of(shape)) {
@@ -126,8 +122,7 @@ TEST(VolumeContact, ABoxCavityHasItsWallsTwoVoxelsFromItsEdges) {
         }
         const double gap = random.between(-0.2, 0.2);
         p[axis] = side * (half[axis] - sphere.radius - gap);
-        Pose pose;
-        pose.translation = centre + rotation * p;
+        Pose pose{.translation = centre + rotation * p};
         std::array<Contact, 64> contacts;
         const ContactAnswer answer = find_contacts(sphere, pose, ground, 0.5, contacts);
         ASSERT_GT(answer.count, 0u);
@@ -147,8 +142,7 @@ TEST(VolumeBodies, StayInACavernOfTwoShapes) {
     for (int i = 0; i < 40; ++i) directions.push_back(random.direction());
     for (const double speed : {0.0, 300.0}) {
         for (const double dt : {1.0 / 60.0, 0.1}) {
-            WorldSettings settings;
-            settings.collide_bodies = false;
+            WorldSettings settings{.collide_bodies = false};
             World world = make_world(settings);
             std::vector<BodyId> bodies;
             for (int i = 0; i < 24; ++i) {
@@ -199,9 +193,7 @@ TEST(VolumeVehicles, ATruckDrivesRoundATunnel) {
         place_volume(VolumeOp::add, VolumeBox{{60.0, 60.0, 2.0}}, {64.0, 64.0, kFloor - 2.0});
     const Ground ground = make_volume_ground(
         flat, {place_volume(VolumeOp::remove, tube, Eigen::Vector3d::Zero()), road});
-    Pose start;
-    start.translation = {path[0].x(), path[0].y(), kFloor + 1.0};
-    start.rotation = turned({0.0, 0.0, 1.5707963});
+    Pose start{turned({0.0, 0.0, 1.5707963}), {path[0].x(), path[0].y(), kFloor + 1.0}};
     LoneVehicle truck(start, make_truck());
     PathDriver driver = PathDriver::create(path, {.cruise_speed = 7.0}).value();
     double angle = 0.0, before = 0.0;
@@ -309,12 +301,12 @@ TEST(VolumeBodies, ABoxSlidesOverTheBorderOfTwoChunks) {
     EXPECT_GT(world.state(body).pose.translation.x(), 136.0);
 }
 
-}  // namespace volume_contact_test
+}  // namespace terrane::volume_contact_test
 
 // Bodies among random volumes in rough ground. The oracle is Ground::height_below(): no point of a body shrunk by its
 // tolerance is in the solid.
 
-namespace random_volume_test {
+namespace terrane::random_volume_test {
 
 using namespace test;
 
@@ -387,8 +379,8 @@ bool is_solid(const Ground& ground, const WorldPos& p) {
     // Three points, because a vertical line may pass through an edge.
     for (const double d : {0.0, 1e-6, -1e-6}) {
         const HeightAnswer below = ground.height_below(p.x() + d, p.y() - 0.7 * d, p.z());
-        if (below.status == GroundStatus::outside) return false;
-        if (below.status == GroundStatus::ok && below.normal.z() > 0.0) return false;
+        if (below.status == QueryStatus::outside) return false;
+        if (below.status == QueryStatus::ok && below.normal.z() > 0.0) return false;
     }
     return true;
 }
@@ -404,8 +396,7 @@ TEST(RandomVolumes, NobodyGetsIntoTheSolid) {
             std::array{0.0, 20.0, 300.0, 3000.0}[static_cast<std::size_t>(random.below(4))];
         const double dt = random.below(2) == 0 ? 1.0 / 60.0 : 0.1;
         const double scale = std::array{0.2, 0.6, 1.5}[static_cast<std::size_t>(random.below(3))];
-        WorldSettings settings;
-        settings.collide_bodies = false;
+        WorldSettings settings{.collide_bodies = false};
         World world = make_world(settings);
         std::vector<BodyId> bodies;
         const std::vector<Shape> shapes = all_shapes(scale);
@@ -417,7 +408,7 @@ TEST(RandomVolumes, NobodyGetsIntoTheSolid) {
             state.velocity = speed * random.direction();
             state.angular_velocity = 10.0 * random.direction();
             const DistanceAnswer free = signed_distance(shape, state.pose, ground, 1.0);
-            if (free.status != QueryStatus::complete || !(free.distance > 0.01)) continue;
+            if (free.status != QueryStatus::ok || !(free.distance > 0.01)) continue;
             bodies.push_back(world.add({.shape = shape}, state).value());
         }
         ASSERT_GT(bodies.size(), 5u) << scene;
@@ -441,5 +432,4 @@ TEST(RandomVolumes, NobodyGetsIntoTheSolid) {
     }
 }
 
-}  // namespace random_volume_test
-}  // namespace terrane
+}  // namespace terrane::random_volume_test

@@ -5,8 +5,6 @@
 
 #include <terrane/volume/volume_tile.h>
 
-#include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,19 +13,16 @@ namespace terrane::test {
 /// A volume with 1 m voxels at a position.
 inline VolumeOperation place_volume(VolumeOp op, VolumeShape shape, const Eigen::Vector3d& at,
                                     const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity()) {
-    VolumeOperation operation{.op = op, .shape = std::move(shape), .voxel = 1.0};
-    operation.world_from_shape.translation = at;
-    operation.world_from_shape.rotation = rotation;
+    VolumeOperation operation{
+        .op = op, .shape = std::move(shape), .world_from_shape = {rotation, at}, .voxel = 1.0};
     return operation;
 }
 
 /// Ground with 1 m cells and the solid surfaces of volumes.
 inline Ground make_volume_ground(std::function<double(double, double)> height,
                                  std::vector<VolumeOperation> operations, int roots = 1) {
-    TableGroundSettings settings;
-    settings.roots = roots;
-    Lattice lattice;
-    lattice.quantum = settings.quantum;
+    TableGroundSettings settings{.roots = roots};
+    Lattice lattice{.quantum = settings.quantum};
     lattice.root_count_x = lattice.root_count_y = roots;
     const Volumes volumes = Volumes::create(lattice, operations).value();
     settings.solid = [&](const Chunk& chunk) { return make_chunk_solid(volumes, chunk).value(); };

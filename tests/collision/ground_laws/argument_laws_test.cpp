@@ -10,8 +10,7 @@
 
 #include <cstring>
 
-namespace terrane {
-namespace extremes_test {
+namespace terrane::extremes_test {
 
 using namespace test;
 
@@ -53,8 +52,7 @@ std::vector<LawShape> large_shapes() {
 
 void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>& scenes,
                           const std::vector<LawShape>& shapes, const std::vector<double>& lifts) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    Random random(seed);
+    SeededRandom random(seed);
     std::array<Contact, 256> contacts;
     for (const LawScene* of : scenes) {
         const LawScene& scene = *of;
@@ -66,11 +64,11 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 // 1e-9 plus the rounding of coordinates of 5 km
                 const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
                 const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
-                EXPECT_EQ(answer.status, QueryStatus::complete);
+                EXPECT_EQ(answer.status, QueryStatus::ok);
                 EXPECT_NEAR(answer.lift, expected, slack);
                 const DistanceAnswer distance =
                     signed_distance(shape.shape, pose, scene.ground, 1.0);
-                EXPECT_EQ(distance.status, QueryStatus::complete);
+                EXPECT_EQ(distance.status, QueryStatus::ok);
                 const ContactAnswer found =
                     find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
                 EXPECT_NE(found.status, QueryStatus::invalid);
@@ -91,9 +89,8 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 }
                 const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
                 EXPECT_EQ(is_touching, lift >= 0.0);
-                Motion motion;
-                motion.start = moved(pose, {0.0, 0.0, 1.0 + lift});
-                motion.translation = {0.0, 0.0, -2.0};
+                Motion motion{.start = moved(pose, {0.0, 0.0, 1.0 + lift}),
+                              .translation = {0.0, 0.0, -2.0}};
                 const CastAnswer hit = cast(shape.shape, motion, scene.ground);
                 EXPECT_TRUE(hit.hit);
                 EXPECT_LE(2.0 * hit.fraction, 1.0 + slack);
@@ -115,18 +112,16 @@ TEST(Extremes, ShapesLargerThanTheGroundHaveTheRightAnswers) {
 }
 
 void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>& shapes) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    Random random(seed);
+    SeededRandom random(seed);
     for (const char* name : {"level plane", "rough"}) {
         const LawScene& scene = scene_named(name);
         for (const LawShape& shape : shapes) {
-            Motion motion;
-            motion.start = random_pose(random, scene, shape, -1.0);
-            motion.translation = {0.0, 0.0, -2.0};
-            motion.rotation_vector = {0.3, 0.2, 0.1};
+            Motion motion{.start = random_pose(random, scene, shape, -1.0),
+                          .translation = {0.0, 0.0, -2.0},
+                          .rotation_vector = {0.3, 0.2, 0.1}};
             SCOPED_TRACE(describe(scene, shape, motion.start));
             const CastAnswer hit = cast(shape.shape, motion, scene.ground);
-            EXPECT_EQ(hit.status, QueryStatus::complete);
+            EXPECT_EQ(hit.status, QueryStatus::ok);
             EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), 1e-8);
         }
     }
@@ -140,81 +135,75 @@ TEST(Extremes, CastsOfLargeTurningShapesStopWhereTheyTouch) {
     expect_right_turning_casts(kSeed + 4, large_shapes());
 }
 
+// Over the noise.
+void expect_refused(const Shape& shape, const Pose& pose) {
+    const Ground& ground = scene_named("rough").ground;
+    std::array<Contact, 4> contacts;
+    EXPECT_EQ(compute_lift(shape, pose, ground).status, QueryStatus::invalid);
+    EXPECT_EQ(test_contact(shape, pose, ground).status, QueryStatus::invalid);
+    EXPECT_EQ(pseudodistance(shape, pose, ground).status, QueryStatus::invalid);
+    EXPECT_EQ(signed_distance(shape, pose, ground, 1.0).status, QueryStatus::invalid);
+    EXPECT_EQ(find_contacts(shape, pose, ground, 0.0, contacts).status, QueryStatus::invalid);
+    EXPECT_EQ(cast(shape, {pose}, ground).status, QueryStatus::invalid);
+}
+
 // Each number of a query is replaced by NaN or infinity.
 TEST(Extremes, NonFiniteArgumentsAreInvalid) {
-    const LawScene& scene = scene_named("rough");
+    const Ground& ground = scene_named("rough").ground;
+    const Pose pose{.translation = {60.0, 60.0, 1.0}};
     std::array<Contact, 4> contacts;
     for (const double bad : {kNan, kInfinity, -kInfinity}) {
-        const auto refuses = [&](const Shape& shape, const Pose& pose) {
-            EXPECT_EQ(compute_lift(shape, pose, scene.ground).status, QueryStatus::invalid);
-            EXPECT_EQ(test_contact(shape, pose, scene.ground).status, QueryStatus::invalid);
-            EXPECT_EQ(pseudodistance(shape, pose, scene.ground).status, QueryStatus::invalid);
-            EXPECT_EQ(signed_distance(shape, pose, scene.ground, 1.0).status, QueryStatus::invalid);
-            EXPECT_EQ(find_contacts(shape, pose, scene.ground, 0.0, contacts).status,
-                      QueryStatus::invalid);
-            Motion motion;
-            motion.start = pose;
-            EXPECT_EQ(cast(shape, motion, scene.ground).status, QueryStatus::invalid);
-        };
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 12; ++i) {
-                Pose pose;
-                pose.translation = {60.0, 60.0, 1.0};
-                (i < 3 ? pose.translation[i] : pose.rotation(i % 3, i / 3 - 1)) = bad;
+                Pose spoilt = pose;
+                (i < 3 ? spoilt.translation[i] : spoilt.rotation(i % 3, i / 3 - 1)) = bad;
                 SCOPED_TRACE(i);
-                refuses(shape.shape, pose);
+                expect_refused(shape.shape, spoilt);
             }
             for (int i = 0; i < 6; ++i) {
-                Motion motion;
-                motion.start.translation = {60.0, 60.0, 3.0};
+                Motion motion{.start = {.translation = {60.0, 60.0, 3.0}}};
                 (i < 3 ? motion.translation[i] : motion.rotation_vector[i - 3]) = bad;
-                EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
+                EXPECT_EQ(cast(shape.shape, motion, ground).status, QueryStatus::invalid);
             }
-            Pose pose;
-            pose.translation = {60.0, 60.0, 1.0};
-            EXPECT_EQ(find_contacts(shape.shape, pose, scene.ground, bad, contacts).status,
+            for (const double margin : {bad, -1.0}) {
+                EXPECT_EQ(find_contacts(shape.shape, pose, ground, margin, contacts).status,
+                          QueryStatus::invalid);
+            }
+            EXPECT_EQ(cast(shape.shape, {pose}, ground, {.tolerance = 0.0}).status,
                       QueryStatus::invalid);
             if (bad != kInfinity) {
-                EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, bad).status,
+                EXPECT_EQ(signed_distance(shape.shape, pose, ground, bad).status,
                           QueryStatus::invalid);
             }
         }
-        Pose pose;
-        pose.translation = {60.0, 60.0, 1.0};
         for (const Shape& shape :
              {Shape(Sphere{bad}), Shape(Capsule{bad, 0.5}), Shape(Capsule{0.5, bad}),
               Shape(Box{{bad, 1.0, 1.0}}), Shape(Box{{1.0, bad, 1.0}}), Shape(Box{{1.0, 1.0, bad}}),
               Shape(Sphere{-1.0}), Shape(Box{{1.0, -1.0, 1.0}})}) {
-            refuses(shape, pose);
+            expect_refused(shape, pose);
         }
     }
 }
 
 TEST(Extremes, MatricesThatAreNotRotationsAreInvalid) {
-    const LawScene& scene = scene_named("rough");
+    Eigen::Matrix3d skewed = Eigen::Matrix3d::Identity(), mirror = skewed;
+    skewed(0, 1) = 1e-3;
+    mirror(2, 2) = -1.0;
     for (const LawShape& shape : law_shapes()) {
-        Pose pose;
-        pose.translation = {60.0, 60.0, 1.0};
         for (const Eigen::Matrix3d& rotation :
              {Eigen::Matrix3d(Eigen::Matrix3d::Zero()), Eigen::Matrix3d(Eigen::Matrix3d::Ones()),
               Eigen::Matrix3d(1.001 * Eigen::Matrix3d::Identity()),
-              Eigen::Matrix3d(-Eigen::Matrix3d::Identity())}) {
-            pose.rotation = rotation;
-            EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::invalid);
-            EXPECT_EQ(signed_distance(shape.shape, pose, scene.ground, 1.0).status,
-                      QueryStatus::invalid);
-            Motion motion;
-            motion.start = pose;
-            EXPECT_EQ(cast(shape.shape, motion, scene.ground).status, QueryStatus::invalid);
+              Eigen::Matrix3d(-Eigen::Matrix3d::Identity()), skewed, mirror}) {
+            expect_refused(shape.shape, {rotation, {60.0, 60.0, 1.0}});
         }
-        pose.rotation = (1.0 + 1e-8) * Eigen::Matrix3d::Identity();
-        EXPECT_EQ(compute_lift(shape.shape, pose, scene.ground).status, QueryStatus::complete);
+        const Pose rounded{(1.0 + 1e-8) * Eigen::Matrix3d::Identity(), {60.0, 60.0, 1.0}};
+        EXPECT_EQ(compute_lift(shape.shape, rounded, scene_named("rough").ground).status,
+                  QueryStatus::ok);
     }
 }
 
 TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     std::array<Contact, 8> contacts;
     long cases = 0, answered = 0;
     for (const LawScene& scene : law_scenes()) {
@@ -226,7 +215,7 @@ TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
             for (const double largest : {1e3, 1e9, 1e300, kInfinity}) {
                 const DistanceAnswer far =
                     signed_distance(shape.shape, pose, scene.ground, largest);
-                EXPECT_EQ(far.status, QueryStatus::complete);
+                EXPECT_EQ(far.status, QueryStatus::ok);
                 EXPECT_TRUE(far.has_ground);
                 EXPECT_NEAR(far.distance, near, 1e-12);
             }
@@ -242,7 +231,7 @@ TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
             // from the distance of the moon
             const Pose high = moved(pose, {0.0, 0.0, 3.8e8});
             const DistanceAnswer moon = signed_distance(shape.shape, high, scene.ground, kInfinity);
-            EXPECT_EQ(moon.status, QueryStatus::complete);
+            EXPECT_EQ(moon.status, QueryStatus::ok);
             if (moon.has_ground) {
                 EXPECT_NEAR(moon.distance, 3.8e8, 126e3);
             }
@@ -251,12 +240,12 @@ TEST(Extremes, LargeDistancesAndMarginsAreAnswered) {
     EXPECT_GT(answered, cases / 4);
 }
 
-}  // namespace extremes_test
+}  // namespace terrane::extremes_test
 
 // The same query on the same ground elsewhere: shifted by whole chunks or arbitrarily, mirrored, or rotated by 90
 // degrees.
 
-namespace invariance_test {
+namespace terrane::invariance_test {
 
 using namespace test;
 
@@ -277,10 +266,8 @@ Pose rounded(Pose pose) {
 }
 
 LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_root) {
-    TableGroundSettings settings;
-    settings.spacing = scene.soup.spacing();
-    settings.roots = scene.roots;
-    settings.first_root = first_root;
+    TableGroundSettings settings{
+        .spacing = scene.soup.spacing(), .roots = scene.roots, .first_root = first_root};
     settings.origin_x = settings.origin_y = first_root == 0 ? shift : 0.0;
     return make_scene(
         scene.name,
@@ -293,9 +280,8 @@ LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_r
 }
 
 TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const long count = count_of_cases(40, 4'000);
+    SeededRandom random(kSeed);
+    const long count = count_of_cases(15, 4'000);
     for (const std::int32_t roots : {3, -1000, 78125}) {
         for (const LawScene& near : law_scenes()) {
             const double shift = 128.0 * near.soup.spacing() * roots;
@@ -314,15 +300,16 @@ TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
                     for (std::size_t k = 0; k < ca.count; ++k) {
                         ASSERT_TRUE(is_same(a[k].depth, b[k].depth));
                         ASSERT_TRUE(is_same(a[k].normal, b[k].normal));
+                        ASSERT_EQ(a[k].feature, b[k].feature);
+                        ASSERT_EQ(a[k].part, b[k].part);
                     }
                     const DistanceAnswer da = signed_distance(shape.shape, here, near.ground, 2.0);
                     const DistanceAnswer db = signed_distance(shape.shape, there, far.ground, 2.0);
                     ASSERT_TRUE(is_same(da.distance, db.distance));
                     ASSERT_TRUE(is_same(da.normal, db.normal));
-                    Motion motion;
-                    motion.start = here;
-                    motion.translation = 20.0 * random.direction();
-                    motion.rotation_vector = (i % 2) * random.direction();
+                    Motion motion{.start = here,
+                                  .translation = 20.0 * random.direction(),
+                                  .rotation_vector = (i % 2) * random.direction()};
                     Motion far_motion = motion;
                     far_motion.start = there;
                     const CastAnswer ma = cast(shape.shape, motion, near.ground);
@@ -336,8 +323,7 @@ TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
 }
 
 void expect_the_same_after_a_shift(bool is_overlapping) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     const long count = count_of_cases(40, 4'000);
     for (const double shift : {0.3, -1234.567, 1e7 / 3.0, 1e7 + 0.1}) {
         for (const LawScene& near : law_scenes()) {
@@ -373,8 +359,7 @@ TEST(LawsOfInvariance, ShiftedByAnythingDepthsChangeByLessThan10Nanometres) {
 // Cell diagonals alternate like the squares of a chess board: a reflection or 90 degree rotation about a lattice point
 // maps diagonals to diagonals.
 void expect_the_same_turned(bool is_overlapping) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     const long count = count_of_cases(60, 6'000);
     Eigen::Matrix3d quarter, mirror;
     quarter << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
@@ -383,9 +368,7 @@ void expect_the_same_turned(bool is_overlapping) {
         const double middle = 0.5 * scene.soup.cells() * scene.soup.spacing();
         const Eigen::Vector3d centre(middle, middle, 0.0);
         for (const Eigen::Matrix3d& turn : {quarter, mirror}) {
-            TableGroundSettings settings;
-            settings.spacing = scene.soup.spacing();
-            settings.roots = scene.roots;
+            TableGroundSettings settings{.spacing = scene.soup.spacing(), .roots = scene.roots};
             const LawScene turned = make_scene(
                 scene.name,
                 [&](double x, double y) {
@@ -404,9 +387,7 @@ void expect_the_same_turned(bool is_overlapping) {
                     const double deepest = shallow_depth(shape);
                     const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
                     const Pose here = random_pose(random, scene, shape, lift);
-                    Pose there;
-                    there.translation = turn * (here.translation - centre) + centre;
-                    there.rotation = turn * here.rotation;
+                    Pose there{turn * here.rotation, turn * (here.translation - centre) + centre};
                     if (turn == mirror) there.rotation = there.rotation * mirror;
                     SCOPED_TRACE(describe(scene, shape, here));
                     // on a slope of 1e6 a rounding error in x is amplified 1e6 times in z
@@ -431,30 +412,27 @@ TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDistancesStay) { expect_the_s
 
 TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDepthsStay) { expect_the_same_turned(true); }
 
-}  // namespace invariance_test
+}  // namespace terrane::invariance_test
 
 // No query allocates memory.
 
-namespace allocation_test {
+namespace terrane::allocation_test {
 
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20260309;
 
 TEST(LawsOfMemory, NoQueryAllocates) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     std::array<Contact, 256> contacts;
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 20; ++i) {
                 const Pose pose = random_pose(random, scene, shape, random.between(-2.0, 2.0));
-                Motion motion;
-                motion.start = pose;
-                motion.translation = 50.0 * random.direction();
-                motion.rotation_vector = random.direction();
-                CastSettings skipping;
-                skipping.skip_separating = true;
+                Motion motion{.start = pose,
+                              .translation = 50.0 * random.direction(),
+                              .rotation_vector = random.direction()};
+                CastSettings skipping{.skip_separating = true};
                 const AllocationCounter counter;
                 static_cast<void>(compute_lift(shape.shape, pose, scene.ground));
                 static_cast<void>(test_contact(shape.shape, pose, scene.ground));
@@ -476,5 +454,4 @@ TEST(LawsOfMemory, TheCounterCounts) {
     EXPECT_EQ(counter.count(), 1u) << some[0];
 }
 
-}  // namespace allocation_test
-}  // namespace terrane
+}  // namespace terrane::allocation_test

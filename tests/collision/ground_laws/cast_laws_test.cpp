@@ -8,8 +8,7 @@
 
 #include <cstdio>
 
-namespace terrane {
-namespace cast_laws_test {
+namespace terrane::cast_laws_test {
 
 using namespace test;
 
@@ -65,7 +64,7 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
     const CastAnswer answer = cast(shape.shape, motion, scene.ground, settings);
     ++score.casts;
     score.hits += answer.hit;
-    if (answer.status != QueryStatus::complete || answer.started_in_contact ||
+    if (answer.status != QueryStatus::ok || answer.started_in_contact ||
         (!answer.hit && answer.fraction != 1.0)) {
         ADD_FAILURE() << "status or start: " << describe(scene, shape, motion);
         return;
@@ -96,9 +95,8 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
 }
 
 TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const long count = count_of_cases(20'000, 10'000'000);
+    SeededRandom random(kSeed);
+    const long count = count_of_cases(8'000, 10'000'000);
     CastScore score;
     constexpr long kMany = 20;  // failures after which the test stops
     for (long i = 0; i < count && score.through + score.late < kMany; ++i) {
@@ -162,8 +160,7 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
     };
     CastScore score;
     for (const Case& each : cases) {
-        Motion motion;
-        motion.start.translation = each.position;
+        Motion motion{.start = {.translation = each.position}};
         for (int i = 0; i < 9; ++i) {
             motion.start.rotation(i / 3, i % 3) =
                 each.rotation_by_rows[static_cast<std::size_t>(i)];
@@ -203,18 +200,15 @@ TEST(LawsOfCasts, AFlatHullHitsACliffNoEarlierThanItTouches) {
 }
 
 TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondHitsAWallOneCellThick) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     const LawScene& walls = scene_named("walls");
     const LawShape& box = shape_named("box");
     CastScore score;
     for (int i = 0; i < 300; ++i) {
-        Motion motion;
-        motion.start.rotation = random.rotation();
-        motion.start.translation = {60.0, random.between(20.0, 100.0), 2.5};
-        motion.translation = {300.0 * (i % 2 == 0 ? 1.0 : 1.0 / 60.0), random.between(-10.0, 10.0),
-                              0.0};
-        motion.rotation_vector = random.between(0.0, 10.0) * random.direction();
+        Motion motion{.start = {random.rotation(), {60.0, random.between(20.0, 100.0), 2.5}},
+                      .translation = {300.0 * (i % 2 == 0 ? 1.0 : 1.0 / 60.0),
+                                      random.between(-10.0, 10.0), 0.0},
+                      .rotation_vector = random.between(0.0, 10.0) * random.direction()};
         if (true_lift(walls, box, motion.start) >= -1e-6) continue;
         const CastAnswer answer = cast(box.shape, motion, walls.ground);
         ASSERT_TRUE(answer.hit) << describe(walls, box, motion);
@@ -225,12 +219,10 @@ TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondHitsAWallOneCellThick) {
 }
 
 TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
-            Motion motion;
-            motion.start = random_pose(random, scene, shape, -0.5);
+            Motion motion{.start = random_pose(random, scene, shape, -0.5)};
             EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
             motion.rotation_vector = {0.0, 0.0, 1e-3};
             EXPECT_FALSE(cast(shape.shape, motion, scene.ground).hit);
@@ -259,17 +251,15 @@ TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
 }
 
 TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtFractionZero) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
-    Random random(kSeed + 3);
+    SeededRandom random(kSeed + 3);
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
             for (const double lift : {0.0, 1e-6, 0.01, 0.5, 1000.0}) {
-                Motion motion;
-                motion.start = random_pose(random, scene, shape, lift);
-                motion.translation = 3.0 * random.direction();
+                Motion motion{.start = random_pose(random, scene, shape, lift),
+                              .translation = 3.0 * random.direction()};
                 SCOPED_TRACE(describe(scene, shape, motion));
                 const CastAnswer answer = cast(shape.shape, motion, scene.ground);
-                EXPECT_EQ(answer.status, QueryStatus::complete);
+                EXPECT_EQ(answer.status, QueryStatus::ok);
                 EXPECT_TRUE(answer.started_in_contact);
                 EXPECT_TRUE(answer.hit);
                 EXPECT_EQ(answer.fraction, 0.0);
@@ -282,16 +272,13 @@ TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtFractionZero) {
 }
 
 TEST(LawsOfCasts, SkippedContactsAreIgnoredUpwardsAndHitDownwards) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
-    Random random(kSeed + 4);
-    CastSettings settings;
-    settings.skip_separating = true;
+    SeededRandom random(kSeed + 4);
+    CastSettings settings{.skip_separating = true};
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
             for (const double lift : {0.0, 1e-7, 1e-3}) {
-                Motion motion;
-                motion.start = random_pose(random, scene, shape, lift);
-                motion.translation = {0.0, 0.0, 2.0};
+                Motion motion{.start = random_pose(random, scene, shape, lift),
+                              .translation = {0.0, 0.0, 2.0}};
                 SCOPED_TRACE(describe(scene, shape, motion));
                 EXPECT_FALSE(cast(shape.shape, motion, scene.ground, settings).hit);
                 motion.translation = {0.0, 0.0, -2.0};
@@ -304,8 +291,7 @@ TEST(LawsOfCasts, SkippedContactsAreIgnoredUpwardsAndHitDownwards) {
 }
 
 TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
-    Random random(kSeed + 5);
+    SeededRandom random(kSeed + 5);
     const long count = count_of_cases(400, 40'000);
     for (long i = 0; i < count; ++i) {
         const LawScene& scene = scene_of(i);
@@ -342,8 +328,7 @@ bool is_inside(const Shape& shape, const Pose& pose, const Ground& ground) {
 // Through the border from outside, below the surface, on lattice lines and cell diagonals, where a shape without
 // thickness only touches columns.
 TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 7);
-    Random random(kSeed + 7);
+    SeededRandom random(kSeed + 7);
     const LawScene slope = make_scene(
         "slope", [](double x, double y) { return 0.25 * x - 0.5 * y; }, TableGroundSettings{});
     const auto make_hull = [](std::initializer_list<Eigen::Vector3d> points) {
@@ -352,7 +337,7 @@ TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder)
     const auto half = [&](double low, double high) {
         return 0.5 * std::round(2.0 * random.between(low, high));
     };
-    const long count = count_of_cases(300, 20'000);
+    const long count = count_of_cases(120, 20'000);
     for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
              {"point", Sphere{0.0}},
              {"segment", Capsule{0.0, 1.0}},
@@ -362,8 +347,8 @@ TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder)
              {"hull of a triangle", make_hull({{0, 0, 0}, {1, 1, 0}, {0, 0, 1}})}}) {
         long hits = 0;
         for (long i = 0; i < count; ++i) {
-            Motion motion;
-            motion.start.translation = {half(-6.0, 6.0), half(-6.0, 6.0), half(-20.0, 10.0)};
+            Motion motion{
+                .start = {.translation = {half(-6.0, 6.0), half(-6.0, 6.0), half(-20.0, 10.0)}}};
             const double x = half(-10.0, 10.0);
             const int direction = random.below(4);
             const double y = direction == 0 ? x : direction == 1 ? -x : half(-10.0, 10.0);
@@ -383,5 +368,4 @@ TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder)
     }
 }
 
-}  // namespace cast_laws_test
-}  // namespace terrane
+}  // namespace terrane::cast_laws_test

@@ -25,9 +25,7 @@ bool is_multiple(double p, double of) { return p == of * std::floor(p / of); }
 
 LawScene make_scene(const char* name, std::function<double(double, double)> height,
                     double spacing = 1.0, int roots = 1) {
-    TableGroundSettings settings;
-    settings.spacing = spacing;
-    settings.roots = roots;
+    TableGroundSettings settings{.spacing = spacing, .roots = roots};
     return test::make_scene(name, std::move(height), settings);
 }
 
@@ -168,8 +166,7 @@ const std::vector<LawShape>& law_shapes() {
 Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, double lift) {
     const double width = scene.soup.cells() * scene.soup.spacing();
     const double border = 3.0;
-    Pose pose;
-    pose.rotation = random.rotation();
+    Pose pose{.rotation = random.rotation()};
     if (random.below(4) == 0) {
         pose.rotation.setZero();
         const int first = random.below(3), turn = 1 + random.below(2);

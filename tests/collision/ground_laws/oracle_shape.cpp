@@ -21,7 +21,7 @@ Soup::Soup(const Ground& ground) : spacing_(ground.spacing()) {
     for (int row = 0; row < side_; ++row) {
         for (int column = 0; column < side_; ++column) {
             const GroundCell cell = ground.cell(first_column + column, first_row + row);
-            if (cell.status != GroundStatus::ok) continue;
+            if (cell.status != QueryStatus::ok) continue;
             is_cell_[index(column, row)] = true;
             const std::array<std::int32_t, 4> corners{cell.south_west, cell.south_east,
                                                       cell.north_west, cell.north_east};

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // The oracles against slower or simpler ones.
-#include "collision/ground_laws/brute_force.h"
 #include "collision/ground_laws/law_cases.h"
 
 #include <gtest/gtest.h>
 
 #include <span>
 
-namespace terrane {
-namespace oracle_test {
+namespace terrane::oracle_test {
 
 using namespace test;
 
@@ -68,8 +66,7 @@ TEST(LawShapes, HullsHaveTheVerticesOfTheirOracles) {
 }
 
 TEST(BruteLift, IsTheLargestOverManyPointsOfTheShape) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (const LawScene& scene : law_scenes()) {
         if (scene.name == "cliffs") continue;  // samples miss a cliff by its whole height
         for (const LawShape& shape : law_shapes()) {
@@ -96,8 +93,7 @@ TEST(BruteLift, IsTheLargestOverManyPointsOfTheShape) {
 }
 
 TEST(BruteLift, OfASphereIsTheLargestOverATriangleByNestedSearch) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (int i = 0; i < 1000; ++i) {
         SoupTriangle<double> t;
         const double steep = i % 3 == 0 ? 30.0 : 1.0;
@@ -139,16 +135,14 @@ TEST(BruteDepth, OfASphereOverPlanesIsTheOverlapAlongTheNormal) {
     const OracleShape sphere = make_oracle(Sphere{0.5});
     const double slant = std::sqrt(1.0 + 0.25 * 0.25 + 0.5 * 0.5);
     for (const double depth : {0.001, 0.02, 0.1}) {
-        Pose pose;
-        pose.translation = {60.3, 41.7, 0.25 * 60.3 - 0.5 * 41.7 + (0.5 - depth) * slant};
+        Pose pose{.translation = {60.3, 41.7, 0.25 * 60.3 - 0.5 * 41.7 + (0.5 - depth) * slant}};
         EXPECT_NEAR(static_cast<double>(brute_depth(plane.soup, sphere, pose, 0.12L)), depth,
                     1e-12);
     }
 }
 
 TEST(BruteGap, IsTheLargestDisplacementWithoutOverlap) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
             for (int i = 0; i < 3; ++i) {
@@ -167,5 +161,4 @@ TEST(BruteGap, IsTheLargestDisplacementWithoutOverlap) {
     }
 }
 
-}  // namespace oracle_test
-}  // namespace terrane
+}  // namespace terrane::oracle_test

@@ -17,8 +17,7 @@
 #include <span>
 #include <vector>
 
-namespace terrane {
-namespace sliding_test {
+namespace terrane::sliding_test {
 
 using namespace test;
 
@@ -43,9 +42,7 @@ Ground make_paged_ground(const Height& height) {
         }
     }
     const auto source = std::make_shared<const TableHeights>(std::move(table));
-    PagerSettings settings;
-    settings.worker_count = 0;
-    Pager pager = *Pager::create(source, settings);
+    Pager pager = *Pager::create(source, PagerSettings{.worker_count = 0});
     RequiredRegion required = pager.require(source->extent(), 0.0);
     pager.update({}, {}, 0.0);
     pager.finish();
@@ -63,12 +60,9 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
           Eigen::Vector3d(1.0, 1.0, 0.0), Eigen::Vector3d(1.0, -0.3, 0.0)}) {
         for (const double pressed : {0.0, 9.81}) {
             const Eigen::Vector3d along = (heading - heading.dot(n) * n).normalized();
-            WorldSettings settings;
-            settings.gravity = -pressed * n;
-            settings.allow_sleep = false;
+            WorldSettings settings{.gravity = -pressed * n, .allow_sleep = false};
             World world = *World::create(settings);
-            BodySettings body;
-            body.shape = shape.shape;
+            BodySettings body{.shape = shape.shape};
             body.friction = body.restitution = 0.0;
             BodyState state;
             // in the plane; a capsule with its axis along the motion, the worst case
@@ -85,20 +79,20 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
                     static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
             }
             state.velocity = 20.0 * along;
-            ASSERT_TRUE(world.add(body, state));
+            const BodyId id = world.add(body, state).value();
             double worst = 0.0;
             for (int step = 0; step < 60; ++step) {
                 world.step(ground, 1.0 / 60.0);
                 // With gravity it first settles within the tolerance, before any seam.
                 if (step < 6) continue;
-                worst = std::max(worst, std::abs(world.states()[0].velocity.dot(n)));
+                worst = std::max(worst, std::abs(world.state(id).velocity.dot(n)));
             }
-            const Eigen::Vector3d velocity = world.states()[0].velocity;
+            const Eigen::Vector3d velocity = world.state(id).velocity;
             EXPECT_LT(worst, 1e-6)
                 << shape.name << " over " << seam << " heading " << heading.transpose()
                 << ", pressed " << pressed << ", slopes " << plane.slope_x << " " << plane.slope_y;
             EXPECT_NEAR(velocity.dot(along), 20.0, 1e-6);
-            EXPECT_LT(world.states()[0].angular_velocity.norm(), 1e-6);
+            EXPECT_LT(world.state(id).angular_velocity.norm(), 1e-6);
         }
     }
 }
@@ -128,17 +122,14 @@ TEST(LawsOfSliding, SeamsOfChunksGiveNoImpulseWhateverTheirParents) {
 TEST(LawsOfSliding, ABoxOverFlatCellsForTwoSecondsKeepsItsVelocity) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 1);
     World world = *World::create({});
-    BodySettings body;
-    body.shape = Box{{0.5, 0.5, 0.5}};
+    BodySettings body{.shape = Box{{0.5, 0.5, 0.5}}};
     body.friction = body.restitution = 0.0;
-    BodyState state;
-    state.pose.translation = {40.3, 50.2, 0.5};
-    state.velocity = {3.0, 0.0, 0.0};
-    ASSERT_TRUE(world.add(body, state));
+    BodyState state{{.pose = {.translation = {40.3, 50.2, 0.5}}, .velocity = {3.0, 0.0, 0.0}}};
+    const BodyId id = world.add(body, state).value();
     for (int step = 0; step < 120; ++step) world.step(ground, 1.0 / 60.0);
-    EXPECT_LT((world.states()[0].velocity - state.velocity).norm(), 2e-3);
-    EXPECT_NEAR(world.states()[0].pose.translation.x(), 46.3, 4e-3);
-    EXPECT_LT(world.states()[0].angular_velocity.norm(), 2e-3);
+    EXPECT_LT((world.state(id).velocity - state.velocity).norm(), 2e-3);
+    EXPECT_NEAR(world.state(id).pose.translation.x(), 46.3, 4e-3);
+    EXPECT_LT(world.state(id).angular_velocity.norm(), 2e-3);
 }
 
 // Principal moments of inertia of a solid of 1 kg, kg m^2.
@@ -166,8 +157,7 @@ public:
     Downhill(Ground ground, const LawShape& shape, const Eigen::Vector2d& start,
              const Eigen::Vector3d& normal, const Eigen::Vector2d& along)
         : ground_(std::move(ground)), inertia_(solid_inertia(shape.shape)) {
-        BodySettings settings;
-        settings.shape = shape.shape;
+        BodySettings settings{.shape = shape.shape};
         settings.friction = settings.restitution = 0.0;
         BodyState state;
         const Eigen::Vector3d level(along.x(), along.y(), 0.0);
@@ -184,10 +174,8 @@ public:
             state.pose.translation.z() +=
                 static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
         }
-        WorldSettings world;
-        world.allow_sleep = false;
-        world_.emplace(*World::create(world));
-        EXPECT_TRUE(world_->add(settings, state));
+        world_.emplace(*World::create(WorldSettings{.allow_sleep = false}));
+        id_ = world_->add(settings, state).value();
         energy_ = energy();
     }
 
@@ -197,7 +185,7 @@ public:
         growth_ = std::max(growth_, now - energy_);
         energy_ = now;
     }
-    const BodyState& body() const { return world_->states()[0]; }
+    const BodyState& body() const { return world_->state(id_); }
     /// Largest energy gain of 1 kg in a step, joules.
     double growth() const { return growth_; }
 
@@ -213,6 +201,7 @@ private:
 
     Ground ground_;
     std::optional<World> world_;
+    BodyId id_;
     Eigen::Vector3d inertia_;
     double energy_ = 0.0, growth_ = 0.0;
 };
@@ -282,8 +271,7 @@ TEST(LawsOfSliding, ThroughAValleyThePositionIsThatOfABeadOnTheCurve) {
 
 // Casts and contacts without a solver: a motion along the plane hits nothing, and all contacts have the plane's normal.
 TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
-    CastSettings settings;
-    settings.skip_separating = true;
+    CastSettings settings{.skip_separating = true};
     for (const DyadicPlane& plane : kPlanes) {
         const Ground ground =
             make_test_ground([&](double x, double y) { return plane.height(x, y); }, 1.0, 2);
@@ -291,10 +279,9 @@ TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
         for (const LawShape& shape : law_shapes()) {
             Random random(20260310);
             for (int i = 0; i < 40; ++i) {
-                Motion motion;
-                motion.start.rotation = random.rotation();
-                motion.start.translation = {118.0 + random.between(0.0, 5.0),
-                                            118.0 + random.between(0.0, 5.0), 0.0};
+                Motion motion{.start = {random.rotation(),
+                                        {118.0 + random.between(0.0, 5.0),
+                                         118.0 + random.between(0.0, 5.0), 0.0}}};
                 motion.start.translation.z() = 1e-5 + static_cast<double>(brute_lift<long double>(
                                                           soup, shape.oracle, motion.start));
                 motion.translation = {16.0, 16.0, 16.0 * (plane.slope_x + plane.slope_y)};
@@ -312,11 +299,11 @@ TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
     }
 }
 
-}  // namespace sliding_test
+}  // namespace terrane::sliding_test
 
 // Shapes below the ground are separated by alternately finding contacts and resolving all of them.
 
-namespace freed_test {
+namespace terrane::freed_test {
 
 using namespace test;
 
@@ -378,9 +365,8 @@ Eigen::Vector3d resolve(std::span<const Contact> contacts) {
 }
 
 TEST(SeparatedFromBelow, WithinEightRoundsFromAnyDepth) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
-    const long count = count_of_cases(66, 20'000);
+    SeededRandom random(kSeed);
+    const long count = count_of_cases(22, 20'000);
     std::array<Contact, 256> contacts;
     std::printf("rounds:%28s", "");
     for (int round = 0; round <= kRounds; ++round) std::printf("%7d", round);
@@ -416,5 +402,4 @@ TEST(SeparatedFromBelow, WithinEightRoundsFromAnyDepth) {
     }
 }
 
-}  // namespace freed_test
-}  // namespace terrane
+}  // namespace terrane::freed_test

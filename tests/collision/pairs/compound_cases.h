@@ -7,7 +7,6 @@
 
 #include <terrane/collision/shape_pairs.h>
 
-#include <string>
 #include <vector>
 
 // Random compounds and brute-force queries over all their parts.
@@ -27,10 +26,7 @@ inline internal::ConvexView view_of(const ConvexShape& shape) {
 }
 
 inline Pose composed(const Pose& a, const Pose& b) {
-    Pose product;
-    product.rotation = a.rotation * b.rotation;
-    product.translation = a.rotation * b.translation + a.translation;
-    return product;
+    return Pose{a.rotation * b.rotation, a.rotation * b.translation + a.translation};
 }
 
 /// A shape's convex pieces with their world poses.
@@ -86,11 +82,9 @@ inline Compound tiled_box(const Eigen::Vector3d& half, const std::array<int, 3>&
     for (int x = 0; x < counts[0]; ++x) {
         for (int y = 0; y < counts[1]; ++y) {
             for (int z = 0; z < counts[2]; ++z) {
-                CompoundPart part;
-                part.shape = Box{0.5 * step};
-                part.body_from_part.translation =
+                const Eigen::Vector3d centre =
                     -half + step.cwiseProduct(Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
-                parts.push_back(part);
+                parts.push_back({Box{0.5 * step}, {.translation = centre}});
             }
         }
     }

@@ -7,11 +7,9 @@
 
 #include <cstring>
 
-namespace terrane {
-namespace compound_pairs_test {
+namespace terrane::compound_pairs_test {
 
-using test::CompoundCase;
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20261210;
 
@@ -23,8 +21,7 @@ INSTANTIATE_TEST_SUITE_P(All, CompoundPairs, testing::Range(0, 6), [](const auto
 });
 
 TEST_P(CompoundPairs, ApartAreAsFarAsTheirNearestParts) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const int cases = test::case_count(10'000);
     int apart = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
@@ -56,8 +53,7 @@ TEST_P(CompoundPairs, ApartAreAsFarAsTheirNearestParts) {
 }
 
 TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     const int cases = test::case_count(1'000);
     double worst = 1.0;
     int overlapping = 0, longer = 0;  // longer: above 1.25 times the shortest sampled translation
@@ -95,8 +91,7 @@ TEST_P(CompoundPairs, OverlappingArePartedByTheirDistanceAndHardlyByLess) {
 }
 
 TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     const int cases = test::case_count(10'000);
     std::array<PairContact, 96> contacts;
     int separated = 0, overlapping = 0, rounds = 0, truncated = 0;
@@ -118,8 +113,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
             EXPECT_GE(contacts[k].depth, -margin - 1e-9);
             // The point lies on the part of a that the contact names.
             const test::Piece p = test::pieces_of(c.a, c.pose_a)[contacts[k].part_a];
-            Pose at_point;
-            at_point.translation = contacts[k].point_world;
+            Pose at_point{.translation = contacts[k].point_world};
             EXPECT_LE(
                 signed_distance(Sphere{0.0}, at_point, test::as_shape(p.shape), p.world_from_piece)
                     .distance,
@@ -159,8 +153,7 @@ TEST_P(CompoundPairs, ContactsAgreeWithTestAndFree) {
 }
 
 TEST_P(CompoundPairs, PseudodistanceHasTheSignOfTheDistance) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
-    Random random(kSeed + 3);
+    SeededRandom random(kSeed + 3);
     const int cases = test::case_count(10'000);
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
@@ -187,16 +180,13 @@ TEST_P(CompoundPairs, PseudodistanceHasTheSignOfTheDistance) {
 }
 
 TEST_P(CompoundPairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
-    Random random(kSeed + 4);
+    SeededRandom random(kSeed + 4);
     const int cases = test::case_count(2'000);
     int overlapping = 0, alike = 0, apart = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const CompoundCase c = test::random_compound_case(random, GetParam(), i);
-        Pose frame;
-        frame.rotation = random.rotation();
-        frame.translation = 10.0 * random.direction();
+        Pose frame{random.rotation(), 10.0 * random.direction()};
         const Pose there_a = test::composed(frame, c.pose_a),
                    there_b = test::composed(frame, c.pose_b);
         const double here = signed_distance(c.a, c.pose_a, c.b, c.pose_b).distance;
@@ -225,24 +215,18 @@ TEST_P(CompoundPairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
     EXPECT_LE(apart, overlapping / 200);
 }
 
-}  // namespace compound_pairs_test
+}  // namespace terrane::compound_pairs_test
 
-namespace compound_facts_test {
+namespace terrane::compound_facts_test {
 
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20261212;
 
-Pose at(const Eigen::Vector3d& translation) {
-    Pose pose;
-    pose.translation = translation;
-    return pose;
-}
+Pose at(const Eigen::Vector3d& translation) { return Pose{.translation = translation}; }
 
 CompoundPart box_part(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-    CompoundPart part;
-    part.shape = Box{0.5 * (high - low)};
-    part.body_from_part.translation = 0.5 * (low + high);
+    CompoundPart part{Box{0.5 * (high - low)}, {.translation = 0.5 * (low + high)}};
     return part;
 }
 
@@ -295,8 +279,7 @@ TEST(CompoundFacts, APegInASlotLeavesItAlong) {
 }
 
 TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Compound floor = test::tiled_box({5, 5, 0.5}, {20, 20, 1});
     std::array<PairContact, 96> contacts;
     for (int i = 0; i < 500; ++i) {
@@ -304,8 +287,7 @@ TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
         const double depth = random.between(0.0, 0.05);
         pose.translation.z() = 0.5 + 0.4 - depth;
         if (i % 2 == 1) {
-            Motion turn;
-            turn.rotation_vector = {0, 0, random.between(0.0, 3.0)};
+            Motion turn{.start = {}, .rotation_vector = {0, 0, random.between(0.0, 3.0)}};
             pose.rotation = turn.at(1.0).rotation;
         }
         const PairContactAnswer found =
@@ -319,8 +301,7 @@ TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
 }
 
 TEST(CompoundFacts, OnePartIsThePart) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     long touching = 0, hits = 0, rays = 0;
     for (int i = 0; i < 2000; ++i) {
         const ConvexShape part = test::random_convex(random, i % 4);
@@ -330,9 +311,7 @@ TEST(CompoundFacts, OnePartIsThePart) {
         pose.rotation = random.rotation();
         place.rotation = random.rotation();
         place.translation = random.between(0.0, 1.5) * random.direction();
-        CompoundPart same;
-        same.shape = part;
-        const Shape whole = make_compound({same});
+        const Shape whole = make_compound({CompoundPart{part, {}}});
         const PairDistanceAnswer expected = signed_distance(alone, pose, other, place);
         const PairDistanceAnswer answer = signed_distance(whole, pose, other, place);
         EXPECT_EQ(std::memcmp(&answer.distance, &expected.distance, sizeof(double)), 0);
@@ -367,13 +346,11 @@ TEST(CompoundFacts, OnePartIsThePart) {
 }
 
 TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     const Eigen::Vector3d half(0.9, 0.6, 0.4);
     const Box box{half};
     const Compound tiles = test::tiled_box(half, {3, 2, 2});
-    CastSettings settings;
-    settings.tolerance = 1e-9;
+    CastSettings settings{.tolerance = 1e-9};
     int overlapping = 0, same_depth = 0;
     for (int i = 0; i < 4000 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
@@ -427,12 +404,9 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
 }
 
 TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
-    CompoundPart point;
-    point.shape = ConvexHull::create(std::vector<Eigen::Vector3d>{{0, 0, 0}}).value();
+    CompoundPart point{ConvexHull::create(std::vector<Eigen::Vector3d>{{0, 0, 0}}).value(), {}};
     CompoundPart plate = box_part({-1, -1, 0}, {1, 1, 0});
-    CompoundPart spot;
-    spot.shape = Sphere{0.0};
-    spot.body_from_part.translation = {0, 0, 3};
+    CompoundPart spot{Sphere{0.0}, {.translation = {0, 0, 3}}};
     const Compound odd = make_compound({point, plate, spot});
     const double nan = std::numeric_limits<double>::quiet_NaN();
     std::array<PairContact, 4> contacts;
@@ -442,9 +416,7 @@ TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
     EXPECT_LE(signed_distance(odd, Pose{}, odd, Pose{}).distance, 0.0);
     EXPECT_GT(find_contacts(odd, Pose{}, odd, Pose{}, 0.0, contacts).count, 0u);
     EXPECT_EQ(find_contacts(odd, Pose{}, Box{}, Pose{}, 0.0, {}).status, QueryStatus::truncated);
-    Motion falling;
-    falling.start = at({0, 0, 10});
-    falling.translation = {0, 0, -20};
+    Motion falling{.start = at({0, 0, 10}), .translation = {0, 0, -20}};
     const PairCastAnswer met = cast(Sphere{0.5}, falling, odd, Motion{});
     EXPECT_TRUE(met.hit);
     EXPECT_NEAR(met.fraction, 6.5 / 20.0, 1e-5);
@@ -457,16 +429,14 @@ TEST(CompoundFacts, ExtremesAreAnsweredOrRefused) {
                   QueryStatus::invalid);
         EXPECT_EQ(signed_distance(odd, bad, odd, Pose{}).status, QueryStatus::invalid);
         EXPECT_EQ(pseudodistance(odd, Pose{}, odd, bad).status, QueryStatus::invalid);
-        Motion motion;
-        motion.start = bad;
+        Motion motion{.start = bad};
         EXPECT_EQ(cast(odd, motion, Box{}, Motion{}).status, QueryStatus::invalid);
         EXPECT_EQ(cast_ray(odd, bad, {0, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
     }
 }
 
 TEST(CompoundFacts, HaveTheSameBitsTenThousandKilometresOut) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
-    Random random(kSeed + 3);
+    SeededRandom random(kSeed + 3);
     const Eigen::Vector3d shift(1e7, -1e7, 4096.0);
     for (int i = 0; i < 300; ++i) {
         test::CompoundCase c = test::random_compound_case(random, i % 6, i);
@@ -522,16 +492,13 @@ Compound ball_of_triangles(std::uint32_t rings, std::uint32_t columns) {
 }
 
 TEST(CompoundFacts, AHundredThousandTrianglesAnswerLikeASoup) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
-    Random random(kSeed + 4);
+    SeededRandom random(kSeed + 4);
     const Compound mesh = ball_of_triangles(200, 250);
     ASSERT_EQ(mesh.parts().size(), 100'000u);
     const Shape shape = mesh;
     std::array<PairContact, 96> contacts;
     for (int i = 0; i < 6; ++i) {
-        Pose pose;
-        pose.rotation = random.rotation();
-        pose.translation = random.between(1.0, 1.4) * random.direction();
+        Pose pose{random.rotation(), random.between(1.0, 1.4) * random.direction()};
         const Shape other = i % 2 == 0 ? Shape(Sphere{0.2}) : Shape(Box{{0.2, 0.1, 0.15}});
         const double least = test::least_distance(other, pose, shape, Pose{});
         const test::AllocationCounter counter;
@@ -539,8 +506,7 @@ TEST(CompoundFacts, AHundredThousandTrianglesAnswerLikeASoup) {
         const bool is_touching = test_contact(other, pose, shape, Pose{}).is_touching;
         const PairContactAnswer found = find_contacts(other, pose, shape, Pose{}, 0.0, contacts);
         const double pseudo = pseudodistance(other, pose, shape, Pose{}).pseudodistance;
-        Motion moving;
-        moving.start = pose;
+        Motion moving{.start = pose};
         moving.start.translation *= 3.0;
         moving.translation = -2.0 * moving.start.translation;
         moving.rotation_vector = {1.0, 0.0, 0.0};
@@ -569,8 +535,7 @@ TEST(CompoundFacts, AHundredThousandTrianglesAnswerLikeASoup) {
 }
 
 TEST(CompoundFacts, AllocateNothing) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
-    Random random(kSeed + 5);
+    SeededRandom random(kSeed + 5);
     std::vector<test::CompoundCase> cases;
     for (int i = 0; i < 200; ++i) {
         cases.push_back(test::random_compound_case(random, i % 6, i));
@@ -596,5 +561,4 @@ TEST(CompoundFacts, AllocateNothing) {
     EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace compound_facts_test
-}  // namespace terrane
+}  // namespace terrane::compound_facts_test

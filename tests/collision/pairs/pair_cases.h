@@ -20,7 +20,9 @@
 namespace terrane::test {
 
 /// Number of random cases; tests labelled long multiply it by TERRANE_CASE_FACTOR.
-inline int case_count(int usual) { return usual * number_from("TERRANE_CASE_FACTOR", 1); }
+inline int case_count(int full) {
+    return static_cast<int>(full * number_from("TERRANE_CASE_FACTOR", 0.4));
+}
 
 // Brute-force hulls: every triple of points is tested as a face.
 
@@ -32,8 +34,7 @@ public:
     }
 
     internal::HullView view() const {
-        internal::HullView view;
-        view.shape = {vertices_, faces_, loops_, edges_, first_, neighbours_};
+        internal::HullView view{.shape = {vertices_, faces_, loops_, edges_, first_, neighbours_}};
         for (const Eigen::Vector3d& v : vertices_) view.reach = std::max(view.reach, v.norm());
         return view;
     }
@@ -216,9 +217,10 @@ struct Case {
 };
 
 inline Case random_case(Random& random, const KindPair& kinds, int i) {
-    Case c;
-    c.a = random_shape(random, kinds.a, i % 5 == 3);
-    c.b = random_shape(random, kinds.b, i % 5 == 4 || i % 25 == 3);
+    Case c{.a = random_shape(random, kinds.a, i % 5 == 3),
+           .b = random_shape(random, kinds.b, i % 5 == 4 || i % 25 == 3),
+           .pose_a = {},
+           .pose_b = {}};
     c.pose_a.rotation = random.rotation();
     c.pose_b.rotation = random.rotation();
     if (i % 4 == 1) {  // aligned, as resting bodies are
@@ -250,10 +252,9 @@ struct PlacedCase {
 /// Exactly orthonormal start rotations, as bodies have them.
 inline Motion motion_of(const Pose& pose, const Eigen::Vector3d& translation,
                         const Eigen::Vector3d& rotation_vector = Eigen::Vector3d::Zero()) {
-    Motion motion;
-    motion.start = {orthonormalized(pose.rotation), pose.translation};
-    motion.translation = translation;
-    motion.rotation_vector = rotation_vector;
+    Motion motion{.start = {orthonormalized(pose.rotation), pose.translation},
+                  .translation = translation,
+                  .rotation_vector = rotation_vector};
     return motion;
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "collision/ground/ground_oracle.h"
 #include "collision/pairs/pair_cases.h"
 #include "pair_oracle.h"
 #include "support/allocation_counter.h"
@@ -10,10 +9,9 @@
 
 #include <cstring>
 
-namespace terrane {
-namespace shape_pairs_test {
+namespace terrane::shape_pairs_test {
 
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20261203;
 
@@ -27,11 +25,7 @@ std::vector<Shape> make_shapes() {
             ConvexHull::create(points).value()};
 }
 
-Pose at(const Eigen::Vector3d& translation) {
-    Pose pose;
-    pose.translation = translation;
-    return pose;
-}
+Pose at(const Eigen::Vector3d& translation) { return Pose{.translation = translation}; }
 
 TEST(ShapePairs, TouchingIsZeroAndTouches) {
     // Sums of halves and quarters: exact.
@@ -88,13 +82,11 @@ TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
 }
 
 TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     for (const double small : {1e-3, 1.0, 1e4}) {
         for (const double large : {1e-3, 1e4, 1e5}) {
             for (int i = 0; i < 200; ++i) {
-                Pose pose;
-                pose.rotation = random.rotation();
+                Pose pose{.rotation = random.rotation()};
                 const Shape a = i % 3 == 0   ? Shape(Sphere{small})
                                 : i % 3 == 1 ? Shape(Capsule{small, small})
                                              : Shape(Box{{small, small, small}});
@@ -118,8 +110,7 @@ TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
 }
 
 TEST(ShapePairs, GiveTheSameBitsTenThousandKilometresOut) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     const Eigen::Vector3d shift(1e7, -1e7, 4096.0);
     for (const Shape& a : make_shapes()) {
         for (const Shape& b : make_shapes()) {
@@ -179,11 +170,9 @@ TEST(ShapePairs, RefuseWhatIsNotFiniteOrNotARotation) {
     EXPECT_EQ(find_contacts(Box{}, Pose{}, Box{}, Pose{}, nan, contacts).status,
               QueryStatus::invalid);
     EXPECT_EQ(cast_ray(Box{}, Pose{}, {nan, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
-    Motion spinning;
-    spinning.rotation_vector = {nan, 0, 0};
+    Motion spinning{.start = {}, .rotation_vector = {nan, 0, 0}};
     EXPECT_EQ(cast(Box{}, Motion{}, Box{}, spinning).status, QueryStatus::invalid);
-    CastSettings settings;
-    settings.tolerance = 0.0;
+    CastSettings settings{.tolerance = 0.0};
     EXPECT_EQ(cast(Box{}, Motion{}, Box{}, Motion{}, settings).status, QueryStatus::invalid);
 }
 
@@ -217,14 +206,11 @@ TEST(ShapePairs, AllocateNothing) {
     EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace shape_pairs_test
+}  // namespace terrane::shape_pairs_test
 
-namespace pair_distance_test {
+namespace terrane::pair_distance_test {
 
-using test::Case;
-using test::KindPair;
-using test::PlacedCase;
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 20261121;
 const int kCases = test::case_count(10'000);
@@ -235,8 +221,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pairs, testing::ValuesIn(test::all_pairs()),
                          [](const auto& each) { return each.param.name(); });
 
 TEST_P(Pairs, DistanceIsThatOfAllPairsOfFeatures) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    Random random(kSeed);
+    SeededRandom random(kSeed);
     double worst = 0.0;
     int overlapping = 0;
     for (int i = 0; i < kCases; ++i) {
@@ -256,14 +241,11 @@ TEST_P(Pairs, DistanceIsThatOfAllPairsOfFeatures) {
 
 // Distance of a point from a shape's surface.
 double off_surface(const internal::ConvexView& shape, const Pose& pose, const Eigen::Vector3d& p) {
-    Pose at_p;
-    at_p.translation = p;
-    return std::abs(test::oracle_distance(Sphere{0.0}, at_p, shape, pose));
+    return std::abs(test::oracle_distance(Sphere{0.0}, Pose{.translation = p}, shape, pose));
 }
 
 TEST_P(Pairs, NearestPointsLieOnBothShapes) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const Case c = test::random_case(random, GetParam(), i);
@@ -278,8 +260,7 @@ TEST_P(Pairs, NearestPointsLieOnBothShapes) {
 }
 
 TEST_P(Pairs, ContactsPartTheShapesAndLieOnBoth) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 2);
-    Random random(kSeed + 2);
+    SeededRandom random(kSeed + 2);
     long touching = 0;
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
@@ -314,8 +295,7 @@ TEST_P(Pairs, ContactsPartTheShapesAndLieOnBoth) {
 }
 
 TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 3);
-    Random random(kSeed + 3);
+    SeededRandom random(kSeed + 3);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         Case c = test::random_case(random, GetParam(), i);
@@ -339,8 +319,7 @@ TEST_P(Pairs, TestSaysWhatFindAndDistanceSay) {
 }
 
 TEST_P(Pairs, MovedToWhereTheyTouchHaveNoDistance) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 4);
-    Random random(kSeed + 4);
+    SeededRandom random(kSeed + 4);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         Case c = test::random_case(random, GetParam(), i);
         const PlacedCase before(c);
@@ -350,8 +329,7 @@ TEST_P(Pairs, MovedToWhereTheyTouchHaveNoDistance) {
 }
 
 TEST_P(Pairs, PseudodistanceIsWhatItsDefinitionSays) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 5);
-    Random random(kSeed + 5);
+    SeededRandom random(kSeed + 5);
     const auto is_round = [](test::Kind kind) {
         return kind == test::Kind::sphere || kind == test::Kind::capsule;
     };
@@ -395,8 +373,7 @@ TEST_P(Pairs, PseudodistanceIsWhatItsDefinitionSays) {
 }
 
 TEST_P(Pairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 6);
-    Random random(kSeed + 6);
+    SeededRandom random(kSeed + 6);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
         const Case c = test::random_case(random, GetParam(), i);
@@ -407,9 +384,7 @@ TEST_P(Pairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
                     find_pseudodistance(swapped.a, swapped.b).gap, 1e-13);
         EXPECT_EQ(is_touching(here.a, here.b), is_touching(swapped.a, swapped.b));
 
-        Pose motion;
-        motion.rotation = random.rotation();
-        motion.translation = 10.0 * random.direction();
+        Pose motion{random.rotation(), 10.0 * random.direction()};
         Case other = c;
         for (Pose* pose : {&other.pose_a, &other.pose_b}) {
             pose->translation = motion * pose->translation;
@@ -423,8 +398,7 @@ TEST_P(Pairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
 }
 
 TEST_P(Pairs, DistanceGrowsAsMuchAsTheShapesMoveApart) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 7);
-    Random random(kSeed + 7);
+    SeededRandom random(kSeed + 7);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         Case c = test::random_case(random, GetParam(), i);
         const PlacedCase before(c);
@@ -439,5 +413,4 @@ TEST_P(Pairs, DistanceGrowsAsMuchAsTheShapesMoveApart) {
     }
 }
 
-}  // namespace pair_distance_test
-}  // namespace terrane
+}  // namespace terrane::pair_distance_test

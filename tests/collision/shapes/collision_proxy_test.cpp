@@ -2,7 +2,6 @@
 #include "collision/shapes/proxy_meshes.h"
 #include "shapes/proxy_parts.h"
 
-#include <terrane/collision/collision_proxy.h>
 #include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
@@ -17,7 +16,7 @@
 namespace terrane {
 namespace {
 
-using test::NamedMesh;
+using namespace test;
 
 double extent_of(const TriangleMesh& mesh) {
     Eigen::Vector3d low = mesh.positions[0], high = low;
@@ -103,9 +102,7 @@ TEST_P(ProxyOfMesh, IsABodyOfAWorld) {
         make_collision_proxy(named.mesh, {.proxy_error = 0.1 * extent_of(named.mesh)});
     ASSERT_TRUE(proxy);
     World world = World::create({}).value();
-    BodySettings body;
-    body.shape = proxy->shape;
-    const Result<BodyId> added = world.add(body, {});
+    const Result<BodyId> added = world.add(BodySettings{.shape = proxy->shape}, {});
     EXPECT_TRUE(added) << added.error().message;
 }
 
@@ -242,7 +239,6 @@ TEST(CollisionProxy, AnyTrianglesGiveAnAnswer) {
 
 using internal::ProxyPart;
 using internal::SolidMesh;
-using test::NamedMesh;
 
 constexpr std::size_t kMaxParts = 3;
 

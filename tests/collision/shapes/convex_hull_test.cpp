@@ -6,12 +6,9 @@
 
 #include <terrane/collision/shapes.h>
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
@@ -168,8 +165,7 @@ std::string find_fault_of_hull(const Polyhedron& hull, std::span<const Eigen::Ve
 
 }  // namespace terrane::test
 
-namespace terrane {
-namespace box_polyhedron_test {
+namespace terrane::box_polyhedron_test {
 
 TEST(BoxPolyhedron, IsTheHullOfItsCorners) {
     internal::BoxStorage storage;
@@ -204,9 +200,9 @@ TEST(BoxPolyhedron, KeepsItsTableWhenItIsFlat) {
     }
 }
 
-}  // namespace box_polyhedron_test
+}  // namespace terrane::box_polyhedron_test
 
-namespace convex_hull_test {
+namespace terrane::convex_hull_test {
 
 using test::Points;
 
@@ -573,8 +569,7 @@ TEST(BoundingRadius, OfAHullIsAroundTheBodysOrigin) {
     EXPECT_DOUBLE_EQ(bounding_radius(hull), std::sqrt(16.0 + 25.0 + 1.0));
     EXPECT_DOUBLE_EQ(support_distance(hull, Eigen::Vector3d::UnitX()), 4.0);
     EXPECT_DOUBLE_EQ(support_distance(hull, -Eigen::Vector3d::UnitX()), -3.0);
-    EXPECT_TRUE(check(hull));
+    EXPECT_TRUE(hull.validate());
 }
 
-}  // namespace convex_hull_test
-}  // namespace terrane
+}  // namespace terrane::convex_hull_test

@@ -3,7 +3,6 @@
 #include "collision/shapes/point_clouds.h"
 #include "shapes/query_shapes.h"
 #include "shapes/quickhull.h"
-#include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
 #include <terrane/collision/shapes.h>
@@ -20,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace rotation_test {
+namespace terrane::rotation_test {
 
 TEST(MotionAt, AgreesWithTheCLibrary) {
     SCOPED_TRACE("seed 7");
@@ -29,8 +27,7 @@ TEST(MotionAt, AgreesWithTheCLibrary) {
     for (int i = 0; i < 2000; ++i) {
         const Eigen::Vector3d axis = random.direction();
         const double angle = random.between(0.0, i % 2 == 0 ? 6.3 : 1000.0);
-        Motion motion;
-        motion.rotation_vector = angle * axis;
+        Motion motion{.start = {}, .rotation_vector = angle * axis};
         const double t = random.between(0.0, 1.0);
         const Eigen::Matrix3d expected =
             Eigen::AngleAxisd(t * motion.rotation_vector.norm(), axis).toRotationMatrix();
@@ -43,9 +40,8 @@ TEST(MotionAt, StaysOrthonormal) {
     SCOPED_TRACE("seed 8");
     test::Random random(8);
     for (int i = 0; i < 500; ++i) {
-        Motion motion;
-        motion.start.rotation = random.rotation();
-        motion.rotation_vector = random.between(0.0, 30.0) * random.direction();
+        Motion motion{.start = {.rotation = random.rotation()},
+                      .rotation_vector = random.between(0.0, 30.0) * random.direction()};
         const Eigen::Matrix3d r = motion.at(0.7).rotation;
         EXPECT_LE((r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-15);
         EXPECT_GT(r.determinant(), 0.0);
@@ -78,9 +74,8 @@ TEST(RotationVectorBetween, IsUndoneByAMotion) {
         const double angle = i % 3 == 0   ? 3.14159265358979
                              : i % 3 == 1 ? 1e-9
                                           : random.between(0.0, 3.14);
-        Motion there;
-        there.start.rotation = random.rotation();
-        there.rotation_vector = angle * random.direction();
+        Motion there{.start = {.rotation = random.rotation()},
+                     .rotation_vector = angle * random.direction()};
         const Eigen::Matrix3d to = there.at(1.0).rotation;
         Motion again = there;
         again.rotation_vector = rotation_vector_between(there.start.rotation, to);
@@ -90,13 +85,13 @@ TEST(RotationVectorBetween, IsUndoneByAMotion) {
 }
 
 TEST(CheckShape, NamesTheFieldAndTheValue) {
-    EXPECT_TRUE(check(Sphere{0.0}));
-    EXPECT_TRUE(check(Box{{0.0, 1e5, 0.0}}));
-    const Result<void> sphere = check(Sphere{-1.5});
+    EXPECT_TRUE(Sphere{0.0}.validate());
+    EXPECT_TRUE((Box{{0.0, 1e5, 0.0}}.validate()));
+    const Result<void> sphere = Sphere{-1.5}.validate();
     ASSERT_FALSE(sphere);
     EXPECT_EQ(sphere.error().message, "sphere radius must be 0 to 1e5 m, got -1.5");
-    EXPECT_FALSE(check(Capsule{0.5, std::nan("")}));
-    EXPECT_FALSE(check(Box{{1.0, 1.0, 1e6}}));
+    EXPECT_FALSE((Capsule{0.5, std::nan("")}.validate()));
+    EXPECT_FALSE((Box{{1.0, 1.0, 1e6}}.validate()));
 }
 
 TEST(SupportDistance, IsTheLargestOverTheShape) {
@@ -108,16 +103,14 @@ TEST(SupportDistance, IsTheLargestOverTheShape) {
     EXPECT_DOUBLE_EQ(default_contact_tolerance(Box{{1.0, 2.0, 3.0}}), 0.01);
 }
 
-}  // namespace rotation_test
+}  // namespace terrane::rotation_test
 
-namespace compound_test {
+namespace terrane::compound_test {
 
 using Parts = std::vector<CompoundPart>;
 
 Pose random_pose(test::Random& random) {
-    Pose pose;
-    pose.rotation = random.rotation();
-    pose.translation = 3.0 * random.direction();
+    Pose pose{random.rotation(), 3.0 * random.direction()};
     return pose;
 }
 
@@ -195,7 +188,7 @@ TEST(Compound, IsAsThinAsItsThinnestPart) {
     const Compound compound =
         Compound::create(Parts{{Box{{1.0, 0.25, 2.0}}, Pose()}, {Sphere{0.5}, Pose()}}).value();
     EXPECT_EQ(smallest_half_extent(compound), 0.25);
-    EXPECT_TRUE(check(compound));
+    EXPECT_TRUE(compound.validate());
     Compound copy = compound;
     const Compound moved = std::move(copy);
     EXPECT_EQ(copy.parts().size(), moved.parts().size());  // NOLINT(bugprone-use-after-move)
@@ -269,9 +262,9 @@ TEST(Compound, FromTrianglesNamesTheBadOne) {
               "triangle 0: coordinates of hull point 2 must be -1e5 to 1e5 m, got y nan");
 }
 
-}  // namespace compound_test
+}  // namespace terrane::compound_test
 
-namespace extremes_test {
+namespace terrane::extremes_test {
 
 using test::Points;
 
@@ -367,9 +360,9 @@ TEST(FindExtreme, TakesTheLowestIndexOfEqualVertices) {
     EXPECT_EQ(internal::find_extreme(box, {0, 0, std::nan("")}), 0u);
 }
 
-}  // namespace extremes_test
+}  // namespace terrane::extremes_test
 
-namespace aabb_tree_test {
+namespace terrane::aabb_tree_test {
 
 using internal::AabbNode;
 
@@ -447,9 +440,9 @@ TEST(AabbTree, HalvesTheCountAtEveryNode) {
     for (const AabbNode& node : tree) EXPECT_EQ(node.bounds.high.z(), 3.0);
 }
 
-}  // namespace aabb_tree_test
+}  // namespace terrane::aabb_tree_test
 
-namespace lattice_test {
+namespace terrane::lattice_test {
 
 using internal::LatticePoint;
 
@@ -561,5 +554,4 @@ TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
     EXPECT_FALSE(std::signbit(one.positions[0].x()));
 }
 
-}  // namespace lattice_test
-}  // namespace terrane
+}  // namespace terrane::lattice_test

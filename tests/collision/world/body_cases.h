@@ -60,11 +60,14 @@ inline World make_world(const WorldSettings& settings = {}) {
 /// is unspecified.
 inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocity = {0.0, 0.0, 0.0},
                     const Eigen::Vector3d& angular_velocity = {0.0, 0.0, 0.0}) {
-    BodyState state;
-    state.pose.translation = place;
-    state.velocity = velocity;
-    state.angular_velocity = angular_velocity;
+    BodyState state{{.pose = {.translation = place},
+                     .velocity = velocity,
+                     .angular_velocity = angular_velocity}};
     return state;
+}
+
+inline BodyId add(World& world, const BodySettings& settings = {}, const BodyState& state = {}) {
+    return world.add(settings, state).value();
 }
 
 /// A wedge with its centre of mass off its origin and principal axes that differ from its own.

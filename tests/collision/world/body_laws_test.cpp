@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "collision/world/body_cases.h"
-#include "support/grounds.h"
 #include "support/random.h"
-
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -12,19 +9,9 @@
 #include <limits>
 #include <stdexcept>
 
-namespace terrane {
-namespace body_laws_test {
+namespace terrane::body_laws_test {
 
-using test::all_shapes;
-using test::at;
-using test::kMiddle;
-using test::make_flat;
-using test::make_test_ground;
-using test::make_world;
-using test::name_of;
-using test::Random;
-using test::simple_shapes;
-using test::turned;
+using namespace test;
 
 constexpr double kGravity = 9.81;
 
@@ -42,7 +29,8 @@ TEST(World, FallsFreelyAsTheIntegratorSays) {
     const Ground ground = make_flat();
     for (const double dt : {1.0 / 60.0, 0.1}) {
         World world = make_world();
-        ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at({kMiddle, kMiddle, 500.0}, {3.0, 0, 0})));
+        const BodyId body =
+            add(world, {.shape = Sphere{0.5}}, at({kMiddle, kMiddle, 500.0}, {3.0, 0, 0}));
         const double substeps = std::ceil(dt * 120.0 - 1e-9);
         const double h = dt / substeps;
         double z = 500.0, vz = 0.0;
@@ -54,8 +42,8 @@ TEST(World, FallsFreelyAsTheIntegratorSays) {
                 vz -= kGravity * h;
                 z += vz * h;
             }
-            EXPECT_NEAR(world.states()[0].pose.translation.z(), z, 1e-9);
-            EXPECT_NEAR(world.states()[0].pose.translation.x(), kMiddle + 3.0 * dt * (step + 1),
+            EXPECT_NEAR(world.state(body).pose.translation.z(), z, 1e-9);
+            EXPECT_NEAR(world.state(body).pose.translation.x(), kMiddle + 3.0 * dt * (step + 1),
                         1e-9);
         }
     }
@@ -67,7 +55,7 @@ TEST(World, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
     const Eigen::Vector3d half(1.0, 2.0, 0.5);
     BodyState state = at({kMiddle, kMiddle, 4000.0});
     state.angular_velocity = {3.0, 7.0, 11.0};
-    ASSERT_TRUE(world.add({.shape = Box{half}, .mass = 3.0}, state));
+    const BodyId body = add(world, {.shape = Box{half}, .mass = 3.0}, state);
     const Eigen::Vector3d inertia(half.y() * half.y() + half.z() * half.z(),
                                   half.x() * half.x() + half.z() * half.z(),
                                   half.x() * half.x() + half.y() * half.y());
@@ -83,12 +71,12 @@ TEST(World, KeepsAngularMomentumInTheAirAndItsEnergyDoesNotGrow) {
     double energy_before = energy(state);
     for (int step = 0; step < 600; ++step) {
         world.step(ground, 1.0 / 60.0);
-        const double energy_now = energy(world.states()[0]);
+        const double energy_now = energy(world.state(body));
         EXPECT_LE(energy_now, energy_before * (1.0 + 1e-12));
         energy_before = energy_now;
     }
     EXPECT_GT(energy_before, 0.99 * energy(state));
-    EXPECT_LT((momentum(world.states()[0]) - momentum_before).norm(),
+    EXPECT_LT((momentum(world.state(body)) - momentum_before).norm(),
               0.01 * momentum_before.norm());
 }
 
@@ -97,14 +85,14 @@ TEST(World, RestsOnAPlaneWithinItsToleranceAndFallsAsleep) {
     for (const Shape& shape : all_shapes()) {
         World world = make_world();
         BodyState state = at({kMiddle, kMiddle, 7.5});
-        ASSERT_TRUE(world.add({.shape = shape}, state));
+        const BodyId body = add(world, {.shape = shape}, state);
         StepReport report;
         for (int step = 0; step < 60 * 8; ++step) {
             report = world.step(ground, 1.0 / 60.0);
             EXPECT_EQ(report.too_deep, 0u);
             EXPECT_EQ(report.lost_time, 0.0);
         }
-        const BodyState& rest = world.states()[0];
+        const BodyState& rest = world.state(body);
         const double gap =
             rest.pose.translation.z() - 5.0 -
             support_distance(shape, rest.pose.rotation.transpose() * Eigen::Vector3d(0, 0, -1));
@@ -122,17 +110,17 @@ TEST(World, SlidesDownATiltedPlaneAsCoulombSays) {
     const Ground ground = make_tilted(slope);
     for (const double friction : {0.0, 0.1, 0.3}) {
         World world = make_world();
-        BodyState state;
-        state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+        BodyState state{{.pose = {.rotation = turned({0.0, -std::atan(slope), 0.0})}}};
         const Eigen::Vector3d normal(-sine, 0.0, cosine);
         state.pose.translation = Eigen::Vector3d(190.2, 128.6, 190.2 * slope) + 0.5 * normal;
-        ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = friction}, state));
+        const BodyId body =
+            add(world, {.shape = Box{{1.0, 2.0, 0.5}}, .friction = friction}, state);
         const double seconds = 3.0;
         for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
         const double expected = kGravity * (sine - friction * cosine) * seconds;
-        EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected + 0.02)
+        EXPECT_NEAR(world.state(body).velocity.norm(), expected, 0.01 * expected + 0.02)
             << friction;
-        EXPECT_LT(std::abs(world.states()[0].velocity.y()), 0.02);
+        EXPECT_LT(std::abs(world.state(body).velocity.y()), 0.02);
     }
 }
 
@@ -145,7 +133,7 @@ TEST(World, SlidesAcrossATiltedPlaneWithoutTurning) {
     World world = make_world({.allow_sleep = false});
     BodyState state = at({kMiddle, kMiddle, slope * kMiddle + 0.4 / cosine}, {0.0, 2.0, 0.0});
     state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
-    ASSERT_TRUE(world.add({.shape = Box{{1.0, 0.6, 0.4}}, .friction = friction}, state));
+    const BodyId body = add(world, {.shape = Box{{1.0, 0.6, 0.4}}, .friction = friction}, state);
     for (int step = 0; step < 120; ++step) world.step(ground, 1.0 / 60.0);
 
     Eigen::Vector2d place(0.0, 0.0), velocity(0.0, 2.0);  // down the slope and across it
@@ -155,7 +143,7 @@ TEST(World, SlidesAcrossATiltedPlaneWithoutTurning) {
         velocity += kTick * (pull - friction * kGravity * cosine * velocity.normalized());
         place += kTick * velocity;
     }
-    const BodyState& end = world.states()[0];
+    const BodyState& end = world.state(body);
     EXPECT_NEAR(kMiddle - end.pose.translation.x(), place.x() * cosine, 0.01 * place.x());
     EXPECT_NEAR(end.pose.translation.y() - kMiddle, place.y(), 0.01 * place.y());
     const double yaw = (end.pose.rotation * state.pose.rotation.transpose())(1, 0);
@@ -219,12 +207,13 @@ TEST(World, RollsDownATiltedPlaneAsASolidSphereDoes) {
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
     World world = make_world();
-    ASSERT_TRUE(world.add({.shape = Sphere{0.5}}, at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
-                                                     0.5 * Eigen::Vector3d(-sine, 0.0, cosine))));
+    const BodyId body = add(world, {.shape = Sphere{0.5}},
+                            at(Eigen::Vector3d(200.2, 128.6, 200.2 * slope) +
+                               0.5 * Eigen::Vector3d(-sine, 0.0, cosine)));
     for (int step = 0; step < 60 * 3; ++step) world.step(ground, 1.0 / 60.0);
     const double expected = 5.0 / 7.0 * kGravity * sine * 3.0;
-    EXPECT_NEAR(world.states()[0].velocity.norm(), expected, 0.01 * expected);
-    EXPECT_NEAR(world.states()[0].angular_velocity.norm() * 0.5, expected, 0.02 * expected);
+    EXPECT_NEAR(world.state(body).velocity.norm(), expected, 0.01 * expected);
+    EXPECT_NEAR(world.state(body).angular_velocity.norm() * 0.5, expected, 0.02 * expected);
 }
 
 TEST(World, HoldsWithoutCreepingWhereFrictionIsEnough) {
@@ -232,15 +221,14 @@ TEST(World, HoldsWithoutCreepingWhereFrictionIsEnough) {
     const double cosine = 1.0 / std::sqrt(1.0 + slope * slope), sine = slope * cosine;
     const Ground ground = make_tilted(slope);
     World world = make_world({.allow_sleep = false});
-    BodyState state;
-    state.pose.rotation = turned({0.0, -std::atan(slope), 0.0});
+    BodyState state{{.pose = {.rotation = turned({0.0, -std::atan(slope), 0.0})}}};
     state.pose.translation =
         Eigen::Vector3d(128.2, 128.6, 128.2 * slope) + 0.505 * Eigen::Vector3d(-sine, 0.0, cosine);
-    ASSERT_TRUE(world.add({.shape = Box{{1.0, 2.0, 0.5}}, .friction = 0.6}, state));
+    const BodyId body = add(world, {.shape = Box{{1.0, 2.0, 0.5}}, .friction = 0.6}, state);
     for (int step = 0; step < 60; ++step) world.step(ground, 1.0 / 60.0);
-    const Eigen::Vector3d settled = world.states()[0].pose.translation;
+    const Eigen::Vector3d settled = world.state(body).pose.translation;
     for (int step = 0; step < 60 * 10; ++step) world.step(ground, 1.0 / 60.0);
-    EXPECT_LT((world.states()[0].pose.translation - settled).norm(), 1e-3);
+    EXPECT_LT((world.state(body).pose.translation - settled).norm(), 1e-3);
 }
 
 TEST(World, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
@@ -248,19 +236,19 @@ TEST(World, SlidesOverFlatCellsWithoutLosingSpeedOrGainingEnergy) {
     for (const Shape& shape : simple_shapes()) {
         World world = make_world({.allow_sleep = false});
         const double height = std::holds_alternative<Capsule>(shape) ? 1.2 : 0.5;
-        ASSERT_TRUE(world.add({.shape = shape, .friction = 0.0, .restitution = 0.0},
-                              at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0})));
+        const BodyId body = add(world, {.shape = shape, .friction = 0.0, .restitution = 0.0},
+                                at({20.3, 30.6, 5.0 + height + 0.001}, {3.0, 0.4, 0.0}));
         for (int step = 0; step < 12; ++step) world.step(ground, 1.0 / 60.0);
-        const Eigen::Vector3d start = world.states()[0].velocity;
-        double energy = mechanical_energy(world.states()[0], 0.1);
+        const Eigen::Vector3d start = world.state(body).velocity;
+        double energy = mechanical_energy(world.state(body), 0.1);
         for (int step = 0; step < 120; ++step) {
             const StepReport report = world.step(ground, 1.0 / 60.0);
             EXPECT_EQ(report.lost_time, 0.0);
-            const double now = mechanical_energy(world.states()[0], 0.1);
+            const double now = mechanical_energy(world.state(body), 0.1);
             EXPECT_LE(now, energy + 1e-9) << name_of(shape);
             energy = now;
         }
-        EXPECT_LT((world.states()[0].velocity - start).norm(), 2e-3) << name_of(shape);
+        EXPECT_LT((world.state(body).velocity - start).norm(), 2e-3) << name_of(shape);
         EXPECT_NEAR(start.x(), 3.0, 2e-3) << name_of(shape);
         EXPECT_NEAR(start.y(), 0.4, 2e-3) << name_of(shape);
     }
@@ -271,8 +259,8 @@ TEST(World, BouncesToTheHeightThatRestitutionGives) {
     for (const double restitution : {0.0, 0.5, 0.8, 1.0}) {
         World world = make_world({.allow_sleep = false});
         const double drop = 3.0;
-        ASSERT_TRUE(world.add({.shape = Sphere{0.5}, .restitution = restitution},
-                              at({kMiddle, kMiddle, 5.5 + drop})));
+        const BodyId body = add(world, {.shape = Sphere{0.5}, .restitution = restitution},
+                                at({kMiddle, kMiddle, 5.5 + drop}));
         double highest = 0.0;
         bool has_bounced = false;
         for (int step = 0; step < 240 * 2; ++step) {
@@ -280,7 +268,7 @@ TEST(World, BouncesToTheHeightThatRestitutionGives) {
             if (has_bounced && report.impacts > 0) break;
             has_bounced = has_bounced || report.impacts > 0;
             if (has_bounced) {
-                highest = std::max(highest, world.states()[0].pose.translation.z() - 5.5);
+                highest = std::max(highest, world.state(body).pose.translation.z() - 5.5);
             }
         }
         ASSERT_TRUE(has_bounced);
@@ -298,17 +286,17 @@ TEST(World, GainsNoEnergyInRoughFrictionalImpacts) {
         state.velocity = {random.between(-20, 20), random.between(-20, 20), random.between(-30, 0)};
         for (int axis = 0; axis < 3; ++axis) state.angular_velocity[axis] = random.between(-8, 8);
         const Eigen::Vector3d half(1.0, 2.0, 0.5);
-        ASSERT_TRUE(world.add({.shape = Box{half}, .restitution = 0.7}, state));
+        const BodyId body = add(world, {.shape = Box{half}, .restitution = 0.7}, state);
         const Eigen::Vector3d inertia = Eigen::Vector3d(4.25, 1.25, 5.0) / 3.0;
         const auto energy = [&](const BodyState& s) {
             const Eigen::Vector3d spin = s.pose.rotation.transpose() * s.angular_velocity;
             return 0.5 * s.velocity.squaredNorm() + kGravity * s.pose.translation.z() +
                    0.5 * spin.dot(inertia.cwiseProduct(spin));
         };
-        double before = energy(world.states()[0]);
+        double before = energy(world.state(body));
         for (int step = 0; step < 120; ++step) {
             world.step(ground, 1.0 / 60.0);
-            const double now = energy(world.states()[0]);
+            const double now = energy(world.state(body));
             // Separation within the tolerance may raise the energy slightly; an impact may not add speed.
             EXPECT_LE(now, before + kGravity * 0.012) << "run " << run << " step " << step;
             before = now;
@@ -316,21 +304,14 @@ TEST(World, GainsNoEnergyInRoughFrictionalImpacts) {
     }
 }
 
-}  // namespace body_laws_test
+}  // namespace terrane::body_laws_test
 
-namespace forces_test {
+namespace terrane::forces_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
-using test::turned;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 TEST(WorldForces, AccelerateByForceOverMassForOneStep) {
     const Ground ground = make_flat();
@@ -520,5 +501,4 @@ TEST(GravityAt, ThatThrowsOrGivesNoValidValueIsCountedAndTheSettingIsUsed) {
     }
 }
 
-}  // namespace forces_test
-}  // namespace terrane
+}  // namespace terrane::forces_test

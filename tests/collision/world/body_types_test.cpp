@@ -3,7 +3,6 @@
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -12,19 +11,13 @@
 #include <vector>
 
 // Static and kinematic bodies, and dynamic bodies on them.
-namespace terrane {
-namespace body_types_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
+namespace terrane::body_types_test {
+
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr BodyType kStatic = BodyType::static_body, kKinematic = BodyType::kinematic_body;
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) {
@@ -212,8 +205,7 @@ TEST(KinematicBody, ReachesThePoseOfMoveKinematicBitForBitAndStops) {
     test::Random random(3);
     SCOPED_TRACE("seed 3");
     for (int i = 0; i < 200; ++i) {
-        Pose pose;
-        pose.translation = Eigen::Vector3d(60.0, 60.0, 20.0) + 3.0 * random.direction();
+        Pose pose{.translation = Eigen::Vector3d(60.0, 60.0, 20.0) + 3.0 * random.direction()};
         pose.rotation = i % 5 == 4 ? world.state(body).pose.rotation : random.rotation();
         if (i % 7 == 6) pose = world.state(body).pose;
         const double dt = random.between(0.001, 0.2);
@@ -283,23 +275,15 @@ TEST(KinematicBody, IsCountedWhereItIsInTheGround) {
     EXPECT_EQ(world.step(ground, 0.1).kinematic_in_ground, 1u);
 }
 
-}  // namespace body_types_test
+}  // namespace terrane::body_types_test
 
 // change(), teleport() and move_to().
 
-namespace body_changes_test {
+namespace terrane::body_changes_test {
 
-using test::at;
-using test::make_flat;
-using test::make_test_ground;
-using test::make_world;
-using test::turned;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 void step(World& world, const Ground& ground, int count) {
     for (int i = 0; i < count; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u);
@@ -359,8 +343,7 @@ TEST(WorldChange, OfEachFieldTakesEffect) {
     step(world, ground, 120);
     EXPECT_LT(world.state(body).pose.translation.z(), 5.3);
 
-    BodySettings sensor{.shape = Sphere{1.0}, .type = BodyType::static_body};
-    sensor.is_sensor = true;
+    BodySettings sensor{.shape = Sphere{1.0}, .type = BodyType::static_body, .is_sensor = true};
     ASSERT_TRUE(world.change(floor, sensor));
     EXPECT_TRUE(world.settings(floor).is_sensor);
     sensor.type = BodyType::dynamic_body;
@@ -495,8 +478,8 @@ TEST(WorldMoveTo, StopsAtSlopesAndWallsWithinTheTolerance) {
 }
 
 TEST(WorldMoveTo, DoesNotMoveOverMissingGroundOrWhereTheBodyIsTooDeep) {
-    test::TableGroundSettings settings{.roots = 2};
-    settings.is_resident = [](int column, int) { return column == 0; };
+    test::TableGroundSettings settings{.roots = 2,
+                                       .is_resident = [](int column, int) { return column == 0; }};
     const Ground ground = make_test_ground([](double, double) { return 5.0; }, settings);
     World world = make_world();
     const BodyId body = add(world, {.shape = Box{}}, at({100.0, 60.0, 6.0}));
@@ -528,5 +511,4 @@ TEST(WorldMoveTo, PassesThroughBodiesAndWakesTheBodyAndThoseItLeaves) {
     EXPECT_NEAR(world.state(upper).pose.translation.z(), 5.5, 0.01);
 }
 
-}  // namespace body_changes_test
-}  // namespace terrane
+}  // namespace terrane::body_changes_test

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // The contact cache's clear distance: how far a body may move before its cached contacts must be found anew.
-#include "collision/world/body_cases.h"
 #include "collision/world/busy_world.h"
-#include "support/grounds.h"
-#include "support/random.h"
-#include "world/solver/body_step.h"
+#include "world/solver/ground_gate.h"
 
 #include <terrane/collision/ground_queries.h>
-#include <terrane/collision/world.h>
 #include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/pager.h>
 
@@ -23,12 +19,9 @@
 #include <utility>
 #include <vector>
 
-namespace terrane::internal {
-namespace ground_look_test {
+namespace terrane::internal::ground_look_test {
 
-using test::make_hammer;
-using test::make_test_ground;
-using test::make_wedge;
+using namespace test;
 
 RigidBody make_body(const Shape& shape, const Pose& pose) {
     RigidBody body;
@@ -72,8 +65,7 @@ TEST(GroundContactCache, PromisesNothingWhereContactsWereCutOff) {
 // No motion within the clear distance, in any direction and with any rotation, hits the offset surface, even after
 // cached contacts have been reused.
 TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
-    constexpr std::uint64_t kSeed = 17;
-    test::Random random(kSeed);
+    test::SeededRandom random(17);
     const Ground ground = make_test_ground(
         [](double x, double y) { return 0.6 * std::sin(1.1 * x) * std::sin(0.9 * y); }, 1.0, 1);
     const std::vector<Shape> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 0.8, 0.5}},
@@ -96,25 +88,23 @@ TEST(GroundContactCache, IsKeptByEveryMotionThatItPromises) {
         if (!(clear_distance > 0.0)) continue;
         ++promised;
         const double share = random.between(0.0, 1.0);
-        Motion motion;
-        motion.start = raised(body.pose, offset_depth(body, 0));
-        motion.translation = share * clear_distance * random.direction();
-        motion.rotation_vector = (1.0 - share) * clear_distance / body.radius * random.direction();
+        Motion motion{
+            .start = raised(body.pose, offset_depth(body, 0)),
+            .translation = share * clear_distance * random.direction(),
+            .rotation_vector = (1.0 - share) * clear_distance / body.radius * random.direction()};
         const CastAnswer hit = cast(shape, motion, ground, {.tolerance = 1e-9});
-        EXPECT_FALSE(hit.hit) << "seed " << kSeed << ", run " << run;
+        EXPECT_FALSE(hit.hit) << "run " << run;
     }
     EXPECT_GT(promised, 5'000);
 }
 
-}  // namespace ground_look_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::ground_look_test
 
 // What a collision step has proved is reused in the next step only over the same chunks.
 
-namespace terrane {
-namespace changing_ground_test {
+namespace terrane::changing_ground_test {
 
-using test::make_test_ground;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
@@ -132,8 +122,8 @@ World make_rolling_world(bool allow_sleep) {
     test::Random random(11);
     const std::vector<Shape> shapes = test::all_shapes(0.4);
     for (std::size_t i = 0; i < 40; ++i) {
-        BodyState state;
-        state.pose.translation = {random.between(20.0, 100.0), random.between(20.0, 100.0), 8.0};
+        BodyState state{{.pose = {.translation = {random.between(20.0, 100.0),
+                                                  random.between(20.0, 100.0), 8.0}}}};
         state.pose.rotation = random.rotation();
         state.velocity = 4.0 * random.direction();
         if (!world->add({.shape = shapes[i % shapes.size()]}, state)) std::abort();
@@ -193,27 +183,20 @@ TEST(ChangingGround, ThatChangedWhileABodySleptIsNoticedWhenItWakes) {
     EXPECT_EQ(world.state_hash(), copy.state_hash());
 }
 
-}  // namespace changing_ground_test
+}  // namespace terrane::changing_ground_test
 
 // Bodies whose ground is not loaded stop, and continue with the same bits once it is.
 
-namespace parked_bodies_test {
+namespace terrane::parked_bodies_test {
 
-using test::all_shapes;
-using test::at;
-using test::make_test_ground;
-using test::make_world;
-using test::Random;
-using test::TableGroundSettings;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
 /// Two by two chunks of 128 m; all resident by default.
 Ground make_ground(std::function<double(double, double)> height,
                    std::function<bool(int column, int row)> is_resident) {
-    TableGroundSettings settings;
-    settings.roots = 2;
-    settings.is_resident = std::move(is_resident);
+    TableGroundSettings settings{.roots = 2, .is_resident = std::move(is_resident)};
     return make_test_ground(std::move(height), settings);
 }
 
@@ -258,8 +241,7 @@ public:
 // Bounds of coarse chunks stop bodies far above ground that the source knows to be lower and that no body reaches
 // within a short horizon.
 TEST(ParkedBody, GetsItsGroundHoweverShortThePagersHorizon) {
-    Lattice lattice;
-    lattice.finest_level = 7;
+    Lattice lattice{.finest_level = 7};
     const auto source = std::make_shared<const LocalWaves>(
         std::make_shared<const test::WaveHeights>(lattice, 60.0, 700.0));
     constexpr double kPlace = 300.0;
@@ -267,14 +249,14 @@ TEST(ParkedBody, GetsItsGroundHoweverShortThePagersHorizon) {
         Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 2.0 * kStep}).value();
         World world = make_world();
         const double ground_z = source->height(kPlace, kPlace);
-        ASSERT_TRUE(world.add({.shape = Sphere{}}, at({kPlace, kPlace, ground_z + above})));
+        const BodyId body = add(world, {.shape = Sphere{}}, at({kPlace, kPlace, ground_z + above}));
         std::uint64_t parked = 0;
         for (int step = 0; step < 60 * 30; ++step) {
             pager.update({}, world.needs(), step * kStep);
             parked += world.step(pager.ground(), kStep).parked;
         }
         EXPECT_LE(parked, 2u) << above;
-        const WorldPos& end = world.states()[0].pose.translation;
+        const WorldPos& end = world.state(body).pose.translation;
         EXPECT_NEAR(end.z(), source->height(end.x(), end.y()), 2.0) << above;
     }
 }
@@ -284,14 +266,14 @@ TEST(ParkedBody, KeepsItsStateForAnyNumberOfSteps) {
     for (const Shape& shape : all_shapes()) {
         World world = make_world();
         const BodyState before = at({190.0, 64.0, 8.0}, {1.0, 2.0, -3.0}, {0.3, -4.0, 0.1});
-        ASSERT_TRUE(world.add({.shape = shape}, before));
+        const BodyId id = add(world, {.shape = shape}, before);
         ASSERT_TRUE(world.add({.shape = shape}, at({60.0, 64.0, 8.0})));  // over resident ground
         for (int step = 0; step < 1000; ++step) {
             const StepReport report = world.step(absent, step % 3 == 0 ? 0.1 : kStep);
             ASSERT_EQ(report.parked, 1u);
             ASSERT_EQ(report.awake + report.asleep, 1u);
-            ASSERT_EQ(world.states()[0].condition, BodyCondition::parked);
-            ASSERT_TRUE(is_same(world.states()[0], before));
+            ASSERT_EQ(world.state(id).condition, BodyCondition::parked);
+            ASSERT_TRUE(is_same(world.state(id), before));
         }
         // a parked body needs its ground
         const BodyNeed need = world.needs()[0];
@@ -323,11 +305,10 @@ TEST(ParkedBody, LivesAndLosesNoTime) {
 
 // In the air, in contact, and after deep penetration.
 TEST(ParkedBody, GoesOnAsIfItHadNotWaited) {
-    constexpr std::uint64_t kSeed = 41;
-    Random random(kSeed);
+    SeededRandom random(41);
     const Ground whole = make_rough(), absent = make_rough(is_none);
     for (int run = 0; run < 60; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const BodySettings settings{.shape = all_shapes()[static_cast<std::size_t>(run % 5)]};
         BodyState start =
             at({random.between(100, 156), random.between(100, 156), random.between(6, 14)});
@@ -354,13 +335,13 @@ TEST(ParkedBody, WaitsForAllOfItsGround) {
     // near the corner of four chunks, which it reaches one by one
     const BodyState start = at({127.0, 127.0, 6.2}, {0.5, 0.5, -1.0});
     World world = make_world();
-    ASSERT_TRUE(world.add({.shape = Box{{2.0, 2.0, 1.0}}}, start));
+    const BodyId body = add(world, {.shape = Box{{2.0, 2.0, 1.0}}}, start);
     for (int present = 0; present < 15; ++present) {
         const Ground partly = make_flat(
             [present](int column, int row) { return (present >> (2 * row + column) & 1) != 0; });
         for (int step = 0; step < 5; ++step) {
             ASSERT_EQ(world.step(partly, kStep).parked, 1u) << present;
-            ASSERT_TRUE(is_same(world.states()[0], start)) << present;
+            ASSERT_TRUE(is_same(world.state(body), start)) << present;
         }
     }
     EXPECT_EQ(world.step(whole, kStep).awake, 1u);
@@ -379,8 +360,8 @@ TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
     for (const Shape& shape : all_shapes()) {
         World straight = make_world(), waiting = make_world();
         const BodyState start = at({100.0, 64.0, 9.5}, {25.0, 1.0, 0.0}, {0.0, 3.0, 0.0});
-        ASSERT_TRUE(straight.add({.shape = shape, .friction = 0.1}, start));
-        ASSERT_TRUE(waiting.add({.shape = shape, .friction = 0.1}, start));
+        const BodyId in_straight = add(straight, {.shape = shape, .friction = 0.1}, start);
+        const BodyId in_waiting = add(waiting, {.shape = shape, .friction = 0.1}, start);
         int lived = 0;
         while (waiting.step(partly, kStep).parked == 0) {
             ASSERT_LT(++lived, 600);
@@ -388,39 +369,38 @@ TEST(ParkedBody, StopsOnItsWayWhereTheGroundEnds) {
             ASSERT_EQ(straight.state_hash(), waiting.state_hash());
         }
         EXPECT_GT(lived, 20);
-        EXPECT_LT(waiting.states()[0].pose.translation.x(), 128.0);
-        EXPECT_TRUE(is_same(waiting.states()[0], straight.states()[0]));
+        EXPECT_LT(waiting.state(in_waiting).pose.translation.x(), 128.0);
+        EXPECT_TRUE(is_same(waiting.state(in_waiting), straight.state(in_straight)));
         for (int step = 0; step < 50; ++step) EXPECT_EQ(waiting.step(partly, kStep).parked, 1u);
-        EXPECT_TRUE(is_same(waiting.states()[0], straight.states()[0]));
+        EXPECT_TRUE(is_same(waiting.state(in_waiting), straight.state(in_straight)));
         for (int step = 0; step < 100; ++step) {
             EXPECT_EQ(straight.step(whole, kStep).too_deep, 0u);
             EXPECT_EQ(waiting.step(whole, kStep).too_deep, 0u);
             ASSERT_EQ(straight.state_hash(), waiting.state_hash());
         }
-        EXPECT_GT(waiting.states()[0].pose.translation.x(), 128.0);
+        EXPECT_GT(waiting.state(in_waiting).pose.translation.x(), 128.0);
     }
 }
 
 // A body at rest on flat ground, one step before it falls asleep or long afterwards.
-World rest(const Ground& ground, bool is_asleep) {
-    World world = make_world();
-    EXPECT_TRUE(world.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
-    World sleeper = make_world();
-    EXPECT_TRUE(sleeper.add({.shape = Box{}}, at({64.3, 64.3, 5.6})));
+std::pair<World, BodyId> rest(const Ground& ground, bool is_asleep) {
+    World world = make_world(), sleeper = make_world();
+    const BodyId body = add(world, {.shape = Box{}}, at({64.3, 64.3, 5.6}));
+    add(sleeper, {.shape = Box{}}, at({64.3, 64.3, 5.6}));
     int steps = 0;
     while (sleeper.step(ground, kStep).asleep == 0 && steps < 600) ++steps;
     for (int step = 0; step < (is_asleep ? steps + 10 : steps - 1); ++step) {
         world.step(ground, kStep);
     }
-    EXPECT_EQ(world.states()[0].condition,
+    EXPECT_EQ(world.state(body).condition,
               is_asleep ? BodyCondition::asleep : BodyCondition::awake);
-    return world;
+    return {std::move(world), body};
 }
 
 TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
-    World world = rest(ground, true);
-    const BodyState before = world.states()[0];
+    auto [world, body] = rest(ground, true);
+    const BodyState before = world.state(body);
     const std::uint64_t hash = world.state_hash();
     for (const Ground* now : {&absent, &ground, &absent}) {
         for (int step = 0; step < 200; ++step) {
@@ -434,61 +414,62 @@ TEST(SleepingBody, SleepsOnWhileItsGroundIsGone) {
     // awake over absent ground it is parked; it falls once the ground is resident
     BodyState moved = before;
     moved.pose.translation.z() += 3.0;
-    ASSERT_TRUE(world.teleport(world.id(0), moved));
+    ASSERT_TRUE(world.teleport(body, moved));
     EXPECT_EQ(world.step(absent, kStep).parked, 1u);
-    EXPECT_TRUE(is_same(world.states()[0], moved));
+    EXPECT_TRUE(is_same(world.state(body), moved));
     EXPECT_EQ(world.step(ground, kStep).awake, 1u);
-    EXPECT_LT(world.states()[0].velocity.z(), 0.0);
+    EXPECT_LT(world.state(body).velocity.z(), 0.0);
 }
 
 TEST(ParkedBody, FallsAsleepOnlyOnItsGround) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
-    World world = rest(ground, false);
-    const BodyState before = world.states()[0];
+    auto [world, body] = rest(ground, false);
+    const BodyState before = world.state(body);
     for (int step = 0; step < 200; ++step) {
         const StepReport report = world.step(absent, kStep);
         ASSERT_EQ(report.parked, 1u);
         ASSERT_EQ(report.asleep, 0u);
-        ASSERT_TRUE(is_same(world.states()[0], before));
+        ASSERT_TRUE(is_same(world.state(body), before));
     }
     // it had been at rest for almost kSleepDelay
     for (int step = 0; step < 3; ++step) world.step(ground, kStep);
-    EXPECT_EQ(world.states()[0].condition, BodyCondition::asleep);
+    EXPECT_EQ(world.state(body).condition, BodyCondition::asleep);
 }
 
 TEST(ParkedBody, CannotBePutToSleep) {
     const Ground ground = make_flat(), absent = make_flat(is_none);
     World world = make_world();
-    ASSERT_TRUE(world.add({}, at({64.3, 64.3, 8.0})));
+    const BodyId body = add(world, {}, at({64.3, 64.3, 8.0}));
     BodyState asleep = at({64.3, 64.3, 8.0});
     asleep.condition = BodyCondition::asleep;
-    ASSERT_TRUE(world.teleport(world.id(0), asleep));
+    ASSERT_TRUE(world.teleport(body, asleep));
     EXPECT_EQ(world.step(absent, kStep).parked, 1u);
     EXPECT_EQ(world.step(ground, kStep).awake, 1u);
-    EXPECT_LT(world.states()[0].velocity.z(), 0.0);
+    EXPECT_LT(world.state(body).velocity.z(), 0.0);
 }
 
-// It left the world before it was parked.
 TEST(ParkedBody, NeverComesBackInUnderTheGroundFromBeyondTheWorld) {
     const Ground whole = make_flat(), absent = make_flat(is_none);
-    for (const Shape& shape : all_shapes()) {
-        for (const double speed : {3.0, 30.0, 300.0}) {
-            World world = make_world();
-            ASSERT_TRUE(world.add({.shape = shape}, at({270.0, 64.0, 0.0}, {-speed, 0.0, 0.0})));
-            for (int step = 0; world.step(absent, kStep).parked == 0; ++step) {
-                ASSERT_EQ(world.states()[0].condition, BodyCondition::left_world);
-                ASSERT_LT(step, 600);
+    for (const bool is_parked : {false, true}) {  // on its way, after it has left the world
+        for (const Shape& shape : all_shapes()) {
+            for (const double speed : {3.0, 30.0, 300.0}) {
+                World world = make_world();
+                const BodyId body =
+                    add(world, {.shape = shape}, at({270.0, 64.0, 0.0}, {-speed, 0.0, 0.0}));
+                for (int step = 0; is_parked && world.step(absent, kStep).parked == 0; ++step) {
+                    ASSERT_EQ(world.state(body).condition, BodyCondition::left_world);
+                    ASSERT_LT(step, 600);
+                }
+                const double place = world.state(body).pose.translation.x();
+                EXPECT_GT(place, 255.0);
+                for (int step = 0; step < 120; ++step) {
+                    EXPECT_EQ(world.step(whole, kStep).too_deep, 0u);
+                    ASSERT_GT(world.state(body).pose.translation.x(), 255.0) << speed << " m/s";
+                }
+                EXPECT_LT(world.state(body).pose.translation.z(), -10.0);
             }
-            const double place = world.states()[0].pose.translation.x();
-            EXPECT_GT(place, 255.0);
-            for (int step = 0; step < 120; ++step) {
-                EXPECT_EQ(world.step(whole, kStep).too_deep, 0u);
-                ASSERT_GT(world.states()[0].pose.translation.x(), 255.0) << speed << " m/s";
-            }
-            EXPECT_LT(world.states()[0].pose.translation.z(), -10.0);
         }
     }
 }
 
-}  // namespace parked_bodies_test
-}  // namespace terrane
+}  // namespace terrane::parked_bodies_test

@@ -13,13 +13,9 @@
 #include <limits>
 #include <string>
 
-namespace terrane {
-namespace character_test {
+namespace terrane::character_test {
 
-using test::character_refusal;
-using test::kTall;
-using test::LoneCharacter;
-using test::make_test_ground;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 /// Distance lost while accelerating from rest: without a surface map the friction of feet is 1.8.
@@ -155,8 +151,7 @@ TEST(Character, JumpsAsHighAsItsSpeedSaysAndLands) {
 }
 
 TEST(Character, IsNeverDeepWhateverItDoesOnRoughGround) {
-    constexpr std::uint64_t kSeed = 31;
-    test::Random random(kSeed);
+    test::SeededRandom random(31);
     const Ground ground = make_test_ground(
         [](double x, double y) {
             return 3.0 * std::sin(0.4 * x) * std::sin(0.3 * y) + 0.8 * std::sin(2.1 * x + y);
@@ -173,13 +168,13 @@ TEST(Character, IsNeverDeepWhateverItDoesOnRoughGround) {
         block.centre = {random.between(10.0, 118.0), random.between(10.0, 118.0), 0.0};
     }
     for (int run = 0; run < 20; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const double x = random.between(40, 90), y = random.between(40, 90);
         LoneCharacter walker({x, y, 12.0});
         for (const Block& block : blocks) {
-            BodyState state;
-            state.pose = {Motion{{}, Eigen::Vector3d::Zero(), block.rotation}.at(1.0).rotation,
-                          block.centre};
+            BodyState state{
+                {.pose = {Motion{{}, Eigen::Vector3d::Zero(), block.rotation}.at(1.0).rotation,
+                          block.centre}}};
             ASSERT_TRUE(walker.world().add(
                 {.shape = Box{block.half_extents}, .type = BodyType::static_body}, state));
         }
@@ -236,15 +231,13 @@ TEST(Character, AllocatesNothing) {
     EXPECT_EQ(counter.count(), 0u);
 }
 
-}  // namespace character_test
+}  // namespace terrane::character_test
 
 // Characters that push and are pushed, and that ride on bodies.
 
-namespace character_among_bodies_test {
+namespace terrane::character_among_bodies_test {
 
-using test::kTall;
-using test::LoneCharacter;
-using test::make_test_ground;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
@@ -291,9 +284,7 @@ TEST(CharacterAmongBodies, IsKnockedByABallAsMomentumSays) {
     const Ground ground = make_flat();
     LoneCharacter walker({64.0, 64.0, kTall}, {.strength = 0.0});
     walker.walk(ground, {}, 0.5);
-    BodyState ball;
-    ball.pose.translation = {62.0, 64.0, 0.9};
-    ball.velocity = {20.0, 0.0, 0.0};
+    BodyState ball{{.pose = {.translation = {62.0, 64.0, 0.9}}, .velocity = {20.0, 0.0, 0.0}}};
     const BodyId thrown =
         walker.world()
             .add({.shape = Sphere{0.2}, .mass = 20.0, .friction = 0.0, .restitution = 0.0}, ball)
@@ -356,9 +347,9 @@ TEST(CharacterAmongBodies, SlipsOnIce) {
     double distances[2];
     for (const int i : {0, 1}) {
         const double friction = i == 0 ? 0.02 : 0.6;
-        test::TableGroundSettings settings;
-        settings.quantum = 0x1p-20;
-        settings.surface = SurfaceMap::from_rects({}, {.friction = friction}).value();
+        test::TableGroundSettings settings{
+            .quantum = 0x1p-20,
+            .surface = SurfaceMap::from_rects({}, {.friction = friction}).value()};
         const Ground ground = make_test_ground([](double, double) { return 0.0; }, settings);
         LoneCharacter walker({20.0, 64.0, kTall});
         walker.walk(ground, {.velocity = {3.0, 0.0}}, 8.0);
@@ -378,5 +369,4 @@ TEST(CharacterAmongBodies, SleepsWhenItIsAskedForNothingAndWakesWhenItIs) {
     EXPECT_GT(walker.place().x(), 21.5);
 }
 
-}  // namespace character_among_bodies_test
-}  // namespace terrane
+}  // namespace terrane::character_among_bodies_test

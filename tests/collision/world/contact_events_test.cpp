@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "collision/world/body_cases.h"
 #include "collision/world/busy_world.h"
-
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -16,19 +12,12 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace contact_events_test {
+namespace terrane::contact_events_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kGravity = 9.81;
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 const ContactEvent* find(const World& world, BodyId a, BodyId b = {}) {
     for (const ContactEvent& event : world.contact_events()) {
@@ -107,9 +96,9 @@ TEST(ContactEvents, HaveImpulsesThatAreTheChangeOfMomentum) {
     std::vector<double> masses;
     for (int i = 0; i < 10; ++i) {
         masses.push_back(0.5 + i);
-        BodySettings settings{.shape = shapes[static_cast<std::size_t>(i) % 5]};
-        settings.mass = masses.back();
-        settings.restitution = 0.5;
+        BodySettings settings{.shape = shapes[static_cast<std::size_t>(i) % 5],
+                              .mass = masses.back(),
+                              .restitution = 0.5};
         bodies.push_back(add(world, settings,
                              at({60.0 + 6.0 * (i % 5), 60.0, 7.0 + 3.0 * int{i / 5}},
                                 {0.1, 0.0, -3.0}, {0.5, 0.2, 0.0})));
@@ -246,29 +235,23 @@ TEST(ContactEvents, AreTheSameWithAnyNumberOfThreads) {
     }
 }
 
-}  // namespace contact_events_test
+}  // namespace terrane::contact_events_test
 
 // Which bodies collide: layers, the caller's callback, sensors.
 
-namespace filters_test {
+namespace terrane::filters_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 /// Final height of a box with one filter dropped on a table with another; the table's top is at z = 10.
 double dropped_height(const CollisionFilter& table, const CollisionFilter& box,
                       const WorldSettings& settings = {}) {
     const Ground ground = make_flat();
     World world = make_world(settings);
-    BodySettings body{.shape = Box{{3.0, 3.0, 0.5}}, .type = BodyType::static_body};
-    body.filter = table;
+    BodySettings body{
+        .shape = Box{{3.0, 3.0, 0.5}}, .type = BodyType::static_body, .filter = table};
     add(world, body, at({60.0, 60.0, 9.5}));
     body = {.shape = Box{}};
     body.filter = box;
@@ -354,8 +337,7 @@ TEST(MayCollide, MayAnswerWhateverItWants) {
 }
 
 BodySettings make_sensor(double radius, BodyType type = BodyType::static_body) {
-    BodySettings sensor{.shape = Sphere{radius}, .type = type};
-    sensor.is_sensor = true;
+    BodySettings sensor{.shape = Sphere{radius}, .type = type, .is_sensor = true};
     return sensor;
 }
 
@@ -436,5 +418,4 @@ TEST(Sensor, IsSeenByQueriesThatAskForIt) {
     EXPECT_EQ(world.ray(ground, from, to, {.include_sensors = true}).body, sensor);
 }
 
-}  // namespace filters_test
-}  // namespace terrane
+}  // namespace terrane::filters_test

@@ -15,16 +15,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 #include <vector>
 
-namespace terrane::internal {
-namespace mass_properties_test {
+namespace terrane::internal::mass_properties_test {
 
-using test::all_shapes;
-using test::name_of;
-using test::Random;
+using namespace test;
 
 Pose random_pose(Random& random, double reach) {
     Eigen::Vector3d turn, place;
@@ -103,9 +99,7 @@ TEST(MassProperties, AreThoseOfAllPointsOfTheShape) {
 }
 
 TEST(MassProperties, OfAHullOfABoxAreTheBoxesHoweverItIsPlaced) {
-    const std::uint64_t seed = 31;
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
+    SeededRandom random(31);
     for (int run = 0; run < 200; ++run) {
         Eigen::Vector3d half;
         for (int axis = 0; axis < 3; ++axis) half[axis] = random.between(0.01, 3.0);
@@ -132,9 +126,7 @@ TEST(MassProperties, OfAHullOfABoxAreTheBoxesHoweverItIsPlaced) {
 
 TEST(MassProperties, OfPartsThatMakeABoxAreTheBoxes) {
     const Eigen::Vector3d half(0.5, 1.0, 2.0);
-    const std::uint64_t seed = 32;
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
+    SeededRandom random(32);
     for (int run = 0; run < 50; ++run) {
         const Pose whole = random_pose(random, 3.0);
         std::vector<CompoundPart> parts;
@@ -203,9 +195,9 @@ TEST(MassProperties, ShareWhatIsCentredAlready) {
     }
 }
 
-}  // namespace mass_properties_test
+}  // namespace terrane::internal::mass_properties_test
 
-namespace contact_solver_test {
+namespace terrane::internal::contact_solver_test {
 
 constexpr std::uint32_t kCount = 7;  // bodies; the first moves and has infinite mass
 constexpr int kSweeps = 5;
@@ -234,8 +226,7 @@ Scene make_scene(test::Random& random, double heaviest = 0.0) {
         scene.members.push_back(i);
     }
     for (int i = 0; i < 20; ++i) {
-        SolverContact contact;
-        contact.a = static_cast<std::uint32_t>(random.below(kCount));
+        SolverContact contact{.a = static_cast<std::uint32_t>(random.below(kCount))};
         contact.b = (contact.a + 1 + static_cast<std::uint32_t>(random.below(kCount - 1))) % kCount;
         const Eigen::Vector3d middle = 0.5 * (scene.bodies[contact.a].pose().translation +
                                               scene.bodies[contact.b].pose().translation);
@@ -405,14 +396,13 @@ TEST(ContactSolver, WithConjugateDirectionsEndsWhereManySweepsEnd) {
     }
 }
 
-}  // namespace contact_solver_test
+}  // namespace terrane::internal::contact_solver_test
 
-namespace separated_pairs_test {
+namespace terrane::internal::separated_pairs_test {
 
 TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
-    constexpr std::uint64_t kSeed = 8;
     constexpr std::uint32_t kCount = 12;
-    test::Random random(kSeed);
+    test::SeededRandom random(8);
     const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{0.6, 1.0, 0.3}}};
     std::vector<RigidBody> bodies(kCount);
     for (std::uint32_t i = 0; i < kCount; ++i) {
@@ -424,7 +414,7 @@ TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
     SeparatedPairs separated;
     int clear_count = 0, asked_count = 0;
     for (int step = 0; step < 200; ++step) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", step " + std::to_string(step));
+        SCOPED_TRACE("step " + std::to_string(step));
         separated.begin(bodies);
         for (std::uint32_t a = 0; a < kCount; ++a) {
             for (std::uint32_t b = a + 1; b < kCount; ++b) {
@@ -452,9 +442,9 @@ TEST(SeparatedPairs, AreFartherApartThanTheReachWhileTheyAreClear) {
     EXPECT_GT(2 * clear_count, asked_count);
 }
 
-}  // namespace separated_pairs_test
+}  // namespace terrane::internal::separated_pairs_test
 
-namespace islands_test {
+namespace terrane::internal::islands_test {
 
 // Flood fill: the lowest body connected to each body.
 std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
@@ -474,11 +464,10 @@ std::vector<std::uint32_t> flood(std::span<const BodyPair> links,
 }
 
 TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
-    constexpr std::uint64_t kSeed = 4;
-    test::Random random(kSeed);
+    test::SeededRandom random(4);
     Islands islands;  // reused: a build must not affect the next
     for (int run = 0; run < 2000; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const int count = 1 + random.below(30);
         std::vector<std::uint8_t> moves;
         for (int i = 0; i < count; ++i) moves.push_back(random.below(5) != 0);
@@ -520,5 +509,4 @@ TEST(Islands, AreWhatTouchesThroughBodiesThatMove) {
     }
 }
 
-}  // namespace islands_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::islands_test

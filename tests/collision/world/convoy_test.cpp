@@ -30,8 +30,7 @@
 #include <terrane/dem/dem_heights.h>
 #endif
 
-namespace terrane {
-namespace convoy_test {
+namespace terrane::convoy_test {
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kRadius = 300.0;  // of the laps, metres
@@ -82,8 +81,8 @@ public:
             const double half = random_.between(0.2, 0.5);
             const BodySettings crate{.shape = Box{{half, half, half}},
                                      .mass = 150.0 * half * half * half * 8.0};
-            BodyState state;
-            state.pose = pose_at(on_round(angle, random_.between(-3.0, 3.0)), half + 0.1);
+            BodyState state{
+                {.pose = pose_at(on_round(angle, random_.between(-3.0, 3.0)), half + 0.1)}};
             crates_.push_back(world_->add(crate, state).value());
         }
         for (std::size_t i = 0; i < kRails; ++i) {
@@ -172,8 +171,7 @@ private:
     BodyId add_rail(double angle) {
         constexpr double kHalfLength = 3.0, kHalfHeight = 1.0, kAbove = 0.7;
         constexpr double kHalfAngle = kHalfLength / (kRadius + kRailDistance);
-        BodyState state;
-        state.pose = pose_at(on_round(angle, kRailDistance), kAbove);
+        BodyState state{{.pose = pose_at(on_round(angle, kRailDistance), kAbove)}};
         const WorldPos before =
             pose_at(on_round(angle - kHalfAngle, kRailDistance), kAbove).translation;
         const WorldPos after =
@@ -186,8 +184,8 @@ private:
     }
 
     Pose pose_at(const Eigen::Vector2d& place, double above) const {
-        Pose pose;
-        pose.translation = {place.x(), place.y(), source_->height(place.x(), place.y()) + above};
+        Pose pose{
+            .translation = {place.x(), place.y(), source_->height(place.x(), place.y()) + above}};
         return pose;
     }
 
@@ -243,5 +241,4 @@ TEST(Convoy, OnSurveyedGroundPassesThroughNothing) {
 }
 #endif
 
-}  // namespace convoy_test
-}  // namespace terrane
+}  // namespace terrane::convoy_test

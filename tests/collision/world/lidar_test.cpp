@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace lidar_test {
+namespace terrane::lidar_test {
 
 using test::Random;
 
@@ -37,15 +36,14 @@ Ground make_ground() {
 World make_world(Random& random, int count) {
     World world = World::create({}).value();
     for (int i = 0; i < count; ++i) {
-        BodySettings body;
-        body.type = BodyType::static_body;
+        BodySettings body{.type = BodyType::static_body};
         if (i % 3 == 0) body.shape = Box{Eigen::Vector3d(2.0, 1.0, 3.0)};
         if (i % 3 == 1) body.shape = Capsule{0.5, 2.0};
         if (i % 3 == 2) body.shape = Sphere{1.5};
         body.filter.layers = i % 2 == 0 ? 1u : 2u;
-        BodyState state;
-        state.pose.translation = {random.between(90.0, 270.0), random.between(90.0, 270.0),
-                                  random.between(0.0, 14.0)};
+        BodyState state{
+            {.pose = {.translation = {random.between(90.0, 270.0), random.between(90.0, 270.0),
+                                      random.between(0.0, 14.0)}}}};
         state.pose.rotation = random.rotation();
         EXPECT_TRUE(world.add(body, state));
     }
@@ -106,8 +104,7 @@ TEST(Lidar, HasTheBitsOfSingleRaysOfTheWorldOnAnyNumberOfThreads) {
     Random random(kSeed);
     const World world = make_world(random, 100);
     const std::vector<Eigen::Vector3d> directions = make_directions(random, 1500);
-    QueryFilter filter;
-    filter.layers = 1u;
+    QueryFilter filter{.layers = 1u};
     std::array<int, 6> counts{};
     for (int workers = 1; workers <= 4; ++workers) {
         LidarSettings settings = kSettings;
@@ -116,10 +113,9 @@ TEST(Lidar, HasTheBitsOfSingleRaysOfTheWorldOnAnyNumberOfThreads) {
         ASSERT_EQ(lidar.count(), directions.size());
         Random places(kSeed);
         for (int scan = 0; scan < 6; ++scan) {
-            Pose pose;
-            pose.rotation = places.rotation();
-            pose.translation = {places.between(100.0, 330.0), places.between(100.0, 330.0),
-                                places.between(10.0, 20.0)};
+            Pose pose{places.rotation(),
+                      {places.between(100.0, 330.0), places.between(100.0, 330.0),
+                       places.between(10.0, 20.0)}};
             if (scan == 5) pose.translation.y() = -20.0;
             Arrays arrays(directions.size());
             ASSERT_TRUE(lidar.scan(ground, &world, pose, arrays.out(), filter));
@@ -156,8 +152,7 @@ TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
     const World empty = World::create({}).value();
     const std::vector<Eigen::Vector3d> directions = make_directions(random, 2000);
     Lidar lidar = Lidar::create(kSettings, directions).value();
-    Pose pose;
-    pose.translation = {230.0, 240.0, 14.0};
+    Pose pose{.translation = {230.0, 240.0, 14.0}};
     Arrays alone(2000), with_world(2000);
     ASSERT_TRUE(lidar.scan(ground, nullptr, pose, alone.out()));
     ASSERT_TRUE(lidar.scan(ground, &empty, pose, with_world.out()));
@@ -166,10 +161,10 @@ TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
         ASSERT_EQ(bits_of(alone.ranges[i]), bits_of(with_world.ranges[i]));
         const RayAnswer below = ground.ray(pose.translation + 0.5 * directions[i],
                                            pose.translation + 80.0 * directions[i]);
-        ASSERT_EQ(alone.statuses[i] == LidarStatus::ground, below.status == GroundStatus::ok);
+        ASSERT_EQ(alone.statuses[i] == LidarStatus::ground, below.status == QueryStatus::ok);
         ASSERT_EQ(alone.statuses[i] == LidarStatus::not_resident,
-                  below.status == GroundStatus::not_resident);
-        if (below.status == GroundStatus::ok) {
+                  below.status == QueryStatus::not_resident);
+        if (below.status == QueryStatus::ok) {
             ASSERT_EQ(alone.ranges[i], 0.5 + below.fraction * 79.5);
         }
     }
@@ -179,17 +174,13 @@ TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
 TEST(Lidar, SeesNothingNearerOrFartherThanItsRanges) {
     const Ground ground = make_ground();
     World world = World::create({}).value();
-    BodySettings body;
-    body.type = BodyType::static_body;
-    body.shape = Sphere{0.4};
-    BodyState state;
-    state.pose.translation = {64.0, 64.0, 40.0};
+    BodySettings body{.shape = Sphere{0.4}, .type = BodyType::static_body};
+    BodyState state{{.pose = {.translation = {64.0, 64.0, 40.0}}}};
     ASSERT_TRUE(world.add(body, state));
     state.pose.translation.x() = 80.0;
     const BodyId far_body = world.add(body, state).value();
     const std::array directions{Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(-1.0, 0.0, 0.0)};
-    Pose pose;
-    pose.translation = {64.0, 64.0, 40.0};
+    Pose pose{.translation = {64.0, 64.0, 40.0}};
     for (const double max_range : {15.0, 16.0}) {
         Lidar lidar = Lidar::create({.min_range = 0.5, .max_range = max_range}, directions).value();
         Arrays arrays(2);
@@ -245,9 +236,7 @@ TEST(Lidar, RefusesSettingsDirectionsAndArraysWithALine) {
     }
     Lidar lidar = Lidar::create({}, directions).value();
     std::vector<double> three(3, -1.0);
-    LidarArrays out;
-    out.ranges = three;
-    const auto result = lidar.scan(make_ground(), nullptr, {}, out);
+    const auto result = lidar.scan(make_ground(), nullptr, {}, LidarArrays{.ranges = three});
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().message,
               "ranges must be empty or have 2 entries for 2 directions, has 3");
@@ -294,5 +283,4 @@ TEST(LidarGrid, RefusesAnglesAndCountsOutOfRangeWithALine) {
     EXPECT_NE(refusal({.elevation_count = -3}), "");
 }
 
-}  // namespace lidar_test
-}  // namespace terrane
+}  // namespace terrane::lidar_test

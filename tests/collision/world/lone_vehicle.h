@@ -7,7 +7,6 @@
 
 #include <span>
 #include <string>
-#include <utility>
 
 namespace terrane::test {
 
@@ -65,8 +64,7 @@ public:
     BodyId add_box(const Eigen::Vector3d& half_extents, const WorldPos& centre,
                    BodySettings settings = {.type = BodyType::static_body}) {
         settings.shape = Box{half_extents};
-        BodyState state;
-        state.pose.translation = centre;
+        BodyState state{{.pose = {.translation = centre}}};
         return world_.add(settings, state).value();
     }
 

@@ -5,8 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace terrane {
-namespace query_rules_test {
+namespace terrane::query_rules_test {
 
 using namespace test;
 using internal::BodyTree;
@@ -114,8 +113,7 @@ TEST(QueryRules, TheLowerIndexIsBeforeTheHigherAndABodyBeforeTheGround) {
     const Motion down = straight({64, 64, 2.5}, {0, 0, -4});
     const CastQueryAnswer cast = balls.cast(down);
     ASSERT_TRUE(cast.hit);
-    QueryFilter only_ground;
-    only_ground.layers = 0;
+    QueryFilter only_ground{.layers = 0};
     const CastQueryAnswer on_ground = balls.cast(down, only_ground);
     ASSERT_TRUE(on_ground.hits_ground());
     if (cast.fraction == on_ground.fraction) {
@@ -151,15 +149,13 @@ TEST(QueryRules, NanAndSizesOutOfRangeAreInvalidInAnyWorld) {
                 broken[axis] = bad;
                 EXPECT_EQ(balls.ray(broken, {0, 0, 0}).status, QueryStatus::invalid);
                 EXPECT_EQ(balls.ray({0, 0, 0}, broken).status, QueryStatus::invalid);
-                Motion motion;
-                motion.translation = broken;
+                Motion motion{.start = {}, .translation = broken};
                 EXPECT_EQ(balls.cast(motion).status, QueryStatus::invalid);
                 EXPECT_EQ(balls.cast(straight(broken, {0, 0, 1})).status, QueryStatus::invalid);
                 motion = {};
                 motion.rotation_vector = broken;
                 EXPECT_EQ(balls.cast(motion).status, QueryStatus::invalid);
-                Pose pose;
-                pose.translation = broken;
+                Pose pose{.translation = broken};
                 EXPECT_EQ(balls.overlaps(pose).status, QueryStatus::invalid);
                 EXPECT_EQ(balls.nearest(pose, 1.0).status, QueryStatus::invalid);
                 pose = {};
@@ -189,7 +185,7 @@ TEST(QueryRules, ARayWithoutLengthMeetsWhatItIsIn) {
     EXPECT_EQ(within.body.index, 0u);
     EXPECT_EQ(within.point_world, WorldPos(0.1, 0, 0));
     const RayQueryAnswer beside = balls.ray({2, 0, 0}, {2, 0, 0});
-    EXPECT_EQ(beside.status, QueryStatus::complete);
+    EXPECT_EQ(beside.status, QueryStatus::ok);
     EXPECT_FALSE(beside.hit);
     EXPECT_EQ(beside.fraction, 1.0);
 }
@@ -222,8 +218,7 @@ TEST(QueryRules, AGrazingMotionMeetsTheBodyAndAPassOutsideTheToleranceDoesNot) {
 
 TEST(QueryRules, ATurningShapeMeetsWhatItsBoxAtTheStartDoesNotReach) {
     Balls balls({{0, 2.5, 0}, {0, -3.3, 0}});  // the other ball is hit later
-    Motion quarter_turn;
-    quarter_turn.rotation_vector = {0, 0, 1.5};
+    Motion quarter_turn{.start = {}, .rotation_vector = {0, 0, 1.5}};
     const Shape bar = Box{{3.0, 0.1, 0.1}};
     const CastQueryAnswer met = query_cast(balls.scene(), bar, quarter_turn, {});
     ASSERT_TRUE(met.hit);
@@ -257,8 +252,7 @@ TEST(QueryRules, NearestStopsAtTheLargestDistance) {
 
 /// Flat ground whose eastern half is not resident.
 Ground half_loaded() {
-    TableGroundSettings settings;
-    settings.spacing = 0.25;
+    TableGroundSettings settings{.spacing = 0.25};
     settings.roots = 4;  // root squares of 32 m
     settings.is_resident = [](int column, int) { return column < 2; };
     return make_test_ground([](double, double) { return 0.0; }, settings);
@@ -267,22 +261,21 @@ Ground half_loaded() {
 TEST(QueryRules, AbsentGroundMattersOnlyBeforeTheFirstBody) {
     const Ground ground = half_loaded();
     Balls balls({{40, 20, 1}, {90, 20, 1}}, &ground);
-    QueryFilter second;
-    second.except = balls.bodies[0].id;
+    QueryFilter second{.except = balls.bodies[0].id};
     const WorldPos from(10, 20, 1), to(100, 20, 1);
 
     EXPECT_EQ(balls.ray(from, to).body, balls.bodies[0].id);
-    EXPECT_EQ(balls.ray(from, to).status, QueryStatus::complete);
+    EXPECT_EQ(balls.ray(from, to).status, QueryStatus::ok);
     const RayQueryAnswer ray = balls.ray(from, to, second);
     EXPECT_EQ(ray.status, QueryStatus::not_resident);
     EXPECT_FALSE(ray.hit);
     EXPECT_EQ(ray.fraction, 0.0);
     // From inside a body over absent ground: nothing can be hit before the body.
     EXPECT_EQ(balls.ray({90, 20, 1}, {95, 20, -1}).body, balls.bodies[1].id);
-    EXPECT_EQ(balls.ray({90, 20, 1}, {95, 20, -1}).status, QueryStatus::complete);
+    EXPECT_EQ(balls.ray({90, 20, 1}, {95, 20, -1}).status, QueryStatus::ok);
 
     EXPECT_EQ(balls.cast(straight(from, {80, 0, 0})).body, balls.bodies[0].id);
-    EXPECT_EQ(balls.cast(straight(from, {80, 0, 0})).status, QueryStatus::complete);
+    EXPECT_EQ(balls.cast(straight(from, {80, 0, 0})).status, QueryStatus::ok);
     const CastQueryAnswer cast = balls.cast(straight(from, {80, 0, 0}), second);
     EXPECT_EQ(cast.status, QueryStatus::not_resident);
     EXPECT_FALSE(cast.hit);
@@ -291,16 +284,15 @@ TEST(QueryRules, AbsentGroundMattersOnlyBeforeTheFirstBody) {
     EXPECT_EQ(balls.overlaps(pose_at(90, 20, 0.2)).status, QueryStatus::not_resident);
     EXPECT_EQ(balls.overlaps(pose_at(90, 20, 0.2)).count, 1u);
     EXPECT_EQ(balls.touched[0], balls.bodies[1].id);
-    EXPECT_EQ(balls.overlaps(pose_at(40, 20, 0.2)).status, QueryStatus::complete);
+    EXPECT_EQ(balls.overlaps(pose_at(40, 20, 0.2)).status, QueryStatus::ok);
     EXPECT_TRUE(balls.overlaps(pose_at(40, 20, 0.2)).touches_ground);
 
     // Ground is tested only if it could be nearer than the nearest body.
     EXPECT_EQ(balls.nearest(pose_at(40, 20, 3.5), 60.0).body, balls.bodies[0].id);
-    EXPECT_EQ(balls.nearest(pose_at(40, 20, 3.5), 60.0).status, QueryStatus::complete);
+    EXPECT_EQ(balls.nearest(pose_at(40, 20, 3.5), 60.0).status, QueryStatus::ok);
     EXPECT_EQ(balls.nearest(pose_at(90, 20, 3.5), 60.0).body, balls.bodies[1].id);
     EXPECT_EQ(balls.nearest(pose_at(90, 20, 3.5), 60.0).status, QueryStatus::not_resident);
     EXPECT_EQ(balls.nearest(pose_at(80, 20, 2.0), 8.0).status, QueryStatus::not_resident);
 }
 
-}  // namespace query_rules_test
-}  // namespace terrane
+}  // namespace terrane::query_rules_test

@@ -4,11 +4,9 @@
 // tests last a minute.
 #include "collision/world/body_cases.h"
 #include "references/reference_maps.h"
-#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
@@ -19,12 +17,9 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace structures_test {
+namespace terrane::structures_test {
 
-using test::at;
-using test::make_flat;
-using test::turned;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kFloor = 5.0;  // height of make_flat()
@@ -175,36 +170,36 @@ TEST(Structures, ASpinningTTurnsOverWithoutGainingEnergy) {
     World world = World::create({.gravity = Eigen::Vector3d::Zero(), .allow_sleep = false}).value();
     BodyState state = at({kX, kY, 50.0});
     state.angular_velocity = {6.0, 0.01, 0.02};  // nearly about the intermediate principal axis
-    ASSERT_TRUE(world.add({.shape = tee, .mass = 2.0}, state));
+    const BodyId body = add(world, {.shape = tee, .mass = 2.0}, state);
     const Ground ground = make_flat();
-    const Eigen::Vector3d axis_before = world.states()[0].pose.rotation.col(0);
+    const Eigen::Vector3d axis_before = world.state(body).pose.rotation.col(0);
     double most = 6.0;
     int flips = 0;
     double side = 1.0;
     for (double time = 0.0; time < seconds; time += kStep) {
         world.step(ground, kStep);
-        const double along = world.states()[0].pose.rotation.col(0).dot(axis_before);
-        most = std::max(most, world.states()[0].angular_velocity.norm());
+        const double along = world.state(body).pose.rotation.col(0).dot(axis_before);
+        most = std::max(most, world.state(body).angular_velocity.norm());
         if (along * side < -0.5) {
             side = -side;
             ++flips;
         }
     }
-    const double speed = world.states()[0].angular_velocity.norm();
+    const double speed = world.state(body).angular_velocity.norm();
     std::printf("after %.0f s: %d flips, spin %.6g rad/s of 6, at most %.6g\n", seconds, flips,
                 speed, most);
     EXPECT_GT(flips, seconds / 20.0);
-    EXPECT_LE(world.states()[0].velocity.norm(), 1e-9);
+    EXPECT_LE(world.state(body).velocity.norm(), 1e-9);
     EXPECT_GT(speed, 3.0);
     EXPECT_LT(speed, 9.0);
 }
 
-}  // namespace structures_test
+}  // namespace terrane::structures_test
 
 // Bodies of every shape and size on every kind of ground, with vehicles, characters, static and kinematic bodies among
 // them, for TERRANE_BODY_STEPS steps: none falls through.
 
-namespace marathon_test {
+namespace terrane::marathon_test {
 
 using namespace test;
 
@@ -261,16 +256,13 @@ struct Trial {
     }
 
     World make_world(const Ground& on) {
-        WorldSettings settings;
-        settings.allow_sleep = false;
-        settings.report_contacts = random.below(2) == 0;
+        WorldSettings settings{.allow_sleep = false, .report_contacts = random.below(2) == 0};
         World world = *World::create(settings);
         const std::vector<Shape> shapes = all_shapes(scale);
         for (std::size_t i = 0; i < kBodies; ++i) {
-            BodySettings body;
-            body.shape = shapes[i % shapes.size()];
-            body.friction = random.between(0.0, 1.0);
-            body.restitution = random.between(0.0, 1.0);
+            BodySettings body{.shape = shapes[i % shapes.size()],
+                              .friction = random.between(0.0, 1.0),
+                              .restitution = random.between(0.0, 1.0)};
             EXPECT_TRUE(world.add(body, make_start(body.shape, on, scale)));
         }
         for (int i = 0; i < kOthers; ++i) {
@@ -311,9 +303,9 @@ struct Trial {
         }
         for (const BodyId character : characters) {
             const double pace = random.below(8) == 0 ? 60.0 : 6.0;
-            CharacterControls controls;
-            controls.velocity = {random.between(-pace, pace), random.between(-pace, pace)};
-            controls.jump_speed = random.below(3) == 0 ? 6.0 : 0.0;
+            CharacterControls controls{
+                .velocity = {random.between(-pace, pace), random.between(-pace, pace)},
+                .jump_speed = random.below(3) == 0 ? 6.0 : 0.0};
             EXPECT_TRUE(world.set_controls(character, controls));
         }
     }
@@ -364,5 +356,4 @@ TEST(NobodyFalls, HoweverManyStepsAreTaken) {
     EXPECT_EQ(parked, 0u);
 }
 
-}  // namespace marathon_test
-}  // namespace terrane
+}  // namespace terrane::marathon_test

@@ -18,11 +18,9 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace vehicle_among_bodies_test {
+namespace terrane::vehicle_among_bodies_test {
 
-using test::LoneVehicle;
-using test::make_test_ground;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
@@ -30,17 +28,12 @@ Ground make_flat() {
     return make_test_ground([](double, double) { return 0.0; }, {.spacing = 4.0});
 }
 
-Pose pose_at(const WorldPos& place) {
-    Pose pose;
-    pose.translation = place;
-    return pose;
-}
+Pose pose_at(const WorldPos& place) { return Pose{.translation = place}; }
 
 BodyId add_box(World& world, const Eigen::Vector3d& half_extents, const WorldPos& centre,
                BodySettings settings = {.type = BodyType::static_body}) {
     settings.shape = Box{half_extents};
-    BodyState state;
-    state.pose = pose_at(centre);
+    BodyState state{{.pose = pose_at(centre)}};
     return world.add(settings, state).value();
 }
 
@@ -230,12 +223,11 @@ TEST(VehicleAmongBodies, AllocateNothingOnceTheyHaveTouched) {
     EXPECT_EQ(counter.count(), 0u);
 }
 
-}  // namespace vehicle_among_bodies_test
+}  // namespace terrane::vehicle_among_bodies_test
 
-namespace path_driver_test {
+namespace terrane::path_driver_test {
 
-using test::LoneVehicle;
-using test::make_test_ground;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
@@ -250,9 +242,7 @@ Ground make_plain() {
 }
 
 LoneVehicle make_truck(const WorldPos& place, const VehicleSettings& settings = {}) {
-    Pose pose;
-    pose.translation = place;
-    return LoneVehicle(pose, settings);
+    return LoneVehicle(Pose{.translation = place}, settings);
 }
 
 PathDriver make_driver(std::vector<Eigen::Vector2d> points, double cruise_speed) {
@@ -351,8 +341,7 @@ TEST(PathDriver, TakesARingAtTheSpeedThatItsLateralAccelerationAllows) {
                           1000.0 - kRadius * std::cos(0.05 * i));
     }
     for (const double friction : {0.8, 0.2}) {
-        VehicleSettings settings;
-        settings.tyre_friction = friction;
+        VehicleSettings settings{.tyre_friction = friction};
         LoneVehicle truck = make_truck({1000.0, 960.0, 0.8}, settings);
         PathDriver driver = make_driver(ring, 30.0);
         double fastest = 0.0, off = 0.0;
@@ -407,10 +396,7 @@ TEST(PathDriver, GoesDownSlowerThanItCruises) {
 
 TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     const Ground plain = make_plain();
-    Pose start;
-    start.rotation = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-    start.translation = {500.0, 1000.0, 1.0};
-    LoneVehicle truck(start);
+    LoneVehicle truck(Pose{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {500.0, 1000.0, 1.0}});
     PathDriver driver = make_driver({{500.0, 1000.0}, {900.0, 1000.0}}, 12.0);
     for (int step = 0; step < 180; ++step) {
         const VehicleControls controls = driver.drive(truck.settings(), truck.state());
@@ -430,5 +416,4 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     EXPECT_GT(righted.chassis().velocity.x(), 3.0);
 }
 
-}  // namespace path_driver_test
-}  // namespace terrane
+}  // namespace terrane::path_driver_test

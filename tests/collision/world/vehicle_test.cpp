@@ -12,19 +12,11 @@
 #include <string>
 #include <utility>
 
-namespace terrane {
-namespace truck_test {
+namespace terrane::truck_test {
 
-using test::LoneVehicle;
-using test::make_test_ground;
-using test::TableGroundSettings;
-using test::vehicle_refusal;
+using namespace test;
 
-Pose pose_at(double x, double y, double z) {
-    Pose pose;
-    pose.translation = {x, y, z};
-    return pose;
-}
+Pose pose_at(double x, double y, double z) { return Pose{.translation = {x, y, z}}; }
 
 /// Flat ground with few triangles, 2 km from the origin to each side.
 Ground make_plain() {
@@ -108,9 +100,7 @@ TEST(Truck, HoldsOnASlopeWithItsBrakesAndRollsWithoutThem) {
 
 TEST(Truck, AcceleratesAndBrakesAsItsForcesSay) {
     const Ground ground = make_test_ground([](double, double) { return 0.0; }, 1.0, 2);
-    VehicleSettings settings;
-    settings.max_drive_force = 16'000.0;
-    LoneVehicle truck(pose_at(20.0, 128.0, 0.8), settings);
+    LoneVehicle truck(pose_at(20.0, 128.0, 0.8), VehicleSettings{.max_drive_force = 16'000.0});
     for (int step = 0; step < 120; ++step) truck.step(ground, {.brake = 1.0}, 1.0 / 60.0);
     for (int step = 0; step < 90; ++step) truck.step(ground, {.throttle = 1.0}, 1.0 / 60.0);
     const double gained = truck.chassis().velocity.x();
@@ -137,9 +127,7 @@ TEST(Truck, KeepsItsWheelsDownOnFlatGroundInFullLockFishhookAndSlalom) {
 
 TEST(Truck, RollsOverInAFishhookWhereItsStaticStabilityIsBelowItsFriction) {
     const Ground plain = make_plain();
-    VehicleSettings settings;
-    settings.centre_of_mass_height = 1.3;
-    LoneVehicle truck = make_moving(plain, settings, 15.0);
+    LoneVehicle truck = make_moving(plain, VehicleSettings{.centre_of_mass_height = 1.3}, 15.0);
     least_upright(truck, plain, kManoeuvres[3]);
     EXPECT_TRUE(truck.is_rolled_over());
 }
@@ -248,9 +236,8 @@ TEST(Truck, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
 
 TEST(Truck, ParksWhereGroundIsMissingAndGoesOnWhenItArrives) {
     const auto flat = [](double, double) { return 2.0; };
-    TableGroundSettings half;
-    half.roots = 2;
-    half.is_resident = [](int column, int) { return column == 0; };
+    TableGroundSettings half{.roots = 2,
+                             .is_resident = [](int column, int) { return column == 0; }};
     const Ground partly = make_test_ground(flat, half);
     const Ground whole = make_test_ground(flat, 1.0, 2);
     LoneVehicle truck(pose_at(126.5, 64.0, 3.2));
@@ -303,21 +290,17 @@ TEST(Truck, WithTheLargestDragAndPowerStaysFiniteAndWithoutPowerStands) {
     }
 }
 
-}  // namespace truck_test
+}  // namespace terrane::truck_test
 
-namespace tracked_test {
+namespace terrane::tracked_test {
 
-using test::LoneVehicle;
-using test::make_test_ground;
-using test::vehicle_refusal;
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 
 LoneVehicle make_tracked_at(const WorldPos& place,
                             const VehicleSettings& settings = make_tracked()) {
-    Pose pose;
-    pose.translation = place;
-    return LoneVehicle(pose, settings);
+    return LoneVehicle(Pose{.translation = place}, settings);
 }
 
 Ground make_slope(double slope) {
@@ -424,8 +407,7 @@ TEST(Tracked, DrivesInCirclesAndClimbsASlope) {
 }
 
 TEST(Tracked, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
-    constexpr std::uint64_t kSeed = 9;
-    test::Random random(kSeed);
+    test::SeededRandom random(9);
     const Ground ground = make_test_ground(
         [](double x, double y) {
             return 3.0 * std::sin(0.05 * x) * std::sin(0.04 * y) +
@@ -433,7 +415,7 @@ TEST(Tracked, IsNeverDeepHoweverItIsThrownOntoRoughGround) {
         },
         1.0, 2);
     for (int run = 0; run < 6; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         Pose pose;
         pose.rotation =
             Motion{{}, Eigen::Vector3d::Zero(), 3.0 * random.direction()}.at(1.0).rotation;
@@ -475,5 +457,4 @@ TEST(Tracked, ParksRefusesAndAllocatesNothing) {
     EXPECT_GT(tracked.chassis().pose.translation.x(), 128.0);
 }
 
-}  // namespace tracked_test
-}  // namespace terrane
+}  // namespace terrane::tracked_test

@@ -5,9 +5,7 @@
 #include "collision/ground/ground_cases.h"
 #include "collision/pairs/compound_cases.h"
 
-#include <algorithm>
 #include <cmath>
-#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -101,8 +99,7 @@ public:
     }
     /// Usually towards a body; some rotate, some do not translate.
     Motion any_motion(Random& random) const {
-        Motion motion;
-        motion.start = any_pose(random, 2.0);
+        Motion motion{.start = any_pose(random, 2.0)};
         const WorldPos to = any_near_pose(random).translation;
         const Eigen::Vector3d there = to - motion.start.translation;
         if (random.below(6) > 0) motion.translation = random.between(0.5, 1.5) * there;

@@ -1,37 +1,27 @@
 // SPDX-License-Identifier: MIT
-#include "collision/world/body_cases.h"
 #include "collision/world/busy_world.h"
 #include "support/allocation_counter.h"
 
 #include <terrane/collision/shape_pairs.h>
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <set>
 #include <string>
 #include <vector>
 
 // Input at and beyond its limits; bounds on the cost of a step; queries of a changing world.
-namespace terrane {
-namespace world_limits_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
-using test::Random;
+namespace terrane::world_limits_test {
+
+using namespace test;
 
 constexpr double kStep = 1.0 / 60.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-BodyId add(World& world, const BodySettings& settings, const BodyState& state) {
-    return world.add(settings, state).value();
-}
 
 TEST(WorldLimits, NoMassButAPositiveFiniteOneIsAccepted) {
     World world = make_world();
@@ -74,7 +64,7 @@ TEST(WorldLimits, StepsThatAreNoTimeAreRefusedAndNothingMoves) {
     }
     for (const double dt : {kMostStep, 1e-12, std::numeric_limits<double>::denorm_min()}) {
         EXPECT_EQ(world.step(ground, dt).refused_steps, 0u) << dt;
-        EXPECT_TRUE(world.states()[0].pose.translation.allFinite());
+        EXPECT_TRUE(world.state(body).pose.translation.allFinite());
     }
 }
 
@@ -130,8 +120,7 @@ TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
         add(world, {.shape = Sphere{0.4}, .restitution = 1.0}, at({x + 1.5, 60.0, 10.0}));
     }
     const BodyId pushed = add(world, {.shape = test::make_hammer()}, at({60.0, 80.0, 6.0}));
-    BodySettings gate{.shape = Sphere{2.0}, .type = BodyType::kinematic_body};
-    gate.is_sensor = true;
+    BodySettings gate{.shape = Sphere{2.0}, .type = BodyType::kinematic_body, .is_sensor = true};
     const BodyId sensor = add(world, gate, at({55.0, 60.0, 8.0}));
     const auto step = [&](int number) {
         const double side = number / 60 % 2 == 0 ? 1.0 : -1.0;
@@ -156,9 +145,7 @@ TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
 
 /// Queries compared with a loop over all bodies, while bodies are added, removed and moved.
 TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
-    const std::uint64_t seed = 8;
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
+    SeededRandom random(8);
     const Ground ground = make_flat();
     World world = make_world();
     const std::vector<Shape> shapes = test::all_shapes(0.7);
@@ -219,17 +206,11 @@ TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
     }
 }
 
-}  // namespace world_limits_test
+}  // namespace terrane::world_limits_test
 
-namespace world_ids_test {
+namespace terrane::world_ids_test {
 
-using test::at;
-using test::make_flat;
-using test::make_world;
-
-BodyId add(World& world, const BodySettings& settings = {}, const BodyState& state = {}) {
-    return world.add(settings, state).value();
-}
+using namespace test;
 
 TEST(WorldIds, OfBodiesThatWereRemovedAreRefusedByEveryFunction) {
     World world = make_world();
@@ -312,10 +293,10 @@ TEST(WorldIds, OfEmptySlotsAreNoneAndTheirStateIsRemoved) {
     World world = make_world();
     const BodyId body = add(world, {}, at({60.0, 60.0, 9.0}));
     ASSERT_TRUE(world.remove(body));
-    EXPECT_FALSE(world.id(0).is_valid());
+    EXPECT_FALSE(world.id(body.index).is_valid());
     EXPECT_FALSE(world.id(123).is_valid());
     ASSERT_EQ(world.states().size(), 1u);
-    EXPECT_EQ(world.states()[0].condition, BodyCondition::removed);
+    EXPECT_EQ(world.states()[body.index].condition, BodyCondition::removed);
     EXPECT_TRUE(world.needs().empty());
     const Ground ground = make_flat();
     const StepReport report = world.step(ground, 0.1);
@@ -342,5 +323,4 @@ TEST(WorldIds, AnswerQueriesAndEventsWithTheBodyThatHasTheSlotNow) {
     EXPECT_EQ(world.contact_events()[1].phase, ContactPhase::began);
 }
 
-}  // namespace world_ids_test
-}  // namespace terrane
+}  // namespace terrane::world_ids_test

@@ -2,8 +2,6 @@
 #include "collision/world/world_cases.h"
 #include "support/allocation_counter.h"
 
-#include <terrane/collision/shape_pairs.h>
-
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -18,47 +16,41 @@ inline RayQueryAnswer oracle_ray(const internal::QueryScene& scene, const WorldP
         const internal::QueryBody& body = scene.bodies[i];
         const ShapeRayAnswer ray = cast_ray(*body.shape, body.world_from_shape, from, to);
         if (!ray.hit) continue;
-        hits.push_back({QueryStatus::complete, true, ray.fraction, body.id, ray.point_world,
-                        ray.normal, ray.part});
+        hits.push_back(
+            {QueryStatus::ok, true, ray.fraction, body.id, ray.point_world, ray.normal, ray.part});
     }
     if (filter.include_ground) {
         const RayAnswer ray = scene.ground->ray(from, to);
-        if (ray.status == GroundStatus::ok) {
-            hits.push_back({QueryStatus::complete, true, ray.fraction, BodyId{}, ray.point_world,
-                            ray.normal, 0});
+        if (ray.status == QueryStatus::ok) {
+            hits.push_back(
+                {QueryStatus::ok, true, ray.fraction, BodyId{}, ray.point_world, ray.normal, 0});
         }
     }
-    RayQueryAnswer none;
-    none.status = QueryStatus::complete;
-    if (hits.empty()) return none;
+    if (hits.empty()) return RayQueryAnswer{.status = QueryStatus::ok};
     return *std::min_element(hits.begin(), hits.end(),
                              [](const auto& a, const auto& b) { return a.fraction < b.fraction; });
 }
 
 inline CastQueryAnswer oracle_cast(const internal::QueryScene& scene, const Shape& shape,
                                    const Motion& motion, const QueryFilter& filter) {
-    CastSettings settings;
-    settings.skip_separating = true;
+    CastSettings settings{.skip_separating = true};
     std::vector<CastQueryAnswer> hits;
     for (const std::uint32_t i : seen_by(filter, scene)) {
         const internal::QueryBody& body = scene.bodies[i];
         const PairCastAnswer met =
             cast(shape, motion, *body.shape, Motion{body.world_from_shape}, settings);
         if (!met.hit) continue;
-        hits.push_back({QueryStatus::complete, true, met.fraction, body.id,
-                        met.contacts[0].point_world, met.contacts[0].normal,
-                        met.contacts[0].part_b});
+        hits.push_back({QueryStatus::ok, true, met.fraction, body.id, met.contacts[0].point_world,
+                        met.contacts[0].normal, met.contacts[0].part_b});
     }
     if (filter.include_ground) {
         const CastAnswer met = cast(shape, motion, *scene.ground, settings);
         if (met.hit) {
-            hits.push_back({QueryStatus::complete, true, met.fraction, BodyId{},
-                            met.contact.point_world, met.contact.normal, 0});
+            hits.push_back({QueryStatus::ok, true, met.fraction, BodyId{}, met.contact.point_world,
+                            met.contact.normal, 0});
         }
     }
-    CastQueryAnswer none;
-    none.status = QueryStatus::complete;
-    if (hits.empty()) return none;
+    if (hits.empty()) return CastQueryAnswer{.status = QueryStatus::ok};
     return *std::min_element(hits.begin(), hits.end(),
                              [](const auto& a, const auto& b) { return a.fraction < b.fraction; });
 }
@@ -83,18 +75,17 @@ inline NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, cons
         const internal::QueryBody& body = scene.bodies[i];
         const PairDistanceAnswer d =
             signed_distance(shape, pose, *body.shape, body.world_from_shape);
-        found.push_back({QueryStatus::complete, true, body.id, d.distance, d.point_a_world,
+        found.push_back({QueryStatus::ok, true, body.id, d.distance, d.point_a_world,
                          d.point_b_world, d.normal, d.part_b});
     }
     if (filter.include_ground) {
         const DistanceAnswer d = signed_distance(shape, pose, *scene.ground, max_distance);
         if (d.has_ground) {
-            found.push_back({QueryStatus::complete, true, BodyId{}, d.distance, d.point_world,
+            found.push_back({QueryStatus::ok, true, BodyId{}, d.distance, d.point_world,
                              d.point_world - d.distance * d.normal, d.normal, 0});
         }
     }
-    NearestQueryAnswer none;
-    none.status = QueryStatus::complete;
+    NearestQueryAnswer none{.status = QueryStatus::ok};
     const auto least =
         std::min_element(found.begin(), found.end(),
                          [](const auto& a, const auto& b) { return a.distance < b.distance; });
@@ -105,8 +96,7 @@ inline NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, cons
 
 // Queries of many bodies against queries of each body by itself.
 
-namespace terrane {
-namespace world_queries_test {
+namespace terrane::world_queries_test {
 
 using namespace test;
 
@@ -195,7 +185,7 @@ TEST_P(WorldQueries, FindTheBodiesThatAShapeTouchesInAscendingOrder) {
             const OverlapQueryAnswer found =
                 query_overlaps(scene.scene(), shape, pose, filter, written);
             const bool is_whole = room >= expected.size();
-            EXPECT_EQ(found.status, is_whole ? QueryStatus::complete : QueryStatus::truncated);
+            EXPECT_EQ(found.status, is_whole ? QueryStatus::ok : QueryStatus::truncated);
             EXPECT_EQ(found.touching_count, expected.size());
             ASSERT_EQ(found.count, std::min(room, expected.size()));
             EXPECT_TRUE(std::equal(written.begin(),
@@ -234,11 +224,11 @@ TEST_P(WorldQueries, FindWhatIsNearestToAShape) {
     expect_many(bodies);
 }
 
-}  // namespace world_queries_test
+}  // namespace terrane::world_queries_test
 
 // No query allocates, and concurrent queries give the same answers.
 
-namespace query_memory_test {
+namespace terrane::query_memory_test {
 
 using namespace test;
 using internal::QueryScene;
@@ -293,8 +283,7 @@ TEST(QueryMemory, NoQueryAllocates) {
 }
 
 TEST(QueryMemory, ThreadsThatAskAtOnceGetTheSameAnswers) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed + 1);
-    Random random(kSeed + 1);
+    SeededRandom random(kSeed + 1);
     const TestScene scene(random, {Layout::spread, 200});
     Answers alone(kSeed);
     alone.ask(scene, 25);
@@ -307,5 +296,4 @@ TEST(QueryMemory, ThreadsThatAskAtOnceGetTheSameAnswers) {
     for (const Answers& answers : together) EXPECT_EQ(answers.sum(), alone.sum());
 }
 
-}  // namespace query_memory_test
-}  // namespace terrane
+}  // namespace terrane::query_memory_test

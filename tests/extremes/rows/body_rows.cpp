@@ -100,7 +100,7 @@ double stack_overlap(double ratio) {
     for (int i = 0; i < 300; ++i) world.step(ground, 1.0 / 60.0);
     const PairDistanceAnswer answer =
         signed_distance(box, world.states()[0].pose, box, world.states()[1].pose);
-    return answer.status == QueryStatus::complete ? std::max(0.0, -answer.distance) : kNan;
+    return answer.status == QueryStatus::ok ? std::max(0.0, -answer.distance) : kNan;
 }
 
 ExtremeRow mass_row() {

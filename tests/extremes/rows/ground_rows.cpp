@@ -60,7 +60,7 @@ ExtremeRow spacing_row() {
     row.measure = [](double spacing) {
         return error_share_of(make_hills(hills_of_spacing(spacing)), 0.0, 0.0, 120.0 * spacing);
     };
-    row.refusal = [](double spacing) { return message_of(check(Lattice{.spacing = spacing})); };
+    row.refusal = [](double spacing) { return message_of(Lattice{.spacing = spacing}.validate()); };
     row.ends = {{1e-3, 0.0, false, "spacing"}, {1e4, 1e300, false, "spacing"}};
     return row;
 }
@@ -97,7 +97,7 @@ ExtremeRow place_row() {
                               120.0);
     };
     row.refusal = [](double place) {
-        return message_of(check(Lattice{.origin_x = place, .spacing = 1e-3}));
+        return message_of(Lattice{.origin_x = place, .spacing = 1e-3}.validate());
     };
     row.ends = {{1e9, 1e300, false, "origin_x"}};
     row.note = "The end is that of a spacing of 1 mm; it grows in proportion to the spacing.";

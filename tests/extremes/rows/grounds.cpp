@@ -121,7 +121,7 @@ double worst_error_share(const HeightSource& source, const Ground& ground,
         const double x = random.between(region.west, region.east);
         const double y = random.between(region.south, region.north);
         const HeightAnswer answer = ground.height(x, y);
-        if (answer.status != GroundStatus::ok) return std::numeric_limits<double>::quiet_NaN();
+        if (answer.status != QueryStatus::ok) return std::numeric_limits<double>::quiet_NaN();
         const double share = std::abs(answer.height - source.height(x, y)) / answer.error_m;
         if (!(share <= worst)) worst = share;  // keeps NaN
         if (std::isnan(worst)) return worst;
@@ -146,7 +146,7 @@ bool add_bodies(World& world, const Ground& ground, const Fall& fall) {
         const double radius = bounding_radius(shape);
         BodyState state = at_place(x, fall.y, 0.0);
         const LiftAnswer lift = compute_lift(shape, state.pose, ground);
-        if (lift.status != QueryStatus::complete || !std::isfinite(lift.lift)) return false;
+        if (lift.status != QueryStatus::ok || !std::isfinite(lift.lift)) return false;
         state.pose.translation.z() = lift.lift + fall.gap;
         state.velocity = fall.velocity;
         if (!world.add({.shape = shape, .restitution = 0.0}, state)) return false;
@@ -173,7 +173,7 @@ std::vector<Shape> shapes_of_size(double size) {
 double depth_share(const Ground& ground, const BodySettings& settings, const BodyState& state) {
     if (!state.pose.translation.allFinite() || !state.velocity.allFinite()) return kNan;
     const DistanceAnswer answer = signed_distance(settings.shape, state.pose, ground, 0.0);
-    if (answer.status != QueryStatus::complete) return kInfinite;
+    if (answer.status != QueryStatus::ok) return kInfinite;
     return std::max(0.0, -answer.distance) / tolerance_of(settings);
 }
 

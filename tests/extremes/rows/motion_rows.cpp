@@ -120,7 +120,7 @@ double cast_gap_share(double length) {
         motion.start.translation -= 0.5 * Eigen::Vector3d(0.1 * length, 0.05 * length, 0.0);
         const CastSettings settings;
         const CastAnswer answer = cast(shape, motion, hills(), settings);
-        if (answer.status != QueryStatus::complete || !answer.hit) return kNan;
+        if (answer.status != QueryStatus::ok || !answer.hit) return kNan;
         const DistanceAnswer gap = signed_distance(shape, motion.at(answer.fraction), hills(), 1.0);
         // The pose at the reported time is rounded.
         if (gap.distance < -1e-9 - 0x1p-52 * length) return kInfinite;

@@ -97,7 +97,9 @@ ExtremeRow fov_row() {
                    .figure = kErrorFigure,
                    .values = {1e-4, 0.1, 1.0, 10.0, 60.0, 120.0, 170.0, 179.0, 179.9999}};
     row.measure = [](double degrees) { return error_share(make_view(degrees * kDegree), 20'000); };
-    row.refusal = [](double degrees) { return message_of(check(make_view(degrees * kDegree))); };
+    row.refusal = [](double degrees) {
+        return message_of(make_view(degrees * kDegree).validate());
+    };
     row.ends = {{1e-4, -1.0, false, "field of view"}, {179.9999, 181.0, false, "field of view"}};
     return row;
 }
@@ -116,7 +118,9 @@ ExtremeRow eye_row() {
         return view;
     };
     row.measure = [view_from](double distance) { return error_share(view_from(distance), 20'000); };
-    row.refusal = [view_from](double distance) { return message_of(check(view_from(distance))); };
+    row.refusal = [view_from](double distance) {
+        return message_of(view_from(distance).validate());
+    };
     row.ends = {{1e18, 1e300, false, "eye"}};
     return row;
 }

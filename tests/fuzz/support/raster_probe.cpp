@@ -85,7 +85,7 @@ void probe_surface(const std::string& path, SurfaceNumbers numbers) {
     const auto surface = SurfaceRaster::open(path, settings, &info);
     if (!surface) return;
     for (const double x : {info.rect.west, 0.0, info.rect.east, 1e300}) {
-        require(check((*surface)->at(x, info.rect.north)).has_value(),
+        require((*surface)->at(x, info.rect.north).validate().has_value(),
                 "surface properties are in range");
     }
 }

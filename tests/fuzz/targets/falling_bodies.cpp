@@ -34,7 +34,7 @@ void add_body(World& world, fuzz::Input& input, const Ground& ground, std::vecto
     settings.mass = input.between(0.01, 1000.0);
     const BodyState state = take_state(input);
     const LiftAnswer lift = compute_lift(settings.shape, state.pose, ground);
-    if (lift.status != QueryStatus::complete || lift.lift > 0.0) return;
+    if (lift.status != QueryStatus::ok || lift.lift > 0.0) return;
     if (const Result<BodyId> id = world.add(settings, state); id) bodies.push_back(*id);
 }
 
@@ -47,7 +47,7 @@ void check_above(const World& world, const Ground& ground, std::vector<BodyId>& 
         require(fuzz::is_finite(p), "a body's position is finite");
         const HeightAnswer height = ground.height(p.x(), p.y());
         const double tolerance = default_contact_tolerance(world.settings(id).shape);
-        require(height.status != GroundStatus::ok ||
+        require(height.status != QueryStatus::ok ||
                     p.z() >= height.height - 2.0 * (1.0 + kSteepest) * tolerance,
                 "no body is below the ground");
     }

@@ -18,7 +18,7 @@ namespace {
 constexpr double kLow = -8.0, kHigh = 136.0;
 
 bool is_answer(QueryStatus status) {
-    return status == QueryStatus::complete || status == QueryStatus::truncated;
+    return status == QueryStatus::ok || status == QueryStatus::truncated;
 }
 
 /// A pose over the ground.
@@ -82,11 +82,11 @@ void ask_cast(const Shape& shape, const Motion& motion, const Ground& ground,
 
 void ask_ray(const WorldPos& from, const WorldPos& to, const Ground& ground) {
     const RayAnswer ray = ground.ray(from, to);
-    if (ray.status != GroundStatus::ok) return;
+    if (ray.status != QueryStatus::ok) return;
     require(ray.fraction >= 0.0 && ray.fraction <= 1.0, "a ray's fraction is 0 to 1");
     require(is_finite(ray.point_world) && is_unit(ray.normal), "a ray's hit is finite");
     const HeightAnswer height = ground.height(ray.point_world.x(), ray.point_world.y());
-    require(height.status == GroundStatus::invalid || std::isfinite(height.height),
+    require(height.status == QueryStatus::invalid || std::isfinite(height.height),
             "a height is finite");
 }
 

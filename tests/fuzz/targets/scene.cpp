@@ -49,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const auto surface = tools::open_surface(*options->surface, nullptr);
         if (surface) {
             const SurfaceProperties properties = (*surface)->at(1.0, -2.0);
-            fuzz::require(check(properties).has_value(), "surface properties are in range");
+            fuzz::require(properties.validate().has_value(), "surface properties are in range");
         }
     }
     return 0;

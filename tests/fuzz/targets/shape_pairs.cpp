@@ -17,7 +17,7 @@ namespace {
 constexpr double kReach = 16.0;  // metres, of the second shape from the first
 
 bool is_answer(QueryStatus status) {
-    return status == QueryStatus::complete || status == QueryStatus::truncated;
+    return status == QueryStatus::ok || status == QueryStatus::truncated;
 }
 
 void ask_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,

@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                       "the message is one line: " + track.error().message);
         return 0;
     }
-    const Result<void> checked = check(*track);
+    const Result<void> checked = track->validate();
     if (!checked) fuzz::require(false, "a track that is read is valid: " + checked.error().message);
     return 0;
 }

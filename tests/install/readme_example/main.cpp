@@ -15,6 +15,6 @@ int main() {
 
     const TerrainMesh& mesh = frame.meshes[0];
     std::printf("%zu triangles, off by %.2f px at most\n", mesh.triangle_count, mesh.error_px);
-    if (const HeightAnswer at = frame.ground.height(100, 200); at.status == GroundStatus::ok)
+    if (const HeightAnswer at = frame.ground.height(100, 200); at.status == QueryStatus::ok)
         std::printf("ground at %.3f m, off by %.3f m at most\n", at.height, at.error_m);
 }

@@ -42,7 +42,7 @@ int main() {
     const BodyState& end = world->states()[0];
     const Ground ground = pager->ground();
     const DistanceAnswer answer = signed_distance(ball, end.pose, ground, 10.0);
-    if (answer.status != QueryStatus::complete || !answer.has_ground) {
+    if (answer.status != QueryStatus::ok || !answer.has_ground) {
         return fail("there is no ground below the ball");
     }
     std::printf("the ball is %.4f m above the ground\n", answer.distance);

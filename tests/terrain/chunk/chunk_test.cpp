@@ -10,8 +10,7 @@
 
 #include <cmath>
 
-namespace terrane {
-namespace chunk_test {
+namespace terrane::chunk_test {
 
 std::shared_ptr<const HeightSource> fractal_at(std::int32_t first_root) {
     const auto source = FractalHeights::create({.seed = 2,
@@ -143,9 +142,9 @@ TEST(MakeChunk, RefusesHeightsThatAreNaN) {
     EXPECT_EQ(make_chunk(source, {0, 0, 0}).error().code, ErrorCode::io);
 }
 
-}  // namespace chunk_test
+}  // namespace terrane::chunk_test
 
-namespace chunk_reaches_test {
+namespace terrane::chunk_reaches_test {
 
 using internal::AreaVertices;
 
@@ -256,5 +255,4 @@ TEST(Rises, AreTheHeightsAboveTheMiddleOfTheSplitEdge) {
     });
 }
 
-}  // namespace chunk_reaches_test
-}  // namespace terrane
+}  // namespace terrane::chunk_reaches_test

@@ -11,11 +11,10 @@
 #include <map>
 #include <tuple>
 
-namespace terrane {
-namespace resident_set_test {
+namespace terrane::resident_set_test {
 
 using Chunks = std::vector<std::shared_ptr<const Chunk>>;
-using test::Random;
+using namespace test;
 
 // The four roots and two children of the first, not in the order of a set.
 Chunks some_chunks(const HeightSource& source) {
@@ -281,8 +280,7 @@ Lattice random_lattice(Random& random) {
 
 TEST(ResidentSet, EqualsTheSetConstructedFromScratchAfterAnyChange) {
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        Random first(seed);
+        SeededRandom first(seed);
         const Lattice lattice = random_lattice(first);
         RandomChange change(seed, lattice);
         Expected expected;
@@ -414,5 +412,4 @@ TEST(ResidentSetDeathTest, RefusesChangesThatBreakTheTree) {
 }
 #endif
 
-}  // namespace resident_set_test
-}  // namespace terrane
+}  // namespace terrane::resident_set_test

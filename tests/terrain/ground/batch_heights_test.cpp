@@ -3,7 +3,6 @@
 // Batches of heights against Ground::height() at each point.
 #include "ground/height_kernels.h"
 #include "ground/ray_walk.h"
-#include "support/random.h"
 #include "terrain/ground/batch_scene.h"
 
 #include <terrane/terrain/ground_batch.h>
@@ -16,13 +15,9 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace batch_heights_test {
+namespace terrane::batch_heights_test {
 
-using test::bits_of;
-using test::make_batch_ground;
-using test::make_batch_points;
-using test::Random;
+using namespace test;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -31,12 +26,12 @@ struct Arrays {
         : heights(count, -1.0),
           normals(3 * count, -1.0),
           errors_m(count, -1.0),
-          statuses(count, GroundStatus::invalid),
+          statuses(count, QueryStatus::invalid),
           filled(count, 7) {}
     HeightArrays out() { return {heights, normals, errors_m, statuses, filled}; }
 
     std::vector<double> heights, normals, errors_m;
-    std::vector<GroundStatus> statuses;
+    std::vector<QueryStatus> statuses;
     std::vector<std::uint8_t> filled;
 };
 
@@ -55,7 +50,7 @@ std::vector<double> without_z(const std::vector<double>& points) {
 }
 
 void expect_answer(const Arrays& arrays, std::size_t i, const HeightAnswer& expected) {
-    const bool is_ok = expected.status == GroundStatus::ok;
+    const bool is_ok = expected.status == QueryStatus::ok;
     ASSERT_EQ(arrays.statuses[i], expected.status);
     ASSERT_EQ(bits_of(arrays.heights[i]), bits_of(is_ok ? expected.height : kNaN));
     ASSERT_EQ(bits_of(arrays.errors_m[i]), bits_of(is_ok ? expected.error_m : kNaN));
@@ -67,26 +62,25 @@ void expect_answer(const Arrays& arrays, std::size_t i, const HeightAnswer& expe
 }
 
 TEST(BatchHeights, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads) {
-    constexpr std::uint64_t kSeed = 5;
     constexpr std::size_t kCount = 30'000;
     for (const double spacing : {1.0, 1.1}) {
         const Ground ground = make_batch_ground(spacing);
-        Random random(kSeed);
+        SeededRandom random(5);
         const std::vector<double> points = make_batch_points(random, kCount, spacing);
         for (int workers = 1; workers <= 4; ++workers) {
             GroundBatch batch = make_batch(workers);
             Arrays arrays(kCount);
             ASSERT_TRUE(batch.heights(ground, PointArray::interleaved_xyz(points), arrays.out()));
-            std::array<int, 5> counts{};
+            std::array<int, 6> counts{};
             for (std::size_t i = 0; i < kCount; ++i) {
-                SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", spacing " << spacing
-                                                << ", workers " << workers << ", point " << i);
+                SCOPED_TRACE(testing::Message() << "spacing " << spacing << ", workers " << workers
+                                                << ", point " << i);
                 expect_answer(arrays, i, ground.height(points[3 * i], points[3 * i + 1]));
                 if (HasFatalFailure()) return;
                 ++counts[static_cast<std::size_t>(arrays.statuses[i])];
             }
-            for (const GroundStatus status : {GroundStatus::ok, GroundStatus::outside,
-                                              GroundStatus::not_resident, GroundStatus::invalid}) {
+            for (const QueryStatus status : {QueryStatus::ok, QueryStatus::outside,
+                                             QueryStatus::not_resident, QueryStatus::invalid}) {
                 EXPECT_GT(counts[static_cast<std::size_t>(status)], 100);
             }
         }
@@ -145,7 +139,7 @@ TEST(BatchHeights, WriteOnlyTheArraysThatAreGiven) {
             ASSERT_EQ(bits_of(some.errors_m[i]),
                       bits_of(out.errors_m.empty() ? -1.0 : all.errors_m[i]));
             ASSERT_EQ(some.statuses[i],
-                      out.statuses.empty() ? GroundStatus::invalid : all.statuses[i]);
+                      out.statuses.empty() ? QueryStatus::invalid : all.statuses[i]);
             ASSERT_EQ(some.filled[i], out.filled.empty() ? 7 : all.filled[i]);
         }
     }
@@ -178,19 +172,18 @@ TEST(BatchHeights, OfNoneAndOfOnePoint) {
     }
 }
 
-}  // namespace batch_heights_test
+}  // namespace terrane::batch_heights_test
 
 // Height kernels at every level of vector instructions, against the scalar code of single calls.
 
-namespace height_kernels_test {
+namespace terrane::height_kernels_test {
 
+using namespace test;
 using internal::AxisCells;
 using internal::AxisLines;
 using internal::HeightKernels;
 using internal::kHeightBlock;
 using internal::SimdLevel;
-using test::bits_of;
-using test::Random;
 
 constexpr std::uint64_t kSeed = 11;
 constexpr std::int64_t kCells = kChunkCells;
@@ -307,13 +300,13 @@ TEST(HeightKernels, GiveTheHeightsAndNormalsOfSingleCellsAtEveryLevel) {
     }
 }
 
-}  // namespace height_kernels_test
+}  // namespace terrane::height_kernels_test
 
 // Arrays of different lengths are refused with a message that names them, and nothing is written.
 
-namespace batch_arrays_test {
+namespace terrane::batch_arrays_test {
 
-using test::make_batch_ground;
+using namespace test;
 
 std::string message_of(const Result<void>& result) {
     return result ? std::string() : result.error().message;
@@ -330,13 +323,12 @@ protected:
     std::vector<double> nine = std::vector<double>(9, 1.0);
     std::vector<double> ten = std::vector<double>(10, 1.0);
     std::vector<double> written = std::vector<double>(9, -1.0);
-    std::vector<GroundStatus> statuses = std::vector<GroundStatus>(9);
+    std::vector<QueryStatus> statuses = std::vector<QueryStatus>(9);
 };
 
 TEST_F(BatchArrays, AreRefusedWhereAnOutputIsTooShortOrTooLong) {
     const PointArray points = PointArray::separate(ten, ten);
-    HeightArrays out;
-    out.heights = written;
+    HeightArrays out{.heights = written};
     EXPECT_EQ(refusal(points, out),
               "heights must be empty or have 1 entry for each of 10 items, has 9");
     out = {};
@@ -382,8 +374,7 @@ TEST_F(BatchArrays, AreRefusedWhereRaysHaveNoHeightsOrNoEnds) {
               "to_world.z must have at least 9 numbers for 5 points with stride 2, has 0");
     EXPECT_EQ(message_of(batch.rays(ground, PointArray::interleaved_xyz(ten), five, {})),
               "to_world must have as many points as from_world, 4, has 5");
-    RayArrays out;
-    out.points_world = written;
+    RayArrays out{.points_world = written};
     EXPECT_EQ(message_of(batch.rays(ground, five, five, out)),
               "points_world must be empty or have 3 entries for each of 5 items, has 9");
     EXPECT_EQ(written, std::vector<double>(9, -1.0));
@@ -398,5 +389,4 @@ TEST(GroundBatchSettings, AreRefusedWithoutAWorkerAndWithTooMany) {
     }
 }
 
-}  // namespace batch_arrays_test
-}  // namespace terrane
+}  // namespace terrane::batch_arrays_test

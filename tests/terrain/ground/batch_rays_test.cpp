@@ -2,7 +2,6 @@
 //
 // Batches of rays against Ground::ray() for each segment.
 #include "ground/ground_batch.h"
-#include "support/grounds.h"
 #include "terrain/ground/batch_scene.h"
 
 #include <terrane/terrain/fractal_heights.h>
@@ -17,13 +16,9 @@
 #include <limits>
 #include <vector>
 
-namespace terrane {
-namespace batch_rays_test {
+namespace terrane::batch_rays_test {
 
-using test::bits_of;
-using test::make_batch_ground;
-using test::make_batch_points;
-using test::Random;
+using namespace test;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -33,12 +28,12 @@ struct Arrays {
           points_world(3 * count, -1.0),
           normals(3 * count, -1.0),
           errors_m(count, -1.0),
-          statuses(count, GroundStatus::invalid),
+          statuses(count, QueryStatus::invalid),
           filled(count, 7) {}
     RayArrays out() { return {fractions, points_world, normals, errors_m, statuses, filled}; }
 
     std::vector<double> fractions, points_world, normals, errors_m;
-    std::vector<GroundStatus> statuses;
+    std::vector<QueryStatus> statuses;
     std::vector<std::uint8_t> filled;
 };
 
@@ -47,7 +42,7 @@ GroundBatch make_batch(int workers = 1) {
 }
 
 void expect_answer(const Arrays& arrays, std::size_t i, const RayAnswer& expected) {
-    const bool is_ok = expected.status == GroundStatus::ok;
+    const bool is_ok = expected.status == QueryStatus::ok;
     ASSERT_EQ(arrays.statuses[i], expected.status);
     ASSERT_EQ(bits_of(arrays.fractions[i]), bits_of(is_ok ? expected.fraction : kNaN));
     ASSERT_EQ(bits_of(arrays.errors_m[i]), bits_of(is_ok ? expected.error_m : kNaN));
@@ -65,11 +60,10 @@ WorldPos point_of(const std::vector<double>& points, std::size_t i) {
 }
 
 TEST(BatchRays, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads) {
-    constexpr std::uint64_t kSeed = 11;
     constexpr std::size_t kCount = 5000;
     for (const double spacing : {1.0, 1.1}) {
         const Ground ground = make_batch_ground(spacing);
-        Random random(kSeed);
+        SeededRandom random(11);
         const std::vector<double> from = make_batch_points(random, kCount, spacing);
         const std::vector<double> to = make_batch_points(random, kCount, spacing);
         for (int workers = 1; workers <= 4; ++workers) {
@@ -77,16 +71,16 @@ TEST(BatchRays, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads) {
             Arrays arrays(kCount);
             ASSERT_TRUE(batch.rays(ground, PointArray::interleaved_xyz(from),
                                    PointArray::interleaved_xyz(to), arrays.out()));
-            std::array<int, 5> counts{};
+            std::array<int, 6> counts{};
             for (std::size_t i = 0; i < kCount; ++i) {
-                SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", spacing " << spacing
-                                                << ", workers " << workers << ", ray " << i);
+                SCOPED_TRACE(testing::Message()
+                             << "spacing " << spacing << ", workers " << workers << ", ray " << i);
                 expect_answer(arrays, i, ground.ray(point_of(from, i), point_of(to, i)));
                 if (HasFatalFailure()) return;
                 ++counts[static_cast<std::size_t>(arrays.statuses[i])];
             }
-            for (const GroundStatus status : {GroundStatus::ok, GroundStatus::miss,
-                                              GroundStatus::not_resident, GroundStatus::invalid}) {
+            for (const QueryStatus status : {QueryStatus::ok, QueryStatus::miss,
+                                             QueryStatus::not_resident, QueryStatus::invalid}) {
                 EXPECT_GT(counts[static_cast<std::size_t>(status)], 20);
             }
         }
@@ -96,11 +90,10 @@ TEST(BatchRays, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads) {
 // Rays with a common start, as of a scanner: above and below the ground, on a lattice line, in an absent chunk,
 // outside.
 TEST(BatchRays, FromOneStartHaveTheBitsOfSingleCalls) {
-    constexpr std::uint64_t kSeed = 12;
     constexpr std::size_t kCount = 3000;
     const Ground ground = make_batch_ground();
     GroundBatch batch = make_batch(2);
-    Random random(kSeed);
+    SeededRandom random(12);
     for (const WorldPos& from :
          {WorldPos(70.3, 80.1, 14.0), WorldPos(70.3, 80.1, -40.0), WorldPos(64.0, 128.0, 12.0),
           WorldPos(200.0, 300.0, 20.0), WorldPos(-30.0, 100.0, 12.0), WorldPos(383.9, 0.1, 10.0),
@@ -114,8 +107,7 @@ TEST(BatchRays, FromOneStartHaveTheBitsOfSingleCalls) {
         ASSERT_TRUE(batch.rays(ground, PointArray::repeated(from, kCount),
                                PointArray::interleaved_xyz(to), arrays.out()));
         for (std::size_t i = 0; i < kCount; ++i) {
-            SCOPED_TRACE(testing::Message()
-                         << "seed " << kSeed << ", from " << from.transpose() << ", ray " << i);
+            SCOPED_TRACE(testing::Message() << "from " << from.transpose() << ", ray " << i);
             expect_answer(arrays, i, ground.ray(from, point_of(to, i)));
             if (HasFatalFailure()) return;
         }
@@ -131,19 +123,18 @@ TEST(BatchRays, OfNoneAndOfOneRay) {
         Arrays arrays(1);
         ASSERT_TRUE(batch.rays(ground, PointArray::interleaved_xyz(from),
                                PointArray::interleaved_xyz(to), arrays.out()));
-        EXPECT_EQ(arrays.statuses[0], GroundStatus::ok);
+        EXPECT_EQ(arrays.statuses[0], QueryStatus::ok);
         expect_answer(arrays, 0, ground.ray(point_of(from, 0), point_of(to, 0)));
     }
 }
 
-}  // namespace batch_rays_test
+}  // namespace terrane::batch_rays_test
 
 // Ray fans against Ground::ray() for each ray.
 
-namespace ray_fan_test {
+namespace terrane::ray_fan_test {
 
-using test::bits_of;
-using test::Random;
+using namespace test;
 
 void expect_same(const RayAnswer& answer, const RayAnswer& expected) {
     ASSERT_EQ(answer.status, expected.status);
@@ -189,21 +180,20 @@ void compare(const Ground& ground, const WorldPos& origin, double reach, int cou
         SCOPED_TRACE(testing::Message() << "origin " << origin.transpose() << ", ray " << i
                                         << ", direction " << d.transpose());
         const RayAnswer expected = ground.ray(from, to);
-        counts.hits += expected.status == GroundStatus::ok;
-        counts.misses += expected.status == GroundStatus::miss;
-        counts.absent += expected.status == GroundStatus::not_resident;
+        counts.hits += expected.status == QueryStatus::ok;
+        counts.misses += expected.status == QueryStatus::miss;
+        counts.absent += expected.status == QueryStatus::not_resident;
         expect_same(fan.ray(from, to), expected);
         if (testing::Test::HasFatalFailure()) return;
     }
 }
 
 Ground make_hills(int spacing_log2, double amplitude) {
-    FractalSettings settings;
-    settings.seed = 5;
-    settings.root_size_log2 = 9 + spacing_log2;
-    settings.finest_spacing_log2 = spacing_log2;
-    settings.wavelength_log2 = 8 + spacing_log2;
-    settings.amplitude = amplitude;
+    FractalSettings settings{.seed = 5,
+                             .amplitude = amplitude,
+                             .wavelength_log2 = 8 + spacing_log2,
+                             .finest_spacing_log2 = spacing_log2,
+                             .root_size_log2 = 9 + spacing_log2};
     const auto source = FractalHeights::create(settings).value();
     Pager pager =
         Pager::create(source, {.worker_count = 0, .contact_spacing = std::ldexp(1.0, spacing_log2)})
@@ -215,16 +205,15 @@ Ground make_hills(int spacing_log2, double amplitude) {
 }
 
 TEST(RayFan, HasTheBitsOfSingleRaysOverHills) {
-    constexpr std::uint64_t kSeed = 21;
-    Random random(kSeed);
+    SeededRandom random(21);
     Counts counts;
     for (const int spacing_log2 : {-3, 0, 4}) {
         const double spacing = std::ldexp(1.0, spacing_log2);
         for (const double amplitude : {5.0 * spacing, 60.0 * spacing}) {
             const Ground ground = make_hills(spacing_log2, amplitude);
             for (int k = 0; k < 60; ++k) {
-                SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", spacing " << spacing
-                                                << ", amplitude " << amplitude);
+                SCOPED_TRACE(testing::Message()
+                             << "spacing " << spacing << ", amplitude " << amplitude);
                 const double x = random.between(-1100.0, 1100.0) * spacing;
                 const double y = random.between(-1100.0, 1100.0) * spacing;
                 const std::array above{0.0, 0.3, 2.0, 2.0, 30.0, -3.0};
@@ -243,14 +232,13 @@ TEST(RayFan, HasTheBitsOfSingleRaysOverHills) {
 }
 
 TEST(RayFan, HasTheBitsOfSingleRaysBesideHolesAbsentChunksAndVolumes) {
-    constexpr std::uint64_t kSeed = 22;
-    Random random(kSeed);
+    SeededRandom random(22);
     Counts counts;
     for (const double spacing : {1.0, 1.1}) {
         const Ground ground = test::make_batch_ground(spacing);
         const std::vector<double> places = test::make_batch_points(random, 400, spacing);
         for (std::size_t k = 0; 3 * k < places.size(); ++k) {
-            SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", spacing " << spacing);
+            SCOPED_TRACE(testing::Message() << "spacing " << spacing);
             const WorldPos origin(places[3 * k], places[3 * k + 1], places[3 * k + 2]);
             compare(ground, origin, 150.0, 100, random, counts);
             if (HasFatalFailure()) return;
@@ -265,7 +253,7 @@ TEST(RayFan, AnswersFromAnyOriginAndToAnyReach) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     const Ground ground = make_hills(0, 20.0);
     RayFan fan;
-    EXPECT_EQ(fan.ray({0, 0, 0}, {1, 0, 0}).status, GroundStatus::invalid);
+    EXPECT_EQ(fan.ray({0, 0, 0}, {1, 0, 0}).status, QueryStatus::invalid);
     Random random(23);
     const std::array origins{WorldPos(1e9, 0.0, 50.0), WorldPos(0.0, 0.0, 1e9),
                              WorldPos(0.0, 0.0, -1e9), WorldPos(1e300, 0.0, 0.0),
@@ -283,14 +271,14 @@ TEST(RayFan, AnswersFromAnyOriginAndToAnyReach) {
     }
 }
 
-}  // namespace ray_fan_test
+}  // namespace terrane::ray_fan_test
 
 // The order of positions by chunk, and rays answered in that order.
 
-namespace chunk_order_test {
+namespace terrane::chunk_order_test {
 
+using namespace test;
 using internal::ChunkOrder;
-using test::Random;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSide = 6.0 * kChunkCells;
@@ -315,13 +303,12 @@ std::vector<Place> scattered_places(Random& random, std::size_t count) {
 }
 
 TEST(ChunkOrder, HasEveryPlaceOnceAndThoseOfAChunkTogetherInTheirOwnOrder) {
-    constexpr std::uint64_t kSeed = 31;
     const Ground ground = make_wide_ground();
     const ChunkOrder::Grid grid(ground);
-    Random random(kSeed);
+    SeededRandom random(31);
     ChunkOrder order;
     for (const std::size_t count : {std::size_t{1024}, std::size_t{5000}, ChunkOrder::kMost}) {
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", count " << count);
+        SCOPED_TRACE(testing::Message() << "count " << count);
         const std::vector<Place> places = scattered_places(random, count);
         const auto bucket_of = [&](std::size_t i) { return grid.bucket(places[i].x, places[i].y); };
         const std::span<const std::uint32_t> indices = order.arrange(count, bucket_of);
@@ -376,10 +363,9 @@ TEST(ChunkOrder, IsEmptyForPlacesInRunsOrInFewChunksOrFewPlaces) {
 }
 
 TEST(ChunkOrder, ChangesNoAnswerOfScatteredRays) {
-    constexpr std::uint64_t kSeed = 33;
     constexpr std::size_t kCount = 12'000;
     const Ground ground = make_wide_ground();
-    Random random(kSeed);
+    SeededRandom random(33);
     std::vector<double> from, to, fractions(kCount);
     for (const Place& place : scattered_places(random, kCount)) {
         const WorldPos start(place.x, place.y, 8.0);
@@ -389,19 +375,17 @@ TEST(ChunkOrder, ChangesNoAnswerOfScatteredRays) {
     }
     for (const int workers : {1, 2}) {
         GroundBatch batch = GroundBatch::create({.worker_count = workers}).value();
-        RayArrays out;
-        out.fractions = fractions;
+        RayArrays out{.fractions = fractions};
         ASSERT_TRUE(batch.rays(ground, PointArray::interleaved_xyz(from),
                                PointArray::interleaved_xyz(to), out));
         for (std::size_t i = 0; i < kCount; ++i) {
             const RayAnswer expected = ground.ray({from[3 * i], from[3 * i + 1], from[3 * i + 2]},
                                                   {to[3 * i], to[3 * i + 1], to[3 * i + 2]});
             ASSERT_EQ(test::bits_of(fractions[i]),
-                      test::bits_of(expected.status == GroundStatus::ok ? expected.fraction : kNaN))
-                << "seed " << kSeed << ", ray " << i;
+                      test::bits_of(expected.status == QueryStatus::ok ? expected.fraction : kNaN))
+                << "ray " << i;
         }
     }
 }
 
-}  // namespace chunk_order_test
-}  // namespace terrane
+}  // namespace terrane::chunk_order_test

@@ -8,7 +8,6 @@
 
 #include <bit>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace terrane::test {

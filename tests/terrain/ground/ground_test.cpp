@@ -3,7 +3,6 @@
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/ground.h>
 #include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
@@ -13,10 +12,9 @@
 #include <limits>
 #include <optional>
 
-namespace terrane {
-namespace ground_test {
+namespace terrane::ground_test {
 
-using test::Random;
+using namespace test;
 
 struct World {
     std::shared_ptr<const HeightSource> source;
@@ -53,7 +51,7 @@ std::vector<Triangle> triangles_of(const Ground& ground, const CellRange& cells)
     for (std::int64_t row = cells.south; row <= cells.north; ++row) {
         for (std::int64_t column = cells.west; column <= cells.east; ++column) {
             const GroundCell cell = ground.cell(column, row);
-            if (cell.status != GroundStatus::ok) continue;
+            if (cell.status != QueryStatus::ok) continue;
             const auto corner = [&](int i, int j, std::int32_t height) {
                 return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
                                        ground.lattice().quantum * height);
@@ -101,7 +99,7 @@ TEST(Ground, AnswersHeightsOfItsTriangles) {
         }
         ASSERT_TRUE(expected.has_value());
         const HeightAnswer answer = ground.height(x, y);
-        ASSERT_EQ(answer.status, GroundStatus::ok);
+        ASSERT_EQ(answer.status, QueryStatus::ok);
         EXPECT_NEAR(answer.height, *expected, 1e-10);
         EXPECT_NEAR(answer.normal.norm(), 1.0, 1e-12);
         // the normal matches a difference quotient of the surface
@@ -125,7 +123,7 @@ TEST(Ground, StaysWithinItsErrorOfTheTrueSurface) {
             const double x = random.between(-512.0, 512.0);
             const double y = random.between(-512.0, 512.0);
             const HeightAnswer answer = ground.height(x, y);
-            ASSERT_EQ(answer.status, GroundStatus::ok);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             EXPECT_LE(std::abs(answer.height - world.source->height(x, y)), answer.error_m);
         }
     }
@@ -139,15 +137,15 @@ TEST(Ground, AnswersOnGridLinesAndOnTheEdgeOfTheExtent) {
     const WorldRect& extent = ground.extent();
     for (const double x : {extent.west, -128.0, 0.0, 17.0, extent.east}) {
         for (const double y : {extent.south, -128.0, 0.0, 17.0, extent.north}) {
-            EXPECT_EQ(ground.height(x, y).status, GroundStatus::ok) << x << ", " << y;
-            EXPECT_EQ(ground.ray({x, y, 1000.0}, {x, y, -1000.0}).status, GroundStatus::ok)
+            EXPECT_EQ(ground.height(x, y).status, QueryStatus::ok) << x << ", " << y;
+            EXPECT_EQ(ground.ray({x, y, 1000.0}, {x, y, -1000.0}).status, QueryStatus::ok)
                 << x << ", " << y;
         }
     }
-    EXPECT_EQ(ground.height(std::nextafter(extent.east, 1e9), 0.0).status, GroundStatus::outside);
-    EXPECT_EQ(ground.height(0.0, 1e300).status, GroundStatus::outside);
+    EXPECT_EQ(ground.height(std::nextafter(extent.east, 1e9), 0.0).status, QueryStatus::outside);
+    EXPECT_EQ(ground.height(0.0, 1e300).status, QueryStatus::outside);
     EXPECT_EQ(ground.height(0.0, std::numeric_limits<double>::quiet_NaN()).status,
-              GroundStatus::invalid);
+              QueryStatus::invalid);
 }
 
 TEST(Ground, AnswersNotResidentOverAbsentChunks) {
@@ -156,29 +154,28 @@ TEST(Ground, AnswersNotResidentOverAbsentChunks) {
     const RequiredRegion region = pager.require({10, 10, 20, 20}, 0.0);
     pager.update({}, {}, 0.0);
     const Ground ground = pager.ground();
-    EXPECT_EQ(ground.height(15, 15).status, GroundStatus::ok);
-    EXPECT_EQ(ground.height(-600, 15).status, GroundStatus::not_resident);
-    EXPECT_EQ(ground.cell(-600, 15).status, GroundStatus::not_resident);
-    EXPECT_EQ(ground.range({-600, 15, 15, 16}).status, GroundStatus::not_resident);
-    EXPECT_EQ(ground.ray({15, 15, 100}, {15, 15, -100}).status, GroundStatus::ok);
-    EXPECT_EQ(ground.ray({-600, 15, 10}, {-500, 15, -100}).status, GroundStatus::not_resident);
-    EXPECT_EQ(ground.height(5000, 15).status, GroundStatus::outside);
-    EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, GroundStatus::miss);
+    EXPECT_EQ(ground.height(15, 15).status, QueryStatus::ok);
+    EXPECT_EQ(ground.height(-600, 15).status, QueryStatus::not_resident);
+    EXPECT_EQ(ground.cell(-600, 15).status, QueryStatus::not_resident);
+    EXPECT_EQ(ground.range({-600, 15, 15, 16}).status, QueryStatus::not_resident);
+    EXPECT_EQ(ground.ray({15, 15, 100}, {15, 15, -100}).status, QueryStatus::ok);
+    EXPECT_EQ(ground.ray({-600, 15, 10}, {-500, 15, -100}).status, QueryStatus::not_resident);
+    EXPECT_EQ(ground.height(5000, 15).status, QueryStatus::outside);
+    EXPECT_EQ(ground.ray({5000, 15, 10}, {6000, 15, -100}).status, QueryStatus::miss);
 }
 
 // Answers across chunks, in absent ones and beyond the extent equal single calls.
 TEST(GroundReader, GivesTheAnswersOfTheGround) {
-    constexpr std::uint64_t kSeed = 12;
     const auto source = std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 200.0);
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
     const RequiredRegion region = pager.require({-200, -100, 300, 200}, 0.0);
     pager.update({}, {}, 0.0);
     const Ground ground = pager.ground();
     GroundReader reader(ground);
-    Random random(kSeed);
-    std::array<int, 5> counts{};
+    SeededRandom random(12);
+    std::array<int, 6> counts{};
     for (int i = 0; i < 20000; ++i) {
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", question " << i);
+        SCOPED_TRACE(testing::Message() << "question " << i);
         const int reach = i % 3 == 0 ? 1400 : 300;
         const std::int64_t column = random.below(2 * reach) - reach;
         const std::int64_t row = random.below(2 * reach) - reach;
@@ -193,12 +190,12 @@ TEST(GroundReader, GivesTheAnswersOfTheGround) {
         const RangeAnswer block = reader.block(column, row);
         const RangeAnswer range = ground.range({west, south, west + 7, south + 7});
         ASSERT_EQ(block.status, range.status);
-        if (block.status == GroundStatus::outside) continue;
+        if (block.status == QueryStatus::outside) continue;
         ASSERT_EQ(block.low, range.low);
         ASSERT_EQ(block.high, range.high);
     }
-    for (const GroundStatus status :
-         {GroundStatus::ok, GroundStatus::outside, GroundStatus::not_resident}) {
+    for (const QueryStatus status :
+         {QueryStatus::ok, QueryStatus::outside, QueryStatus::not_resident}) {
         EXPECT_GT(counts[static_cast<std::size_t>(status)], 1000);
     }
 }
@@ -247,8 +244,8 @@ TEST(Ground, BoundsAbsentChunksByTheirAncestors) {
         const CellRange cells{west, south, west + random.below(60), south + random.below(60)};
         const RangeAnswer exact = ground.range(cells);
         const RangeAnswer bounds = absent.range(cells);
-        ASSERT_EQ(exact.status, GroundStatus::ok);
-        ASSERT_EQ(bounds.status, GroundStatus::not_resident);
+        ASSERT_EQ(exact.status, QueryStatus::ok);
+        ASSERT_EQ(bounds.status, QueryStatus::not_resident);
         EXPECT_LE(bounds.low, exact.low);
         EXPECT_GE(bounds.high, exact.high);
         EXPECT_LT(bounds.high, std::numeric_limits<std::int32_t>::max());
@@ -300,7 +297,7 @@ TEST(Ground, HitsRaysWhereBruteForceDoes) {
         to.z() = ground.height(to.x(), to.y()).height + random.between(-30.0, 10.0);
         const RayAnswer answer = ground.ray(from, to);
         const std::optional<double> expected = slow_ray(triangles, from, to);
-        ASSERT_EQ(answer.status == GroundStatus::ok, expected.has_value());
+        ASSERT_EQ(answer.status == QueryStatus::ok, expected.has_value());
         if (!expected) continue;
         ++hits;
         EXPECT_NEAR(answer.fraction, *expected, 1e-9);
@@ -318,7 +315,7 @@ TEST(Ground, HitsVerticalRaysOverEveryVertexOfAPatch) {
         for (int x = -20; x <= 20; ++x) {
             const RayAnswer answer =
                 ground.ray({1.0 * x, 1.0 * y, 500.0}, {1.0 * x, 1.0 * y, -500.0});
-            ASSERT_EQ(answer.status, GroundStatus::ok);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             EXPECT_NEAR(answer.point_world.z(), ground.height(x, y).height, 1e-9);
         }
     }
@@ -341,10 +338,9 @@ TEST(Ground, AnswersTheSameFarFromTheOrigin) {
     };
     const HeightAnswer a = answer_at(near_lattice, 13.25, 40.5);
     const HeightAnswer b = answer_at(far_lattice, 13.25, 40.5);
-    ASSERT_EQ(a.status, GroundStatus::ok);
-    ASSERT_EQ(b.status, GroundStatus::ok);
+    ASSERT_EQ(a.status, QueryStatus::ok);
+    ASSERT_EQ(b.status, QueryStatus::ok);
     EXPECT_EQ(a.height, b.height);
 }
 
-}  // namespace ground_test
-}  // namespace terrane
+}  // namespace terrane::ground_test

@@ -14,10 +14,9 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace ground_window_test {
+namespace terrane::ground_window_test {
 
-using test::Random;
+using namespace test;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -91,8 +90,8 @@ const Pool& shared_pool() {
 
 std::uint8_t bits_of(const Ground& ground, std::int64_t column, std::int64_t row) {
     const GroundCell cell = ground.cell(column, row);
-    if (cell.status == GroundStatus::outside) return 0;
-    if (cell.status == GroundStatus::not_resident) return window_absent;
+    if (cell.status == QueryStatus::outside) return 0;
+    if (cell.status == QueryStatus::not_resident) return window_absent;
     std::uint8_t bits = window_ground;
     if (const SolidSurface* const solid = ground.solid(column, row)) {
         const std::size_t index =
@@ -106,13 +105,13 @@ std::uint8_t bits_of(const Ground& ground, std::int64_t column, std::int64_t row
 double height_of(const Ground& ground, std::int64_t column, std::int64_t row, double base,
                  double absent) {
     const double quantum = ground.lattice().quantum;
-    if (const GroundCell c = ground.cell(column, row); c.status == GroundStatus::ok)
+    if (const GroundCell c = ground.cell(column, row); c.status == QueryStatus::ok)
         return quantum * c.south_west - base;
-    if (const GroundCell c = ground.cell(column - 1, row); c.status == GroundStatus::ok)
+    if (const GroundCell c = ground.cell(column - 1, row); c.status == QueryStatus::ok)
         return quantum * c.south_east - base;
-    if (const GroundCell c = ground.cell(column, row - 1); c.status == GroundStatus::ok)
+    if (const GroundCell c = ground.cell(column, row - 1); c.status == QueryStatus::ok)
         return quantum * c.north_west - base;
-    if (const GroundCell c = ground.cell(column - 1, row - 1); c.status == GroundStatus::ok)
+    if (const GroundCell c = ground.cell(column - 1, row - 1); c.status == QueryStatus::ok)
         return quantum * c.north_east - base;
     return absent;
 }
@@ -173,11 +172,9 @@ TEST(GroundWindow, HoldsTheGroundAfterRandomMotionsAndPaging) {
     const Pool& pool = shared_pool();
     long compared = 0, covered = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-        SCOPED_TRACE("seed " + std::to_string(seed));
-        Random random(seed);
-        GroundWindowSettings settings;
-        settings.columns = 1 + random.below(70);
-        settings.rows = 1 + random.below(70);
+        SeededRandom random(seed);
+        GroundWindowSettings settings{.columns = 1 + random.below(70),
+                                      .rows = 1 + random.below(70)};
         settings.margin = random.below((std::min(settings.columns, settings.rows) - 1) / 2 + 1);
         settings.base = random.between(-50.0, 50.0);
         settings.absent_height = random.below(2) == 0 ? 0.0 : -7.0;
@@ -349,5 +346,4 @@ TEST(GroundWindow, RefusesSettingsOutOfRangeInOneLine) {
     EXPECT_EQ(message({.columns = 1, .rows = 1, .margin = 0}), "accepted");
 }
 
-}  // namespace ground_window_test
-}  // namespace terrane
+}  // namespace terrane::ground_window_test

@@ -2,8 +2,6 @@
 #include "support/grounds.h"
 #include "support/random.h"
 
-#include <terrane/terrain/ground.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,12 +11,9 @@
 #include <limits>
 #include <vector>
 
-namespace terrane {
-namespace height_test {
+namespace terrane::height_test {
 
-using test::make_test_ground;
-using test::Random;
-using test::TableGroundSettings;
+using namespace test;
 
 double rough(double x, double y) {
     Random random(static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x * 64.0))) *
@@ -58,7 +53,7 @@ HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int
         slope_y = east;
         rise = south + east - slope_x * (1.0 - u) - slope_y * (1.0 - v);
     }
-    answer.status = GroundStatus::ok;
+    answer.status = QueryStatus::ok;
     answer.height = quantum * static_cast<double>(cell.south_west) + rise;
     const Eigen::Vector3d up(-slope_x / spacing, -slope_y / spacing, 1.0);
     answer.normal = up / up.norm();
@@ -68,8 +63,7 @@ HeightAnswer plain_height(const Ground& ground, const GroundCell& cell, std::int
 
 // The answer of the first closed cell that contains the point and is ground, from east to west and north to south.
 HeightAnswer slow_height(const Ground& ground, double x, double y) {
-    HeightAnswer answer;
-    answer.status = GroundStatus::outside;
+    HeightAnswer answer{.status = QueryStatus::outside};
     std::vector<std::int64_t> columns, rows;
     const std::int64_t side = kChunkCells * 3;
     for (std::int64_t i = side - 1; i >= 0; --i) {
@@ -79,9 +73,9 @@ HeightAnswer slow_height(const Ground& ground, double x, double y) {
     for (const std::int64_t row : rows) {
         for (const std::int64_t column : columns) {
             const GroundCell cell = ground.cell(column, row);
-            if (cell.status == GroundStatus::outside) continue;
+            if (cell.status == QueryStatus::outside) continue;
             answer.status = cell.status;
-            if (cell.status != GroundStatus::ok) return answer;
+            if (cell.status != QueryStatus::ok) return answer;
             return plain_height(ground, cell, column, row, x, y);
         }
     }
@@ -89,7 +83,6 @@ HeightAnswer slow_height(const Ground& ground, double x, double y) {
 }
 
 TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
-    constexpr std::uint64_t kSeed = 7;
     for (const double spacing : {1.0, 0.01, 1.1, 0.25, 30.0}) {
         for (const double origin : {0.0, 0.3, 1e7 + 0.1}) {
             TableGroundSettings settings{.spacing = spacing,
@@ -102,11 +95,11 @@ TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
             };
             settings.is_resident = [](int x, int y) { return x != 1 || y != 2; };
             const Ground ground = make_test_ground(rough, settings);
-            Random random(kSeed);
-            std::array<int, 5> counts{};
+            SeededRandom random(7);
+            std::array<int, 6> counts{};
             for (int i = 0; i < 3000; ++i) {
-                SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", spacing " << spacing
-                                                << ", origin " << origin << ", place " << i);
+                SCOPED_TRACE(testing::Message()
+                             << "spacing " << spacing << ", origin " << origin << ", place " << i);
                 const int column = random.below(386) - 1, row = random.below(386) - 1;
                 double x = ground.cell_x(column), y = ground.cell_y(row);
                 // between lattice lines, on them, and one ulp beside them
@@ -122,8 +115,8 @@ TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
                 ASSERT_EQ(answer.normal, expected.normal);
                 ASSERT_EQ(answer.error_m, expected.error_m);
             }
-            for (const GroundStatus status :
-                 {GroundStatus::ok, GroundStatus::outside, GroundStatus::not_resident}) {
+            for (const QueryStatus status :
+                 {QueryStatus::ok, QueryStatus::outside, QueryStatus::not_resident}) {
                 EXPECT_GT(counts[static_cast<std::size_t>(status)], 100);
             }
         }
@@ -131,16 +124,15 @@ TEST(GroundHeight, HasTheBitsOfThePlainFormula) {
 }
 
 TEST(GroundReader, BoundsSquaresByTheirLowestAndHighestSamples) {
-    constexpr std::uint64_t kSeed = 8;
     const Ground ground = make_test_ground(
         rough,
         {.roots = 3, .first_root = -1, .is_outside = has_hole, .is_resident = [](int x, int y) {
              return x != 1 || y != 2;
          }});
     GroundReader reader(ground);
-    Random random(kSeed);
+    SeededRandom random(8);
     for (int i = 0; i < 4000; ++i) {
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", square " << i);
+        SCOPED_TRACE(testing::Message() << "square " << i);
         const int size = i % 8;
         const std::int64_t column = random.below(500) - 190, row = random.below(500) - 190;
         const std::int64_t side = std::int64_t{1} << size;
@@ -150,16 +142,16 @@ TEST(GroundReader, BoundsSquaresByTheirLowestAndHighestSamples) {
         ASSERT_EQ(square.status, range.status);
         const auto is_within = [](std::int64_t cell) { return cell >= -128 && cell < 256; };
         if (!is_within(column) || !is_within(row)) {
-            ASSERT_EQ(square.status, GroundStatus::outside);
+            ASSERT_EQ(square.status, QueryStatus::outside);
             continue;
         }
         if (column >= 0 && column < 128 && row >= 128) {
-            ASSERT_EQ(square.status, GroundStatus::not_resident);
+            ASSERT_EQ(square.status, QueryStatus::not_resident);
             ASSERT_EQ(square.low, range.low);
             ASSERT_EQ(square.high, range.high);
             continue;
         }
-        ASSERT_EQ(square.status, GroundStatus::ok);
+        ASSERT_EQ(square.status, QueryStatus::ok);
         std::int32_t low = std::numeric_limits<std::int32_t>::max();
         std::int32_t high = std::numeric_limits<std::int32_t>::min();
         for (std::int64_t y = south; y <= south + side; ++y) {
@@ -183,12 +175,11 @@ TEST(GroundReader, BoundsSquaresByTheirLowestAndHighestSamples) {
 
 // Ranges of heights equal those of the overlapping blocks of 8 x 8 cells.
 TEST(Ground, BoundsRangesByTheirBlocks) {
-    constexpr std::uint64_t kSeed = 9;
     const Ground ground = make_test_ground(rough, {.roots = 3});
     GroundReader reader(ground);
-    Random random(kSeed);
+    SeededRandom random(9);
     for (int i = 0; i < 2000; ++i) {
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", range " << i);
+        SCOPED_TRACE(testing::Message() << "range " << i);
         const int reach = i % 4 == 0 ? 300 : 40;
         CellRange cells{random.below(384), random.below(384), 0, 0};
         cells.east = std::min<std::int64_t>(cells.west + random.below(reach), 383);
@@ -203,20 +194,20 @@ TEST(Ground, BoundsRangesByTheirBlocks) {
             }
         }
         const RangeAnswer range = ground.range(cells);
-        ASSERT_EQ(range.status, GroundStatus::ok);
+        ASSERT_EQ(range.status, QueryStatus::ok);
         ASSERT_EQ(range.low, low);
         ASSERT_EQ(range.high, high);
     }
 }
 
-}  // namespace height_test
+}  // namespace terrane::height_test
 
 // The bound of docs/numerics.md for the rounding of interpolated heights, against long double.
 
-namespace height_rounding_test {
+namespace terrane::height_rounding_test {
 
+using namespace test;
 using Long = long double;
-using test::Random;
 
 static_assert(std::numeric_limits<Long>::digits >= 64, "the oracle needs 11 bits more than double");
 
@@ -323,7 +314,7 @@ TEST_P(HeightRounding, IsWithinTheDerivedBound) {
         if (i % 8 == 5) x = std::nextafter(x, i % 16 == 5 ? -1e12 : 1e12);
         const double y = ground.cell_y(row) + scene.spacing * v;
         const HeightAnswer answer = ground.height(x, y);
-        ASSERT_EQ(answer.status, GroundStatus::ok);
+        ASSERT_EQ(answer.status, QueryStatus::ok);
         const Long error = std::abs(Long{answer.height} - exact.height(x, y));
         const Long bound = exact.bound(x, y, scene.is_exact);
         ASSERT_LE(error, bound) << "place " << i << ": " << x << ", " << y;
@@ -350,5 +341,4 @@ INSTANTIATE_TEST_SUITE_P(All, HeightRounding,
                                                1e5, false}),
                          [](const auto& each) { return each.param.name; });
 
-}  // namespace height_rounding_test
-}  // namespace terrane
+}  // namespace terrane::height_rounding_test

@@ -2,8 +2,6 @@
 #include "support/grounds.h"
 #include "support/random.h"
 
-#include <terrane/terrain/ground.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,12 +10,9 @@
 #include <limits>
 #include <optional>
 
-namespace terrane {
-namespace ray_test {
+namespace terrane::ray_test {
 
-using test::make_test_ground;
-using test::Random;
-using test::TableGroundSettings;
+using namespace test;
 
 // Steep, rough ground with the same bits on every machine.
 double rough(double x, double y) {
@@ -66,7 +61,7 @@ std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const
     for (std::int64_t row = south; row <= north; ++row) {
         for (std::int64_t column = west; column <= east; ++column) {
             const GroundCell cell = ground.cell(column, row);
-            if (cell.status != GroundStatus::ok) continue;
+            if (cell.status != QueryStatus::ok) continue;
             const auto corner = [&](int i, int j, std::int32_t height) {
                 return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
                                        ground.lattice().quantum * height);
@@ -116,7 +111,7 @@ void expect_slow_answers(const Ground& ground, double side, std::uint64_t seed, 
         const auto [from, to] = random_ray(random, i, side);
         const std::optional<double> expected = slow_ray(ground, from, to);
         const RayAnswer answer = ground.ray(from, to);
-        ASSERT_EQ(answer.status, expected ? GroundStatus::ok : GroundStatus::miss);
+        ASSERT_EQ(answer.status, expected ? QueryStatus::ok : QueryStatus::miss);
         ++(expected ? hits : misses);
         if (!expected) continue;
         ASSERT_NEAR(answer.fraction, *expected, 1e-8);
@@ -136,13 +131,12 @@ TEST(GroundRay, HitsGroundWithHolesWhereBruteForceDoes) {
 
 // An absent chunk before the first hit gives not_resident.
 TEST(GroundRay, EndsAtChunksThatAreNotResident) {
-    constexpr std::uint64_t kSeed = 3;
     const Ground ground = make_test_ground(
         rough, {.roots = 3, .is_resident = [](int x, int y) { return (x + y) % 2 == 0; }});
-    Random random(kSeed);
-    std::array<int, 5> counts{};
+    SeededRandom random(3);
+    std::array<int, 6> counts{};
     for (int i = 0; i < 10000; ++i) {
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", ray " << i);
+        SCOPED_TRACE(testing::Message() << "ray " << i);
         const auto [from, to] = random_ray(random, i, 384.0);
         const Eigen::Vector3d displacement = to - from;
         double absent = std::numeric_limits<double>::infinity();
@@ -167,17 +161,17 @@ TEST(GroundRay, EndsAtChunksThatAreNotResident) {
         // a ray may or may not hit the edge of an absent chunk
         if (std::abs(first - absent) < 1e-9 || std::abs(absent - 1.0) < 1e-9 || absent == 0.0)
             continue;
-        const GroundStatus expected = absent < first && absent <= 1.0 ? GroundStatus::not_resident
-                                      : hit                           ? GroundStatus::ok
-                                                                      : GroundStatus::miss;
+        const QueryStatus expected = absent < first && absent <= 1.0 ? QueryStatus::not_resident
+                                     : hit                           ? QueryStatus::ok
+                                                                     : QueryStatus::miss;
         const RayAnswer answer = ground.ray(from, to);
         ++counts[static_cast<std::size_t>(answer.status)];
         ASSERT_EQ(answer.status, expected) << first << ", " << absent;
-        if (answer.status != GroundStatus::ok) continue;
+        if (answer.status != QueryStatus::ok) continue;
         ASSERT_NEAR(answer.fraction, first, 1e-8);
     }
-    for (const GroundStatus status :
-         {GroundStatus::ok, GroundStatus::miss, GroundStatus::not_resident}) {
+    for (const QueryStatus status :
+         {QueryStatus::ok, QueryStatus::miss, QueryStatus::not_resident}) {
         EXPECT_GT(counts[static_cast<std::size_t>(status)], 100);
     }
 }
@@ -191,12 +185,12 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
         WorldPos from(random.between(0.0, 256.0), random.between(0.0, 256.0), 5.0);
         WorldPos to(random.between(0.0, 256.0), random.between(0.0, 256.0), 5.0);
         if (i % 3 == 0) from.x() = to.x() = 64.0 * random.below(5);
-        EXPECT_EQ(flat.ray(from, to).status, GroundStatus::ok);
+        EXPECT_EQ(flat.ray(from, to).status, QueryStatus::ok);
         EXPECT_EQ(flat.ray(from, to).fraction, 0.0);
         // it misses one quantum above or below
         for (const double off : {0x1p-12, -0x1p-12}) {
             from.z() = to.z() = 5.0 + off;
-            EXPECT_EQ(flat.ray(from, to).status, GroundStatus::miss);
+            EXPECT_EQ(flat.ray(from, to).status, QueryStatus::miss);
         }
         // exactly representable points on the slope
         const auto place = [&] {
@@ -205,14 +199,14 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
         };
         from = place();
         to = place();
-        EXPECT_EQ(slope.ray(from, to).status, GroundStatus::ok);
+        EXPECT_EQ(slope.ray(from, to).status, QueryStatus::ok);
         EXPECT_EQ(slope.ray(from, to).fraction, 0.0);
         // from above downwards, and from below upwards
         for (const double off : {16.0, -16.0}) {
             const WorldPos apart = from + WorldPos(0.0, 0.0, off);
             const WorldPos beyond = to - WorldPos(0.0, 0.0, off);
             const RayAnswer answer = slope.ray(apart, beyond);
-            EXPECT_EQ(answer.status, GroundStatus::ok);
+            EXPECT_EQ(answer.status, QueryStatus::ok);
             EXPECT_NEAR(answer.fraction, 0.5, 1e-12);
         }
     }
@@ -220,15 +214,13 @@ TEST(GroundRay, HitsASurfaceThatItLiesIn) {
 
 // A crossing on the line between two squares must not be missed by both.
 TEST(GroundRay, HitsTheSurfaceOnTheLinesBetweenSquares) {
-    constexpr std::uint64_t kSeed = 10;
-    Random random(kSeed);
+    SeededRandom random(10);
     for (const double slope : {0.0, -1.0 / 3.0, 0.7, -2.1}) {
         // constant along y, so that every section along y is level
         const Ground ground =
             make_test_ground([=](double x, double) { return slope * x; }, {.roots = 2});
         for (int i = 0; i < 20000; ++i) {
-            SCOPED_TRACE(testing::Message()
-                         << "seed " << kSeed << ", slope " << slope << ", ray " << i);
+            SCOPED_TRACE(testing::Message() << "slope " << slope << ", ray " << i);
             const double x = 8.0 * (1 + random.below(31)), y = random.between(20.0, 236.0);
             const WorldPos on(x, y, ground.height(x, y).height);
             const double ahead = random.between(-8.0, 8.0);
@@ -236,7 +228,7 @@ TEST(GroundRay, HitsTheSurfaceOnTheLinesBetweenSquares) {
                 ahead, random.between(-8.0, 8.0),
                 slope * ahead + (i % 2 == 0 ? 1.0 : -1.0) * random.between(0.5, 9.0));
             const RayAnswer answer = ground.ray(on - displacement, on + displacement);
-            ASSERT_EQ(answer.status, GroundStatus::ok);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             // heights are rounded to quanta, so the slope is not exactly constant
             ASSERT_NEAR(answer.fraction, 0.5, 1e-2);
         }
@@ -255,14 +247,14 @@ TEST(GroundRay, HitsEveryStoredPointFromAboveAndNoHole) {
         for (int column = 0; column < 33; ++column) {
             const double x = 0.3 + 1.1 * column, y = 0.5 + 1.1 * row;
             const RayAnswer answer = ground.ray({x, y, 200.0}, {x, y, -200.0});
-            ASSERT_EQ(answer.status, GroundStatus::ok);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             EXPECT_NEAR(answer.point_world.z(), 0.7 + 1.2 * rough(x, y), 1e-3);
         }
     }
     for (int i = 1; i < 10; ++i) {
         const double x = 0.3 + 1.1 * (7.0 + 0.1 * i), y = 0.5 + 1.1 * 9.5;
-        EXPECT_EQ(ground.ray({x, y, 200.0}, {x, y, -200.0}).status, GroundStatus::miss);
-        EXPECT_EQ(ground.ray({x, y, -200.0}, {x, y, 200.0}).status, GroundStatus::miss);
+        EXPECT_EQ(ground.ray({x, y, 200.0}, {x, y, -200.0}).status, QueryStatus::miss);
+        EXPECT_EQ(ground.ray({x, y, -200.0}, {x, y, 200.0}).status, QueryStatus::miss);
     }
 }
 
@@ -295,10 +287,10 @@ TEST(GroundRay, AcceptsALengthOfZeroAndOfAMillionMetres) {
         const int column = random.below(257), row = random.below(257);
         const double height = ground.height(column, row).height;
         const WorldPos on(column, row, height);
-        EXPECT_EQ(ground.ray(on, on).status, GroundStatus::ok);
+        EXPECT_EQ(ground.ray(on, on).status, QueryStatus::ok);
         for (const double off : {1e-3, -1e-3}) {
             const WorldPos apart(column, row, height + off);
-            EXPECT_EQ(ground.ray(apart, apart).status, GroundStatus::miss);
+            EXPECT_EQ(ground.ray(apart, apart).status, QueryStatus::miss);
         }
         const double angle_x = random.between(-1.0, 1.0), angle_y = random.between(-1.0, 1.0);
         Eigen::Vector3d displacement(angle_x, angle_y, random.between(-0.02, 0.02));
@@ -308,7 +300,7 @@ TEST(GroundRay, AcceptsALengthOfZeroAndOfAMillionMetres) {
         const std::optional<double> expected =
             slow_ray(ground, through - displacement, through + displacement);
         const RayAnswer answer = ground.ray(through - displacement, through + displacement);
-        ASSERT_EQ(answer.status, expected ? GroundStatus::ok : GroundStatus::miss);
+        ASSERT_EQ(answer.status, expected ? QueryStatus::ok : QueryStatus::miss);
         if (!expected) continue;
         ++hits;
         ASSERT_NEAR(answer.fraction, *expected, 1e-11);
@@ -325,14 +317,13 @@ TEST(GroundRay, AnswersInvalidForArgumentsThatAreNotFinite) {
         for (int axis = 0; axis < 3; ++axis) {
             WorldPos p(10.0, 10.0, 0.0);
             p[axis] = bad;
-            EXPECT_EQ(ground.ray(p, {1.0, 2.0, 3.0}).status, GroundStatus::invalid);
-            EXPECT_EQ(ground.ray({1.0, 2.0, 3.0}, p).status, GroundStatus::invalid);
+            EXPECT_EQ(ground.ray(p, {1.0, 2.0, 3.0}).status, QueryStatus::invalid);
+            EXPECT_EQ(ground.ray({1.0, 2.0, 3.0}, p).status, QueryStatus::invalid);
         }
     }
-    EXPECT_EQ(ground.ray({-kMax, 1.0, 0.0}, {kMax, 1.0, 0.0}).status, GroundStatus::invalid);
-    EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, GroundStatus::invalid);
-    EXPECT_EQ(ground.ray({-1e12, 1.0, 1e3}, {1e12, 1.0, 1e3}).status, GroundStatus::miss);
+    EXPECT_EQ(ground.ray({-kMax, 1.0, 0.0}, {kMax, 1.0, 0.0}).status, QueryStatus::invalid);
+    EXPECT_EQ(ground.ray({-1e300, 1.0, 1e3}, {1e300, 1.0, 1e3}).status, QueryStatus::invalid);
+    EXPECT_EQ(ground.ray({-1e12, 1.0, 1e3}, {1e12, 1.0, 1e3}).status, QueryStatus::miss);
 }
 
-}  // namespace ray_test
-}  // namespace terrane
+}  // namespace terrane::ray_test

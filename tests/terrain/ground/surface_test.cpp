@@ -2,7 +2,6 @@
 #include "support/grounds.h"
 #include "support/random.h"
 
-#include <terrane/terrain/ground.h>
 #include <terrane/terrain/surface.h>
 
 #include <gtest/gtest.h>
@@ -18,10 +17,9 @@
 #include <thread>
 #include <vector>
 
-namespace terrane {
-namespace surface_test {
+namespace terrane::surface_test {
 
-using test::Random;
+using namespace test;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLargest = std::numeric_limits<double>::max();
@@ -46,9 +44,10 @@ std::string error_of(const Result<Map>& map) {
 }
 
 TEST(SurfaceProperties, AreCheckedWithTheirFieldAndValue) {
-    EXPECT_TRUE(check(SurfaceProperties{}));
-    EXPECT_TRUE(check({.friction = 0.0, .restitution = 0.0, .material = 4294967295u}));
-    EXPECT_TRUE(check({.friction = 1e6, .restitution = 1.0}));
+    EXPECT_TRUE(SurfaceProperties{}.validate());
+    EXPECT_TRUE((SurfaceProperties{.friction = 0.0, .restitution = 0.0, .material = 4294967295u}
+                     .validate()));
+    EXPECT_TRUE((SurfaceProperties{.friction = 1e6, .restitution = 1.0}.validate()));
     struct Wrong {
         SurfaceProperties properties;
         const char* message;
@@ -61,7 +60,7 @@ TEST(SurfaceProperties, AreCheckedWithTheirFieldAndValue) {
           Wrong{{.restitution = -0.5}, "restitution must be 0 to 1, got -0.5"},
           Wrong{{.restitution = 1.5}, "restitution must be 0 to 1, got 1.5"},
           Wrong{{.restitution = kNaN}, "restitution must be 0 to 1, got nan"}}) {
-        const auto checked = check(wrong.properties);
+        const auto checked = wrong.properties.validate();
         ASSERT_FALSE(checked.has_value()) << wrong.message;
         EXPECT_EQ(checked.error().code, ErrorCode::invalid_argument);
         EXPECT_EQ(checked.error().message, wrong.message);
@@ -283,8 +282,7 @@ std::vector<SurfaceRect> random_rects(Random& random, int count, double size) {
 }
 
 TEST(SurfaceRects, AnswerAsASearchOfTheWholeList) {
-    constexpr std::uint64_t kSeed = 11;
-    Random random(kSeed);
+    SeededRandom random(11);
     for (const int count : {1, 2, 4, 5, 9, 64, 700}) {
         for (const double size : {1.0, 4.0, 30.0, 120.0}) {
             const std::vector<SurfaceRect> rects = random_rects(random, count, size);
@@ -294,8 +292,7 @@ TEST(SurfaceRects, AnswerAsASearchOfTheWholeList) {
                 if (i % 3 == 0) x = std::floor(x);
                 if (i % 4 == 0) y = std::floor(y);
                 ASSERT_EQ(map->at(x, y), slow_answer(rects, x, y))
-                    << "seed " << kSeed << ", " << count << " rectangles of " << size << ", at "
-                    << x << ' ' << y;
+                    << count << " rectangles of " << size << ", at " << x << ' ' << y;
             }
         }
     }
@@ -320,10 +317,10 @@ protected:
 TEST_F(SurfaceOfGround, IsThatOfItsMapWhereGroundIsOutsideAndNotResidentToo) {
     const Map map = map_of({{.rect = {0.0, 0.0, 1000.0, 10.0}, .properties = kIce}});
     const Ground ground = ground_with(map);
-    ASSERT_EQ(ground.height(5.0, 5.0).status, GroundStatus::not_resident);
+    ASSERT_EQ(ground.height(5.0, 5.0).status, QueryStatus::not_resident);
     EXPECT_EQ(ground.surface(5.0, 5.0), kIce);
     EXPECT_EQ(ground.surface(5.0, 20.0), kGrass);
-    ASSERT_EQ(ground.height(900.0, 5.0).status, GroundStatus::outside);
+    ASSERT_EQ(ground.height(900.0, 5.0).status, QueryStatus::outside);
     EXPECT_EQ(ground.surface(900.0, 5.0), kIce);
     EXPECT_EQ(ground.surface(kNaN, 5.0), kGrass);
     EXPECT_EQ(ground.surface_map(), map);
@@ -367,9 +364,9 @@ TEST_F(SurfaceOfGround, HasTheSameBitsOnAllThreads) {
     EXPECT_NE(hashes.front(), 0u);
 }
 
-}  // namespace surface_test
+}  // namespace terrane::surface_test
 
-namespace painted_surface_test {
+namespace terrane::painted_surface_test {
 
 constexpr SurfaceProperties kGrass{.friction = 0.5, .material = 1};
 constexpr SurfaceProperties kIce{.friction = 0.05, .material = 7};
@@ -448,5 +445,4 @@ TEST(PaintedSurface, RefusesAreasOutOfRange) {
         "areas[1].friction must be 0 to 1e+06, got -1");
 }
 
-}  // namespace painted_surface_test
-}  // namespace terrane
+}  // namespace terrane::painted_surface_test

@@ -6,7 +6,6 @@
 #include "support/mesh_checks.h"
 
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
@@ -17,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace bad_input_test {
+namespace terrane::bad_input_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -125,7 +123,7 @@ TEST(BadInput, IsRefusedInViewsAndTheLastMeshStays) {
         SCOPED_TRACE(row.what);
         View view = good_view();
         row.spoil(view);
-        const Result<void> good = check(view);
+        const Result<void> good = view.validate();
         ASSERT_FALSE(good.has_value());
         EXPECT_FALSE(good.error().message.empty());
         const TerrainMesh mesh = triangulator.update(world().resident, view);
@@ -239,12 +237,12 @@ TEST(OddView, OfASinglePixelIsAView) {
     EXPECT_EQ(test::find_flaw(mesh), "");
 }
 
-}  // namespace bad_input_test
+}  // namespace terrane::bad_input_test
 
 // Sources with invalid answers: heights, bounds, intervals and rise bounds that are huge, infinite or NaN. Chunks that
 // would break a mesh are refused and counted; meshes stay watertight and within their budget.
 
-namespace absurd_heights_test {
+namespace terrane::absurd_heights_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -398,15 +396,14 @@ TEST(AbsurdHeights, AQuantumOutOfRangeIsRefused) {
     for (const double quantum :
          {0x1p-61, 0x1p-1000, 0x1p21, 0x1p1000, 0.3, -1.0, 0.0, kNaN, kInfinity}) {
         lattice.quantum = quantum;
-        const auto checked = check(lattice);
+        const auto checked = lattice.validate();
         ASSERT_FALSE(checked.has_value()) << quantum;
         EXPECT_NE(checked.error().message.find("quantum"), std::string::npos);
     }
     for (const double quantum : {0x1p-60, 0x1p-12, 0x1p20}) {
         lattice.quantum = quantum;
-        EXPECT_TRUE(check(lattice).has_value()) << quantum;
+        EXPECT_TRUE(lattice.validate().has_value()) << quantum;
     }
 }
 
-}  // namespace absurd_heights_test
-}  // namespace terrane
+}  // namespace terrane::absurd_heights_test

@@ -4,12 +4,10 @@
 #include "support/mesh_checks.h"
 
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
-namespace terrane {
-namespace large_budget_test {
+namespace terrane::large_budget_test {
 
 // One root of five levels, all resident: 2^11 cells a side, 8,388,608 triangles at the finest level.
 TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
@@ -49,5 +47,4 @@ TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
     }
 }
 
-}  // namespace large_budget_test
-}  // namespace terrane
+}  // namespace terrane::large_budget_test

@@ -17,8 +17,7 @@
 #include <memory>
 #include <vector>
 
-namespace terrane::internal {
-namespace screen_error_test {
+namespace terrane::internal::screen_error_test {
 
 constexpr std::uint64_t kSeed = 23;
 
@@ -144,12 +143,12 @@ TEST(Clearance, IsZeroBelowTheGround) {
     EXPECT_GE(clearance_of(*source, {10.0, 20.0, -1e7}), 0.0);
 }
 
-}  // namespace screen_error_test
+}  // namespace terrane::internal::screen_error_test
 
 // Keys of the coarser vertices of root squares are computed only for strides that may contain a key below the floor. An
 // oracle computes all keys and checks that no such stride is skipped.
 
-namespace coarse_keys_test {
+namespace terrane::internal::coarse_keys_test {
 
 constexpr std::uint64_t kSeed = 20261127;
 
@@ -220,8 +219,7 @@ Result<View> random_view(test::Random& random, const WorldRect& extent) {
 }
 
 TEST(CoarseKeys, NoStrideWithAKeyBelowTheFloorIsPassedOver) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     long tight = 0, passed_over = 0;
     for (const double amplitude : {3000.0, 30.0, 0.0}) {
         RootWorld world({.amplitude = amplitude,
@@ -256,11 +254,11 @@ TEST(CoarseKeys, NoStrideWithAKeyBelowTheFloorIsPassedOver) {
     EXPECT_GT(passed_over, 1000);
 }
 
-}  // namespace coarse_keys_test
+}  // namespace terrane::internal::coarse_keys_test
 
 // The bound of docs/numerics.md for the rounding of keys, and hence of projected errors, against long double.
 
-namespace key_rounding_test {
+namespace terrane::internal::key_rounding_test {
 
 using Long = long double;
 
@@ -364,12 +362,11 @@ private:
 };
 
 TEST(KeyRounding, IsWithinTheDerivedBound) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
     struct Case {
         int spacing_log2;
         double origin, amplitude;
     };
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const Case& each :
          {Case{-7, 0.0, 30.0}, Case{0, 0.0, 1e5}, Case{0, 0x1p30, 1e5}, Case{6, 0x1p37, 1e5}}) {
         const KeyCase keys({.amplitude = each.amplitude,
@@ -399,5 +396,4 @@ TEST(KeyRounding, IsInsideTheFactorOfReportedErrors) {
     EXPECT_GT(needed, Long{ScreenError::kRounding} - 2 * kPixels);
 }
 
-}  // namespace key_rounding_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::key_rounding_test

@@ -4,13 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <vector>
 
-namespace terrane {
-namespace terrain_test {
+namespace terrane::terrain_test {
 
 std::shared_ptr<const HeightSource> hills() {
     return FractalHeights::create({.seed = 4,
@@ -83,7 +81,7 @@ TEST(Terrain, MakesAMeshForEachCameraInItsOrder) {
 TEST(Terrain, IsEmptyBeforeTheFirstUpdateAndAnswersNothing) {
     const Terrain terrain = Terrain::create(hills(), synchronous(5000)).value();
     EXPECT_TRUE(terrain.frame().meshes.empty());
-    EXPECT_EQ(terrain.frame().ground.height(0.0, 0.0).status, GroundStatus::not_resident);
+    EXPECT_EQ(terrain.frame().ground.height(0.0, 0.0).status, QueryStatus::not_resident);
 }
 
 TEST(Terrain, LoadsTheGroundOfBodiesAndKeepsItsSnapshotWhenTheTerrainIsGone) {
@@ -96,7 +94,7 @@ TEST(Terrain, LoadsTheGroundOfBodiesAndKeepsItsSnapshotWhenTheTerrainIsGone) {
         EXPECT_EQ(terrain.frame().groundless_bodies, 0u);
     }
     const HeightAnswer at = kept->height(100.0, 50.0);
-    ASSERT_EQ(at.status, GroundStatus::ok);
+    ASSERT_EQ(at.status, QueryStatus::ok);
     EXPECT_NEAR(at.height, source->height(100.0, 50.0), at.error_m);
 }
 
@@ -169,5 +167,4 @@ TEST(View, HasMatricesThatProjectAPointToThePixelWhoseDirectionMeetsIt) {
     }
 }
 
-}  // namespace terrain_test
-}  // namespace terrane
+}  // namespace terrane::terrain_test

@@ -6,7 +6,6 @@
 
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
@@ -17,12 +16,9 @@
 #include <numbers>
 #include <vector>
 
-namespace terrane {
-namespace triangulator_test {
+namespace terrane::triangulator_test {
 
-using test::find_flaw;
-using test::make_soup;
-using test::Random;
+using namespace test;
 
 std::shared_ptr<const HeightSource> small_fractal(std::uint64_t seed) {
     const auto source = FractalHeights::create({.seed = seed,
@@ -250,8 +246,7 @@ TEST(Triangulator, RefusesABudgetBelowTheRoots) {
 
 // One root of one level with the same bound everywhere.
 TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
-    Lattice lattice;
-    lattice.spacing = 10.0;
+    Lattice lattice{.spacing = 10.0};
     const test::WaveHeights source(lattice, 30.0, 400.0);
     std::vector<std::shared_ptr<const Chunk>> chunks{make_chunk(source, {0, 0, 0}).value()};
     const auto set = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
@@ -272,13 +267,13 @@ TEST(Triangulator, WorksOnAWorldOfASingleChunk) {
     EXPECT_EQ(mesh.status, MeshStatus::finest_reached);
 }
 
-}  // namespace triangulator_test
+}  // namespace terrane::triangulator_test
 
 // P1 from below: if the error target cannot be met, the whole budget is used.
 
-namespace exact_budget_test {
+namespace terrane::exact_budget_test {
 
-using test::Random;
+using namespace test;
 
 constexpr double kOutOfReach_px = 1e-9;
 constexpr std::size_t kMoreThanAll = 600'000;  // triangles
@@ -316,8 +311,7 @@ std::shared_ptr<const ResidentSet> random_set(Random& random, const HeightSource
 }
 
 TEST(ExactBudget, IsUsedOrEveryVertexThatMattersIsThere) {
-    constexpr std::uint64_t kSeed = 41;
-    Random random(kSeed);
+    SeededRandom random(41);
     int by_budget = 0, by_vertices = 0;
     for (int state = 0; state < 60; ++state) {
         const auto source = random_hills(random);
@@ -340,8 +334,8 @@ TEST(ExactBudget, IsUsedOrEveryVertexThatMattersIsThere) {
         ASSERT_LT(all, kMoreThanAll);
         const auto budget = static_cast<std::size_t>(
             std::exp2(random.between(3.0, 1.5 + std::log2(static_cast<double>(all)))));
-        SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", state " << state << ", budget "
-                                        << budget << " of " << all);
+        SCOPED_TRACE(testing::Message()
+                     << "state " << state << ", budget " << budget << " of " << all);
         Triangulator triangulator = make(budget);
         const TerrainMesh mesh = triangulator.update(set, view);
         ASSERT_LE(mesh.triangle_count, budget);
@@ -378,8 +372,7 @@ std::vector<TriangleDemand> random_demands(Random& random, std::size_t budget) {
 }
 
 TEST(ExactBudget, IsSharedWithOthersUpToTheFirstThatDoesNotFit) {
-    constexpr std::uint64_t kSeed = 43;
-    Random random(kSeed);
+    SeededRandom random(43);
     int blocked_by_others = 0, blocked_by_ground = 0, granted_all = 0;
     for (int state = 0; state < 60; ++state) {
         const auto source = random_hills(random);
@@ -398,31 +391,30 @@ TEST(ExactBudget, IsSharedWithOthersUpToTheFirstThatDoesNotFit) {
         };
         Triangulator shared = make(budget);
         for (int frame = 0; frame < 3; ++frame) {
-            SCOPED_TRACE(testing::Message()
-                         << "seed " << kSeed << ", state " << state << ", frame " << frame);
+            SCOPED_TRACE(testing::Message() << "state " << state << ", frame " << frame);
             const std::vector<TriangleDemand> demands = random_demands(random, budget);
             const TerrainMesh mesh = shared.update(set, view, demands);
             EXPECT_EQ(test::find_flaw(mesh), "");
-            ASSERT_LE(mesh.triangle_count + mesh.others_triangles, budget);
-            // All demands above others_threshold_px are granted, and none at or below it.
+            ASSERT_LE(mesh.triangle_count + mesh.demand_triangles, budget);
+            // All demands above demand_threshold_px are granted, and none at or below it.
             std::size_t above = 0, next = 0;
             for (const TriangleDemand& demand : demands) {
-                if (demand.threshold_px > mesh.others_threshold_px) above += demand.triangles;
+                if (demand.threshold_px > mesh.demand_threshold_px) above += demand.triangles;
                 // equal up to the rounding of keys
-                if (demand.threshold_px <= mesh.others_threshold_px &&
-                    demand.threshold_px * (1.0 + 1e-6) >= mesh.others_threshold_px)
+                if (demand.threshold_px <= mesh.demand_threshold_px &&
+                    demand.threshold_px * (1.0 + 1e-6) >= mesh.demand_threshold_px)
                     next += demand.triangles;
             }
-            ASSERT_EQ(above, mesh.others_triangles);
-            ASSERT_GE(mesh.others_threshold_px, mesh.threshold_px);
+            ASSERT_EQ(above, mesh.demand_triangles);
+            ASSERT_GE(mesh.demand_threshold_px, mesh.threshold_px);
             // With the remaining budget alone the ground is the same; otherwise the next demand does not fit beside it.
-            Triangulator alone = make(budget - mesh.others_triangles);
+            Triangulator alone = make(budget - mesh.demand_triangles);
             const TerrainMesh ground = alone.update(set, view);
             ASSERT_LE(ground.threshold_px, mesh.threshold_px);
             if (ground.threshold_px < mesh.threshold_px) {
                 ++blocked_by_others;
                 ASSERT_GT(next, 0u);
-                ASSERT_GT(mesh.triangle_count + mesh.others_triangles + next, budget);
+                ASSERT_GT(mesh.triangle_count + mesh.demand_triangles + next, budget);
             } else if (mesh.status == MeshStatus::budget_reached) {
                 ++blocked_by_ground;
             } else {
@@ -435,11 +427,9 @@ TEST(ExactBudget, IsSharedWithOthersUpToTheFirstThatDoesNotFit) {
     EXPECT_GT(granted_all, 10);
 }
 
-}  // namespace exact_budget_test
-}  // namespace terrane
+}  // namespace terrane::exact_budget_test
 
-namespace terrane::internal {
-namespace morph_test {
+namespace terrane::internal::morph_test {
 
 constexpr std::uint64_t kSeed = 31;
 
@@ -496,5 +486,4 @@ TEST(Morph, IsBetweenInPlaceAndMissing) {
     }
 }
 
-}  // namespace morph_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::morph_test

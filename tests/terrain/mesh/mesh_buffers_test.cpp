@@ -10,14 +10,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
-#include <optional>
 #include <vector>
 
-namespace terrane {
-namespace mesh_buffers_test {
+namespace terrane::mesh_buffers_test {
 
 constexpr double kCurvature = 0.0012;
 
@@ -302,5 +299,4 @@ TEST(ExpandMesh, HasTheTrianglesOfTheFrameAndEachPositionOnce) {
     EXPECT_EQ(triangles, triangles_of(mesh, flight.eye_world));
 }
 
-}  // namespace mesh_buffers_test
-}  // namespace terrane
+}  // namespace terrane::mesh_buffers_test

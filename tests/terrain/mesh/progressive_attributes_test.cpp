@@ -15,8 +15,7 @@
 #include <map>
 #include <numbers>
 
-namespace terrane {
-namespace progressive_attributes_test {
+namespace terrane::progressive_attributes_test {
 
 using namespace test;
 
@@ -252,5 +251,4 @@ TEST(ProgressiveAttributes, GeomorphsEndAtTheCoarserLevel) {
     }
 }
 
-}  // namespace progressive_attributes_test
-}  // namespace terrane
+}  // namespace terrane::progressive_attributes_test

@@ -16,8 +16,7 @@
 #include <thread>
 #include <vector>
 
-namespace terrane {
-namespace progressive_mesh_test {
+namespace terrane::progressive_mesh_test {
 
 using namespace test;
 using Triangles = std::vector<TriangleMesh::Triangle>;
@@ -286,11 +285,11 @@ TEST(ProgressiveMesh, RefusesInvalidInputWithOneMessage) {
     EXPECT_EQ(message(mesh, {}), "coordinates must be within 1e+06 m, got nan at vertex 5");
 }
 
-}  // namespace progressive_mesh_test
+}  // namespace terrane::progressive_mesh_test
 
 // ProgressiveMesh::share(): meshes share one record of contractions and have levels of their own.
 
-namespace shared_levels_test {
+namespace terrane::shared_levels_test {
 
 using Triangles = std::vector<TriangleMesh::Triangle>;
 
@@ -323,8 +322,7 @@ TEST(SharedLevels, StepsListTheErrorsAndCountsOfAllLevels) {
 
 TEST(SharedLevels, ChangeNoOtherLevelAndAreTheSameAsThoseOfAFreshMesh) {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        test::Random random(seed);
+        test::SeededRandom random(seed);
         ProgressiveMesh mesh = make_rock(seed), fresh = make_rock(seed);
         mesh.set_triangle_count(600);
         ProgressiveMesh shared = mesh.share();
@@ -360,5 +358,4 @@ TEST(SharedLevels, ChangeOnThreadsOfTheirOwnAndOutliveTheFirst) {
     for (const ProgressiveMesh& each : shared) EXPECT_EQ(triangles_of(each), triangles_of(fresh));
 }
 
-}  // namespace shared_levels_test
-}  // namespace terrane
+}  // namespace terrane::shared_levels_test

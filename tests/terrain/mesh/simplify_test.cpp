@@ -15,8 +15,7 @@
 #include <numbers>
 #include <set>
 
-namespace terrane::internal {
-namespace triangle_distance_test {
+namespace terrane::internal::triangle_distance_test {
 
 using test::Random;
 using Vector = Eigen::Matrix<long double, 3, 1>;
@@ -64,13 +63,11 @@ TEST(TriangleDistance, IsNotBelowTheDistanceAndNearIt) {
     }
 }
 
-}  // namespace triangle_distance_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::triangle_distance_test
 
 // What simplify() preserves and where it stops: topology, locked vertices, counts, degenerate and refused input.
 
-namespace terrane {
-namespace simplify_test {
+namespace terrane::simplify_test {
 
 using namespace test;
 
@@ -333,11 +330,11 @@ TEST(Simplify, RefusesInvalidInputWithOneMessage) {
               "error_m must not decrease, got 1 in level 1 after 2");
 }
 
-}  // namespace simplify_test
+}  // namespace terrane::simplify_test
 
 // The certified distance against dense samples of both surfaces, by brute force over all triangles.
 
-namespace contraction_bound_test {
+namespace terrane::contraction_bound_test {
 
 using namespace test;
 
@@ -421,5 +418,4 @@ TEST(Simplify, BoundHoldsForSliversAndFolds) {
     }
 }
 
-}  // namespace contraction_bound_test
-}  // namespace terrane
+}  // namespace terrane::contraction_bound_test

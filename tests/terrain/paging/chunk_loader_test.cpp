@@ -2,11 +2,8 @@
 #include "paging/chunk_loader.h"
 
 #include "support/faulty_heights.h"
-#include "support/grounds.h"
 #include "support/random.h"
 #include "terrain/paging/pager_scene.h"
-
-#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 
@@ -16,8 +13,7 @@
 #include <stop_token>
 #include <thread>
 
-namespace terrane {
-namespace chunk_loader_test {
+namespace terrane::chunk_loader_test {
 
 using ChunkResult = Result<std::shared_ptr<const Chunk>>;
 
@@ -154,13 +150,11 @@ TEST(LoadClaimed, TurnsExceptionsIntoErrorsAndReleasesTheClaim) {
     EXPECT_EQ(odd.error().message, "chunk (3, -4) of level 5 cannot be read");
 }
 
-}  // namespace chunk_loader_test
+}  // namespace terrane::chunk_loader_test
 
-namespace run_load_test {
+namespace terrane::run_load_test {
 
-using test::Fault;
-using test::FaultyHeights;
-using test::Loads;
+using namespace test;
 
 constexpr ChunkKey kKey{1, 2, 3};
 
@@ -206,5 +200,4 @@ TEST(RunLoad, IsCancelledByItsToken) {
     EXPECT_EQ(loads.bytes(), 0u);
 }
 
-}  // namespace run_load_test
-}  // namespace terrane
+}  // namespace terrane::run_load_test

@@ -84,17 +84,9 @@ inline std::set<ChunkKey> keys_of(const internal::ContactNeeds& needs, int level
 
 }  // namespace terrane::test
 
-namespace terrane::internal {
-namespace contact_needs_test {
+namespace terrane::internal::contact_needs_test {
 
-using test::all_small_chunks;
-using test::deep_terraces;
-using test::kDeepLevel;
-using test::keys_of;
-using test::kLevel;
-using test::Random;
-using test::small_terraces;
-using test::Terraces;
+using namespace test;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -260,13 +252,12 @@ TEST(ContactNeeds, CombineRegionsAndBodies) {
 }
 
 TEST(ContactNeeds, GiveTheSameBitsWhateverTheyDidBefore) {
-    constexpr std::uint64_t kSeed = 25;
-    Random random(kSeed);
+    SeededRandom random(25);
     const Terraces source = deep_terraces();
     ContactNeeds used(source, kDeepLevel);
     std::vector<BodyNeed> bodies;
     for (int run = 0; run < 60; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         // some positions recur, so that the cache is used
         if (run % 3 == 0) bodies.clear();
         for (int i = random.below(6); i >= 0 && run % 3 == 0; --i) {
@@ -367,19 +358,13 @@ TEST(ContactNeeds, ContainNothingOfRemovedBodiesAndRegions) {
     EXPECT_EQ(needs.time_until({0, 0, 0}), kInfinity);
 }
 
-}  // namespace contact_needs_test
+}  // namespace terrane::internal::contact_needs_test
 
 // ContactNeeds against dense sampling of every body's trajectory over all chunks.
 
-namespace contact_needs_dense_test {
+namespace terrane::internal::contact_needs_dense_test {
 
-using test::all_small_chunks;
-using test::keys_of;
-using test::kLevel;
-using test::kSide;
-using test::Random;
-using test::small_terraces;
-using test::Terraces;
+using namespace test;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kGravity = 9.81;
@@ -472,8 +457,7 @@ Scene make_scene(Random& random, double most_speed, bool has_trajectories) {
     const int count = 1 + random.below(3);
     scene.trajectories.resize(static_cast<std::size_t>(count));
     for (std::vector<BodyMoment>& trajectory : scene.trajectories) {
-        BodyNeed body;
-        body.centre_world = random_place(random, 650.0);
+        BodyNeed body{.centre_world = random_place(random, 650.0)};
         const double speed = random.below(4) == 0 ? 0.0 : random.between(0.0, most_speed);
         body.velocity =
             speed * Eigen::Vector3d(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
@@ -499,11 +483,10 @@ ContactNeeds find(const Terraces& source, const Scene& scene) {
 }
 
 TEST(ContactNeeds, ContainEveryTouchOfADenseSampling) {
-    constexpr std::uint64_t kSeed = 21;
-    Random random(kSeed);
+    SeededRandom random(21);
     const Terraces source = small_terraces();
     for (int run = 0; run < 400; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const Scene scene = make_scene(random, run % 5 == 0 ? 3000.0 : 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
         ASSERT_FALSE(needs.is_cut());
@@ -555,11 +538,10 @@ TEST(ContactNeeds, AddFewChunksThatASlightlyLargerBodyDoesNotTouch) {
 }
 
 TEST(ContactNeeds, AreOrderedByTimeLevelAndKeyAndAncestorsSpanTheTimesOfDescendants) {
-    constexpr std::uint64_t kSeed = 23;
-    Random random(kSeed);
+    SeededRandom random(23);
     const Terraces source = small_terraces();
     for (int run = 0; run < 100; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const Scene scene = make_scene(random, 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
         std::map<ChunkKey, double> least, last;
@@ -590,12 +572,11 @@ TEST(ContactNeeds, AreOrderedByTimeLevelAndKeyAndAncestorsSpanTheTimesOfDescenda
 }
 
 TEST(ContactNeeds, ListTheCurrentContactsOfBodies) {
-    constexpr std::uint64_t kSeed = 24;
-    Random random(kSeed);
+    SeededRandom random(24);
     const Terraces source = small_terraces();
     std::size_t count = 0;
     for (int run = 0; run < 300; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const Scene scene = make_scene(random, 300.0, run % 2 == 1);
         const ContactNeeds needs = find(source, scene);
         std::vector<std::pair<std::size_t, ChunkKey>> contacts, expected;
@@ -622,5 +603,4 @@ TEST(ContactNeeds, ListTheCurrentContactsOfBodies) {
     EXPECT_GT(count, 300u);
 }
 
-}  // namespace contact_needs_dense_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::contact_needs_dense_test

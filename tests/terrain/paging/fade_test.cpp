@@ -173,8 +173,7 @@ inline Pager make_late(const std::shared_ptr<WaveHeights>& source,
 
 // Chunks that arrive in view fade in; all others appear at once.
 
-namespace terrane {
-namespace fade_test {
+namespace terrane::fade_test {
 
 using namespace test;
 
@@ -338,11 +337,11 @@ TEST(Fade, IsOneAfterFinish) {
     EXPECT_EQ(least_fade(*threaded.resident()), 1.0f);
 }
 
-}  // namespace fade_test
+}  // namespace terrane::fade_test
 
 // Chunks in view fade out before they are evicted at the memory ceiling.
 
-namespace fade_out_test {
+namespace terrane::fade_out_test {
 
 using namespace test;
 
@@ -516,5 +515,4 @@ TEST(Fade, EvictsNoMoreWhileBytesAreAboutToBeReleased) {
     EXPECT_LE(pager.stats().peak_bytes, ceiling);
 }
 
-}  // namespace fade_out_test
-}  // namespace terrane
+}  // namespace terrane::fade_out_test

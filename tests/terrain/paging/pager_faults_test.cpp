@@ -4,24 +4,16 @@
 #include "pager_scene.h"
 #include "support/faulty_heights.h"
 
-#include <terrane/terrain/chunk_loader.h>
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 
-namespace terrane {
-namespace pager_faults_test {
+namespace terrane::pager_faults_test {
 
-using test::Fault;
-using test::FaultRule;
-using test::FaultyHeights;
-using test::FileHeights;
-using test::WaveHeights;
+using namespace test;
 
 constexpr double kTarget_px = 6.0;
 // The failing chunk, directly below the camera, in a world of levels 0 to 3.
@@ -300,5 +292,4 @@ TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingResident) {
     }
 }
 
-}  // namespace pager_faults_test
-}  // namespace terrane
+}  // namespace terrane::pager_faults_test

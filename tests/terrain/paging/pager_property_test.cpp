@@ -4,8 +4,6 @@
 #include "pager_scene.h"
 #include "support/random.h"
 
-#include <terrane/terrain/chunk_loader.h>
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,11 +11,9 @@
 #include <map>
 #include <set>
 
-namespace terrane {
-namespace pager_property_test {
+namespace terrane::pager_property_test {
 
-using test::Random;
-using test::WaveHeights;
+using namespace test;
 
 constexpr int kFinest = 3;
 constexpr std::size_t kWorldChunks = 4 + 16 + 64 + 256;
@@ -300,5 +296,4 @@ INSTANTIATE_TEST_SUITE_P(Seeds, PagerProperty, testing::Range(0, 30));
 // Seeds with which finish() once did not terminate.
 INSTANTIATE_TEST_SUITE_P(Others, PagerProperty, testing::Values(80, 207, 291));
 
-}  // namespace pager_property_test
-}  // namespace terrane
+}  // namespace terrane::pager_property_test

@@ -5,9 +5,6 @@
 #include "pager_scene.h"
 #include "support/faulty_heights.h"
 
-#include <terrane/terrain/chunk_loader.h>
-#include <terrane/terrain/ground.h>
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -18,13 +15,9 @@
 #include <thread>
 #include <vector>
 
-namespace terrane {
-namespace pager_stall_test {
+namespace terrane::pager_stall_test {
 
-using test::Fault;
-using test::FaultRule;
-using test::FaultyHeights;
-using test::WaveHeights;
+using namespace test;
 
 constexpr double kTarget_px = 6.0;
 constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
@@ -223,7 +216,7 @@ TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
                 std::size_t at = 0;
                 for (double x = -1000.0 + shift; x < 1000.0; x += 90.0) {
                     const HeightAnswer answer = contact.height(x, 0.7 * x);
-                    if (answer.status == GroundStatus::ok) {
+                    if (answer.status == QueryStatus::ok) {
                         EXPECT_NEAR(answer.height, ground->height(x, 0.7 * x),
                                     answer.error_m + 1e-9);
                     }
@@ -237,7 +230,7 @@ TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
                     ++at;
                 }
                 const RayAnswer ray = contact.ray({-900, -900, 80}, {900, 800, -80});
-                EXPECT_NE(ray.status, GroundStatus::invalid);
+                EXPECT_NE(ray.status, QueryStatus::invalid);
             }
             ++rounds;
         }
@@ -266,11 +259,11 @@ TEST(PagerReaders, GetTheSameAnswersFromASetWhileThePagerEvicts) {
     EXPECT_GT(found, 0);
 }
 
-}  // namespace pager_stall_test
+}  // namespace terrane::pager_stall_test
 
 // Storage or memory too small for all needs.
 
-namespace pager_overload_test {
+namespace terrane::pager_overload_test {
 
 constexpr double kFrame_s = 0.05;
 
@@ -393,5 +386,4 @@ TEST(PagerOverload, KeepsChunksThatAreAlmostNeeded) {
     EXPECT_LE(50 * stats.reloaded, stats.loaded);
 }
 
-}  // namespace pager_overload_test
-}  // namespace terrane
+}  // namespace terrane::pager_overload_test

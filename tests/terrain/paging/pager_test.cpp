@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "pager_scene.h"
-#include "support/grounds.h"
 #include "support/random.h"
 
-#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/composed_heights.h>
-#include <terrane/terrain/pager.h>
 #include <terrane/terrain/solid_surface.h>
 
 #include <gtest/gtest.h>
@@ -22,11 +19,9 @@
 #include <thread>
 #include <vector>
 
-namespace terrane {
-namespace pager_test {
+namespace terrane::pager_test {
 
-using test::Random;
-using test::WaveHeights;
+using namespace test;
 
 std::shared_ptr<WaveHeights> hills() {
     return std::make_shared<WaveHeights>(test::small_world(4, 1.0), 200.0, 700.0);
@@ -273,13 +268,13 @@ TEST(Pager, RefusesSettingsOutOfRange) {
             .has_value());
 }
 
-}  // namespace pager_test
+}  // namespace terrane::pager_test
 
 // Chunks larger than the claims of their loads are loaded again with a larger claim; the ceiling holds.
 
-namespace chunk_claims_test {
+namespace terrane::chunk_claims_test {
 
-using test::WaveHeights;
+using namespace test;
 
 constexpr std::size_t kTriangles = 20'000;
 
@@ -321,10 +316,35 @@ std::shared_ptr<Surprising> surprise() {
         std::make_shared<const WaveHeights>(test::small_world(3, 1.0), 20.0, 700.0));
 }
 
+/// Another source, unchanged.
+class Same final : public ForwardedHeights {
+public:
+    explicit Same(std::shared_ptr<const HeightSource> heights)
+        : ForwardedHeights(std::move(heights)) {}
+};
+
+TEST(ChunkSource, OfHeightsAloneLeavesEveryChunkToThem) {
+    const WaveHeights waves(test::small_world(3, 1.0), 20.0, 700.0);
+    const ChunkSource& chunks = chunks_of(waves);
+    EXPECT_EQ(chunks.stored_chunk({0, 0, 0}, {}).value(), nullptr);
+    EXPECT_FALSE(chunks.solid_extent({0, 0, 0}).has_value());
+    EXPECT_FALSE(chunks.is_in_volume(0.0, 0.0, 0.0));
+    EXPECT_EQ(chunks.max_chunk_bytes({0, 0, 0}), Chunk::max_bytes());
+    EXPECT_TRUE(chunks.is_current(*make_chunk(waves, {0, 0, 0}).value()));
+}
+
+TEST(ChunkSource, IsForwardedTogetherWithTheHeights) {
+    const auto source = surprise();
+    const Same outer(std::make_shared<const Same>(source));
+    const auto chunk = make_chunk(outer, source->key()).value();
+    EXPECT_NE(chunk->solid, nullptr);
+    EXPECT_EQ(chunks_of(outer).max_chunk_bytes(source->key()), chunk->bytes());
+    EXPECT_GT(chunk->bytes(), Chunk::max_bytes());
+}
+
 // Places a body at the chunk; returns whether the chunk is resident after two seconds of the pager's clock.
 bool arrives(Pager& pager, const ChunkKey& key, std::size_t ceiling) {
-    BodyNeed body;
-    body.centre_world = {1.0, 1.0, 0.0};
+    BodyNeed body{.centre_world = {1.0, 1.0, 0.0}};
     for (int i = 0; i < 200; ++i) {
         pager.update({}, {&body, 1}, 0.01 * i);
         EXPECT_LE(pager.stats().peak_bytes, ceiling);
@@ -363,11 +383,11 @@ TEST(ChunkClaims, WhatDoesNotFitUnderTheCeilingIsPostponedAndCounted) {
     EXPECT_GT(pager.stats().over_ceiling, 0u);
 }
 
-}  // namespace chunk_claims_test
+}  // namespace terrane::chunk_claims_test
 
 // A pager's requests depend on the clock, not on the update rate.
 
-namespace pager_rate_test {
+namespace terrane::pager_rate_test {
 
 using Keys = std::set<ChunkKey>;
 
@@ -478,11 +498,11 @@ TEST(PagerRate, OfUpdatesDoesNotChangeTheLoadedChunks) {
     }
 }
 
-}  // namespace pager_rate_test
+}  // namespace terrane::pager_rate_test
 
 // Chunks that are replaced because their source has changed.
 
-namespace pager_replace_test {
+namespace terrane::pager_replace_test {
 
 using namespace test;
 
@@ -512,7 +532,7 @@ TEST(PagerReplace, SwapsWhatIsResidentInOneSetAndIgnoresOtherChunks) {
     const std::size_t resident_count = chunks.size();
     chunks.push_back(absent);
     int switches = 0;
-    EXPECT_TRUE(pager.replace(chunks, keys, [&] { ++switches; }));
+    EXPECT_TRUE(replace_chunks(pager, {chunks, keys, [&] { ++switches; }}));
     EXPECT_EQ(switches, 1);
     EXPECT_EQ(pager.resident(), before) << "the set changes in update()";
     pager.update({}, {}, 1.0);
@@ -533,8 +553,7 @@ TEST(PagerReplace, SwapsWhatIsResidentInOneSetAndIgnoresOtherChunks) {
 }
 
 TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
-    Lattice lattice;
-    lattice.finest_level = 1;
+    Lattice lattice{.finest_level = 1};
     const auto waves = std::make_shared<const WaveHeights>(lattice, 10.0, 100.0);
     const std::size_t ceiling = 3 * Chunk::max_bytes();
     Pager pager = Pager::create(waves, {.memory_bytes = ceiling, .worker_count = 0}).value();
@@ -543,7 +562,9 @@ TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
     ASSERT_GE(pager.resident()->chunks().size(), 3u) << "as many as fit";
     const std::shared_ptr<const Chunk> root = copy_of(*pager.resident()->find_chunk({0, 0, 0}));
     int switches = 0;
-    const auto replace = [&] { return pager.replace({&root, 1}, {}, [&] { ++switches; }); };
+    const auto replace = [&] {
+        return replace_chunks(pager, {{&root, 1}, {}, [&] { ++switches; }});
+    };
     // All chunks are current contacts, which are never evicted.
     EXPECT_FALSE(replace());
     pager.update({}, {}, 1.0);
@@ -561,5 +582,4 @@ TEST(PagerReplace, DoesNothingWhereTheBytesDoNotFitUntilOthersAreEvicted) {
     EXPECT_LE(pager.stats().peak_bytes, ceiling);
 }
 
-}  // namespace pager_replace_test
-}  // namespace terrane
+}  // namespace terrane::pager_replace_test

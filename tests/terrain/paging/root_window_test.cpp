@@ -4,9 +4,7 @@
 #include "paging/demand/contact_needs.h"
 #include "support/random.h"
 
-#include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/ground.h>
 
 #include <gtest/gtest.h>
 
@@ -16,14 +14,12 @@
 #include <set>
 #include <string>
 
-namespace terrane::internal {
-namespace chunk_grid_test {
+namespace terrane::internal::chunk_grid_test {
 
-using test::Random;
+using namespace test;
 
 Lattice random_lattice(Random& random) {
-    Lattice lattice;
-    lattice.finest_level = random.below(5);
+    Lattice lattice{.finest_level = random.below(5)};
     lattice.spacing = random.below(2) == 0 ? 0.25 : random.between(0.01, 40.0);
     lattice.origin_x = random.between(-1e7, 1e7);
     lattice.origin_y = random.between(-1.0, 1.0);
@@ -34,10 +30,9 @@ Lattice random_lattice(Random& random) {
 }
 
 TEST(ChunkGrid, HasTheEdgesOfTheLattice) {
-    constexpr std::uint64_t kSeed = 31;
-    Random random(kSeed);
+    SeededRandom random(31);
     for (int run = 0; run < 200; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const Lattice lattice = random_lattice(random);
         const int level = random.below(lattice.finest_level + 1);
         const ChunkGrid grid(lattice, level);
@@ -53,11 +48,10 @@ TEST(ChunkGrid, HasTheEdgesOfTheLattice) {
 }
 
 TEST(ChunkGrid, FindsTheChunksThatShareAPointWithAnInterval) {
-    constexpr std::uint64_t kSeed = 32;
-    Random random(kSeed);
+    SeededRandom random(32);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     for (int run = 0; run < 2000; ++run) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed) + ", run " + std::to_string(run));
+        SCOPED_TRACE("run " + std::to_string(run));
         const Lattice lattice = random_lattice(random);
         const ChunkAxis axis = ChunkGrid(lattice, random.below(lattice.finest_level + 1)).x;
         const auto place = [&] {
@@ -88,8 +82,7 @@ TEST(ChunkGrid, FindsTheChunksThatShareAPointWithAnInterval) {
     }
 }
 
-}  // namespace chunk_grid_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::chunk_grid_test
 
 namespace terrane::test::root_window {
 namespace {
@@ -145,10 +138,9 @@ TEST(RootWindow, MovesAsLittleAsKeepsThePlaceInItsMiddle) {
     Random random(1);
     for (int round = 0; round < 2000; ++round) {
         SCOPED_TRACE(testing::Message() << "seed 1, round " << round);
-        Lattice world;
-        world.finest_level = 2;
-        world.root_count_x = 1 + static_cast<int>(random.below(20));
-        world.root_count_y = 1 + static_cast<int>(random.below(20));
+        Lattice world{.finest_level = 2,
+                      .root_count_x = 1 + static_cast<int>(random.below(20)),
+                      .root_count_y = 1 + static_cast<int>(random.below(20))};
         world.first_root_x = static_cast<int>(random.below(40)) - 20;
         world.root_window = 4 + 2 * static_cast<int>(random.below(5));
         Lattice window = first_root_window(world);
@@ -353,8 +345,8 @@ TEST(RootWindow, FollowsABodyAndThenARegion) {
         pager.update({}, body, time_s += 0.1);
         ASSERT_EQ(pager.stats().groundless_bodies, 0u) << x;
         const Ground solid = pager.ground();
-        ASSERT_EQ(solid.height(x, 5.0).status, GroundStatus::ok);
-        ASSERT_EQ(solid.height(x + 20.0 * kSide, 5.0).status, GroundStatus::not_resident)
+        ASSERT_EQ(solid.height(x, 5.0).status, QueryStatus::ok);
+        ASSERT_EQ(solid.height(x + 20.0 * kSide, 5.0).status, QueryStatus::not_resident)
             << "ground that is there, and not loaded";
     }
     RequiredRegion required = pager.require({-5000.0, -5000.0, -4990.0, -4990.0}, 0.0);
@@ -386,10 +378,7 @@ TEST(RootWindow, StaysUnderTheCeilingWhileItMoves) {
 
 TEST(RootWindow, SettingsOutOfRangeAreRefusedByName) {
     const auto message = [](std::int32_t window, std::int32_t count) {
-        Lattice lattice;
-        lattice.root_window = window;
-        lattice.root_count_x = count;
-        const auto good = check(lattice);
+        const auto good = Lattice{.root_count_x = count, .root_window = window}.validate();
         return good ? std::string() : good.error().message;
     };
     for (const std::int32_t window : {-4, 1, 2, 5, 66}) {

@@ -2,8 +2,6 @@
 #include "support/random.h"
 #include "terrain/paging/pager_scene.h"
 
-#include <terrane/terrain/chunk_loader.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -114,13 +112,9 @@ private:
 
 // VirtualLoader on random schedules, against a time-stepped simulation and against runs with other step sizes.
 
-namespace terrane {
-namespace storage_simulation_test {
+namespace terrane::storage_simulation_test {
 
-using test::KnownRequest;
-using test::Loads;
-using test::Random;
-using test::StorageOracle;
+using namespace test;
 
 constexpr double kStep = 0x1p-19;  // step of the oracle
 constexpr double kLook = 0x1p-9;   // interval of take_finished()
@@ -215,8 +209,7 @@ std::map<ChunkKey, Seen> play(ChunkLoader& loader, const Loads& loads,
 
 TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
     for (std::uint64_t seed = 1; seed <= 24; ++seed) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        Random random(seed);
+        SeededRandom random(seed);
         const VirtualStorage storage = random_storage(random);
         const std::vector<Call> calls = random_calls(random);
 
@@ -255,8 +248,7 @@ TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
 // Bit for bit, except for the time when a load is taken.
 TEST(VirtualLoaderSchedule, IsIndependentOfTheStepSize) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        Random random(seed);
+        SeededRandom random(seed);
         const VirtualStorage storage = random_storage(random);
         const std::vector<Call> calls = random_calls(random);
         const auto hash_of = [&](const auto& look) {
@@ -283,5 +275,4 @@ TEST(VirtualLoaderSchedule, IsIndependentOfTheStepSize) {
     }
 }
 
-}  // namespace storage_simulation_test
-}  // namespace terrane
+}  // namespace terrane::storage_simulation_test

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/faulty_heights.h"
-#include "support/grounds.h"
 #include "support/random.h"
 #include "terrain/paging/pager_scene.h"
-
-#include <terrane/terrain/chunk_loader.h>
 
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -12,15 +9,9 @@
 #include <limits>
 #include <set>
 
-namespace terrane {
-namespace thread_loader_test {
+namespace terrane::thread_loader_test {
 
-using test::Fault;
-using test::FaultRule;
-using test::FaultyHeights;
-using test::keys_of;
-using test::Loads;
-using test::Question;
+using namespace test;
 
 constexpr ChunkKey kA{0, 0, 3}, kB{1, 0, 3}, kC{2, 0, 3}, kRoot{0, 0, 0};
 
@@ -216,8 +207,7 @@ TEST(ThreadLoader, RefusesSettingsOutOfRange) {
 // Random sequences of calls: each load finishes exactly once with its outcome, and all bytes are released.
 TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
     for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        test::Random random(seed);
+        test::SeededRandom random(seed);
         const auto source = hills({{.fault = Fault::read_error, .share = 0.1, .seed = 1},
                                    {.fault = Fault::nan, .share = 0.1, .seed = 2},
                                    {.fault = Fault::exception, .share = 0.05, .seed = 3},
@@ -279,17 +269,13 @@ TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
     }
 }
 
-}  // namespace thread_loader_test
+}  // namespace terrane::thread_loader_test
 
 // ThreadLoader over hanging storage. Loads that do not hang take far less than the timeout.
 
-namespace hung_storage_test {
+namespace terrane::hung_storage_test {
 
-using test::Fault;
-using test::FaultRule;
-using test::FaultyHeights;
-using test::keys_of;
-using test::Loads;
+using namespace test;
 
 constexpr ChunkKey kA{0, 0, 3}, kB{1, 0, 3}, kC{2, 0, 3}, kD{3, 0, 3};
 
@@ -509,5 +495,4 @@ TEST(HungStorage, DoesNotFailIfNoThreadCanStart) {
     expect_all_back(loads, source);
 }
 
-}  // namespace hung_storage_test
-}  // namespace terrane
+}  // namespace terrane::hung_storage_test

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "terrain/paging/pager_scene.h"
 
-#include <terrane/terrain/chunk_loader.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,11 +9,9 @@
 #include <new>
 #include <stdexcept>
 
-namespace terrane {
-namespace virtual_loader_test {
+namespace terrane::virtual_loader_test {
 
-using test::keys_of;
-using test::Loads;
+using namespace test;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -354,5 +350,4 @@ TEST_F(VirtualLoaderTest, RefusesSettingsOutOfRange) {
     EXPECT_FALSE(VirtualLoader::create({}, nullptr));
 }
 
-}  // namespace virtual_loader_test
-}  // namespace terrane
+}  // namespace terrane::virtual_loader_test

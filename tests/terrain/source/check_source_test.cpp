@@ -4,7 +4,6 @@
 #include <terrane/terrain/check_source.h>
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/height_source.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/triangulator.h>
 
@@ -89,8 +88,7 @@ constexpr double kCurvature = 1e-4;  // 1 / m
 constexpr double kHalfWorld = 65536.0;
 
 Lattice make_lattice(Breach breach) {
-    Lattice lattice;
-    lattice.finest_level = 9;
+    Lattice lattice{.finest_level = 9};
     lattice.first_root_x = lattice.first_root_y = -1;
     lattice.root_count_x = lattice.root_count_y = 2;
     lattice.quantum = breach == Breach::bad_quantum ? 0.3 : 0x1p-10;  // holds 430 km in the corners
@@ -226,11 +224,9 @@ double BrokenHeights::rise_bound(double distance) const {
 
 }  // namespace terrane::test
 
-namespace terrane {
-namespace check_source_test {
+namespace terrane::check_source_test {
 
-using test::Breach;
-using test::BrokenHeights;
+using namespace test;
 
 SourceReport check(const HeightSource& source, const SourceCheckSettings& settings = {}) {
     const Result<SourceReport> report = check_source(source, settings);
@@ -390,7 +386,6 @@ TEST(CheckSource, RefusesSettingsOutOfRange) {
     };
     EXPECT_EQ(refusal({.places = 0}), "places must be 1 to 1000000, got 0");
     EXPECT_EQ(refusal({.points = -3}), "points must be 1 to 1000000, got -3");
-    EXPECT_EQ(refusal({.threads = 65}), "threads must be 1 to 64, got 65");
     EXPECT_NE(refusal({.first_level = 3, .last_level = 2}).find("got 3 and 2"), std::string::npos);
     EXPECT_NE(refusal({.nesting_slack = 0.9}).find("nesting_slack"), std::string::npos);
     EXPECT_NE(refusal({.nesting_slack = std::nan("")}).find("nesting_slack"), std::string::npos);
@@ -439,5 +434,4 @@ TEST(WrongSource, IsSeenByBuildsWithAssertsWhileChunksAreMade) {
 }
 #endif
 
-}  // namespace check_source_test
-}  // namespace terrane
+}  // namespace terrane::check_source_test

@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace composed_heights_test {
+namespace terrane::composed_heights_test {
 
 using Source = std::shared_ptr<const HeightSource>;
 using Function = std::function<double(double, double)>;
@@ -358,5 +357,4 @@ TEST(ComposedHeights, RefuseWhatIsOutOfRange) {
               "areas[0].height must be -2.74878e+11 to 2.74878e+11, got nan");
 }
 
-}  // namespace composed_heights_test
-}  // namespace terrane
+}  // namespace terrane::composed_heights_test

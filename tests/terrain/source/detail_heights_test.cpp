@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "source/fractal/amplitude_field.h"
-#include "support/random.h"
 #include "terrain/source/bound_checks.h"
-
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -15,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace terrane {
-namespace detail_heights_test {
+namespace terrane::detail_heights_test {
 
 constexpr std::uint64_t kSeed = 31;
 
@@ -64,17 +60,17 @@ std::shared_ptr<Flagged> make_base(double amplitude = 40.0) {
 
 /// Cells of 16 finest spacings, or not square; the amplitude varies strongly between nodes.
 DetailField make_field(double cell_x, double cell_y) {
-    DetailField field;
-    field.origin_x = -1008.0;
-    field.origin_y = 512.0;
-    field.cell_x = cell_x;
-    field.cell_y = cell_y;
-    field.columns = 20;
-    field.rows = 13;
-    field.node_origin_x = -900.0;
-    field.node_origin_y = -700.0;
-    field.node_spacing_x = 90.0;
-    field.node_spacing_y = 110.0;
+    DetailField field{.origin_x = -1008.0,
+                      .origin_y = 512.0,
+                      .cell_x = cell_x,
+                      .cell_y = cell_y,
+                      .columns = 20,
+                      .rows = 13,
+                      .node_origin_x = -900.0,
+                      .node_origin_y = -700.0,
+                      .node_spacing_x = 90.0,
+                      .node_spacing_y = 110.0,
+                      .amplitude = {}};
     test::Random random(kSeed);
     for (int node = 0; node < field.columns * field.rows; ++node) {
         field.amplitude.push_back(static_cast<float>(random.between(0.0, 6.0)));
@@ -120,8 +116,7 @@ TEST(DetailHeights, IsThereBetweenTheGridsPoints) {
 }
 
 TEST(DetailHeights, HeightAtALatticePointIsItsSample) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double cell_y : {16.0, 23.7}) {
         const auto source = make(make_base(), make_field(16.0, cell_y), {.octave_count = 8});
         for (const std::int64_t step : {1, 4, 32}) {
@@ -141,8 +136,7 @@ TEST(DetailHeights, HeightAtALatticePointIsItsSample) {
 }
 
 TEST(DetailHeights, GridsThatOverlapAgreeBitForBit) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(make_base(), make_field(16.0, 23.7));
     for (const std::int64_t step : {1, 2, 8, 64}) {
         test::check_same_bits(*source, test::random_grid(step, 2000 / step, 12, 9, random));
@@ -150,8 +144,7 @@ TEST(DetailHeights, GridsThatOverlapAgreeBitForBit) {
 }
 
 TEST(DetailHeights, BoundsAreNeverBelowTheTrueDeviation) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double cell_y : {16.0, 23.7}) {
         const auto source = make(make_base(1.0), make_field(16.0, cell_y));
         for (const std::int64_t step : {1, 2, 8, 64, 512}) {
@@ -167,8 +160,7 @@ TEST(DetailHeights, BoundsAreNeverBelowTheTrueDeviation) {
 }
 
 TEST(DetailHeights, BoundsHoldWhereTheAmplitudeChangesFasterThanTheNoise) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     DetailField field = make_field(512.0, 512.0);
     field.node_spacing_x = 5.0;
     field.node_spacing_y = 7.0;
@@ -181,8 +173,7 @@ TEST(DetailHeights, BoundsHoldWhereTheAmplitudeChangesFasterThanTheNoise) {
 }
 
 TEST(DetailHeights, BoundsAreNestedExactly) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double cell_y : {16.0, 23.7}) {
         const auto source = make(make_base(), make_field(16.0, cell_y));
         for (std::int64_t step = 2; step <= 1024; step *= 2) {
@@ -200,8 +191,7 @@ TEST(DetailHeights, BoundsInOneGoHaveTheBitsOfEach) {
 }
 
 TEST(DetailHeights, IntervalContainsEveryHeightAndRiseBoundEveryRise) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(make_base(), make_field(16.0, 23.7));
     for (const double side : {0.0, 0.1, 3.0, 100.0, 5000.0}) {
         const double west = random.between(-1500.0, 1500.0);
@@ -275,8 +265,7 @@ TEST(DetailHeights, RefusesFieldsAndSettingsByNameAndValue) {
 }
 
 TEST(AmplitudeField, BoundsContainTheFieldAndGrowWithTheRectangle) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const DetailField source = make_field(16.0, 16.0);
     const AmplitudeField field(source);
     const auto at = [&](double x, double y) {
@@ -303,10 +292,7 @@ TEST(AmplitudeField, BoundsContainTheFieldAndGrowWithTheRectangle) {
 }
 
 TEST(AmplitudeField, ASingleNodeIsConstant) {
-    DetailField source;
-    source.columns = 1;
-    source.rows = 1;
-    source.amplitude = {2.5f};
+    const DetailField source{.columns = 1, .rows = 1, .amplitude = {2.5f}};
     const AmplitudeField field(source);
     for (const double x : {-1e9, -0.5, 0.0, 0.5, 1e9}) {
         EXPECT_EQ(field.amplitude(field.place_x(x), field.place_y(-x)), 2.5);
@@ -315,5 +301,4 @@ TEST(AmplitudeField, ASingleNodeIsConstant) {
     EXPECT_EQ(field.over({-1e9, -1e9, 1e9, 1e9}).slope, 0.0);
 }
 
-}  // namespace detail_heights_test
-}  // namespace terrane
+}  // namespace terrane::detail_heights_test

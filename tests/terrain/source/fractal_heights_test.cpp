@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "support/random.h"
 #include "terrain/source/bound_checks.h"
-
-#include <terrane/terrain/check_source.h>
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -16,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace terrane {
-namespace fractal_heights_test {
+namespace terrane::fractal_heights_test {
 
 constexpr std::uint64_t kSeed = 21;
 
@@ -50,8 +45,7 @@ std::string refusal(const FractalSettings& settings) {
 }
 
 TEST_P(FractalHeightsOfKind, HeightAtALatticePointIsItsSampleBitForBit) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const int spacing_log2 : {-16, -3, 0, 5}) {
         FractalSettings settings = rough(GetParam());
         settings.finest_spacing_log2 = spacing_log2;
@@ -74,8 +68,7 @@ TEST_P(FractalHeightsOfKind, HeightAtALatticePointIsItsSampleBitForBit) {
 }
 
 TEST_P(FractalHeightsOfKind, GridsThatOverlapAgreeBitForBit) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     for (const std::int64_t step : {1, 2, 8, 256}) {
         test::check_same_bits(*source, test::random_grid(step, 10'000, 12, 9, random));
@@ -84,8 +77,7 @@ TEST_P(FractalHeightsOfKind, GridsThatOverlapAgreeBitForBit) {
 }
 
 TEST_P(FractalHeightsOfKind, BoundsAreNeverBelowTheTrueDeviation) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     for (const std::int64_t step : {1, 2, 4, 16, 64, 512}) {
         double closest = 0.0;
@@ -101,8 +93,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNeverBelowTheTrueDeviation) {
 }
 
 TEST_P(FractalHeightsOfKind, BoundsHoldFarBelowTheFinestWavelengthAndFarAbove) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     FractalSettings settings = rough(GetParam());
     settings.finest_spacing_log2 = -12;
     settings.root_size_log2 = 12;
@@ -117,8 +108,7 @@ TEST_P(FractalHeightsOfKind, BoundsHoldFarBelowTheFinestWavelengthAndFarAbove) {
 }
 
 TEST_P(FractalHeightsOfKind, BoundsAreNestedExactlyWithinASpacing) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double gain : {0.4, 0.55, 0.9}) {
         FractalSettings settings = rough(GetParam());
         settings.gain = gain;
@@ -134,8 +124,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNestedExactlyWithinASpacing) {
 
 // A child extends beyond its parent and uses finer samples.
 TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     int pairs = 0, above = 0;
     double most = 1.0;
@@ -167,8 +156,7 @@ TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
 }
 
 TEST_P(FractalHeightsOfKind, BoundsInOneGoHaveTheBitsOfEach) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     for (const std::int64_t step : {1, 8, 256}) {
         for (const int columns : {2, 9, 16, 35}) {
@@ -179,8 +167,7 @@ TEST_P(FractalHeightsOfKind, BoundsInOneGoHaveTheBitsOfEach) {
 
 // Bounds twice as large as necessary would pass all other tests.
 TEST_P(FractalHeightsOfKind, BoundsAreNearWhatDenseSamplesMeasure) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     const double most = GetParam() == FractalKind::fbm ? 2.2 : 3.5;  // previously 3.2 to 8
     for (const std::int64_t step : {4, 32}) {
@@ -222,8 +209,7 @@ TEST(FractalHeights, SampledBoundsBeatTheAPrioriOne) {
 }
 
 TEST_P(FractalHeightsOfKind, IntervalContainsEveryHeight) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     for (const double side : {0.0, 0.01, 1.0, 50.0, 3000.0, 1e6}) {
         const double west = random.between(-1e5, 1e5), south = random.between(-1e5, 1e5);
@@ -241,8 +227,7 @@ TEST_P(FractalHeightsOfKind, IntervalContainsEveryHeight) {
 }
 
 TEST_P(FractalHeightsOfKind, NoTwoPointsRiseMoreThanTheBound) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
     double before = 0.0;
     for (double distance = 1e-6; distance < 1e5; distance *= 3.0) {
@@ -364,11 +349,11 @@ TEST(FractalHeights, RefusesSettingsByNameAndValue) {
               std::string::npos);
 }
 
-}  // namespace fractal_heights_test
+}  // namespace terrane::fractal_heights_test
 
 // Worlds of 25 levels with four root squares of 2^31 spacings.
 
-namespace endless_fractal_test {
+namespace terrane::endless_fractal_test {
 
 constexpr std::uint64_t kSeed = 23;
 
@@ -420,8 +405,7 @@ TEST_P(EndlessFractal, HeightsAreThoseOfEveryOtherWorldOfTheSeed) {
 }
 
 TEST_P(EndlessFractal, BoundsBeyondTheFirstWavelengthAreOneAndAtLeastThoseBelow) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const auto source = make({.seed = 6, .kind = GetParam(), .wavelength_log2 = 9});
     const HeightInterval range = source->interval({-1e9, -1e9, 1e9, 1e9});
     float coarse = 0.0f;
@@ -472,5 +456,4 @@ TEST(FractalOrigin, IsAMultipleOfARootSquare) {
     EXPECT_NE(refusal(0x1p38, 0.0).find("2^38"), std::string::npos) << "a root square beyond";
 }
 
-}  // namespace endless_fractal_test
-}  // namespace terrane
+}  // namespace terrane::endless_fractal_test

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "source/fractal/fractal_surface.h"
-#include "support/random.h"
 #include "terrain/source/bound_checks.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +12,7 @@
 #include <cstdio>
 #include <vector>
 
-namespace terrane {
-namespace head_samples_test {
+namespace terrane::head_samples_test {
 
 constexpr std::uint64_t kSeed = 61;
 constexpr int kSide = 9;  // samples along a side
@@ -101,8 +99,7 @@ double largest_excess(const Sampled& sampled, test::Random& random) {
 }
 
 TEST_P(HeadSamplesOfKind, HeightsAreWithinWhatTheySay) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const bool strong : {false, true}) {
         // from steps at which all octaves are sampled, most of them coarsely, to steps at which none is
         for (const int step_log2 : {-8, -4, -2, 0, 2, 4, 6, 9, 12}) {
@@ -171,8 +168,7 @@ TEST(HeadSamples, BendOfASumIsThatOfItsOctavesAndOfTheCoarseOnesAtTwiceTheStep) 
 }
 
 TEST_P(HeadSamplesOfKind, GridsThatOverlapAgreeBitForBit) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const int step_log2 : {-6, 0, 4}) {
         const Sampled one(rough(GetParam(), kSeed, false), step_log2, random);
         HeadSamples samples(one.surface, one.head, internal::SimdLevel::baseline);
@@ -214,9 +210,9 @@ TEST_P(HeadSamplesOfKind, OctavesInPiecesHaveTheBitsOfHeights) {
     EXPECT_EQ(sums, heights);
 }
 
-}  // namespace head_samples_test
+}  // namespace terrane::head_samples_test
 
-namespace fractal_surface_test {
+namespace terrane::fractal_surface_test {
 
 using internal::SimdLevel;
 
@@ -234,8 +230,7 @@ std::uint64_t units(double metres) {
 }
 
 TEST(FractalSurface, EveryLevelAndEverySinglePointHaveTheSameBits) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const FractalKind kind : kKinds) {
         const FractalSurface surface(rough(kind, random.bits()));
         for (const double far : {0.0, 1e4, -1e9, 0x1p39 - 8.0}) {
@@ -269,8 +264,7 @@ TEST(FractalSurface, EveryLevelAndEverySinglePointHaveTheSameBits) {
 }
 
 TEST(FractalSurface, OneOctaveIsTheShapeOfItsNoise) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     FractalSettings settings = {.octave_count = 1, .amplitude = 2.0, .crest_rounding = 0.125};
     const auto of_kind = [&](FractalKind kind) {
         settings.kind = kind;
@@ -342,5 +336,4 @@ TEST(FractalSurface, WarpMovesPlacesByItsWay) {
     EXPECT_GT(largest, 0.1 * settings.amplitude);
 }
 
-}  // namespace fractal_surface_test
-}  // namespace terrane
+}  // namespace terrane::fractal_surface_test

@@ -7,7 +7,6 @@
 #include <terrane/terrain/function_heights.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
@@ -17,8 +16,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace terrane {
-namespace function_heights_test {
+namespace terrane::function_heights_test {
 
 constexpr WorldRect kExtent{-4000.0, -3000.0, 4000.0, 3000.0};
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -163,7 +161,7 @@ TEST(FunctionHeights, SayThatNothingIsCertifiedWhereNothingIsKnown) {
     EXPECT_LE(scene.mesh.threshold_px, 1.0);
     const Ground ground(scene.pager.resident(), source->lattice().finest_level);
     const HeightAnswer answer = ground.height(0.3, -1999.5);
-    ASSERT_EQ(answer.status, GroundStatus::ok);
+    ASSERT_EQ(answer.status, QueryStatus::ok);
     EXPECT_NEAR(answer.height, hills(0.3, -1999.5), 0.01);
     EXPECT_EQ(answer.error_m, kInfinity);
     EXPECT_EQ(ground.ray({0.3, -1999.5, 100.0}, {0.3, -1999.5, -100.0}).error_m, kInfinity);
@@ -197,7 +195,7 @@ TEST(FunctionHeights, CertifyTheErrorOfAFrame) {
             EXPECT_GT(measured, 0.0);
             const Ground ground(scene.pager.resident(), source->lattice().finest_level);
             const HeightAnswer answer = ground.height(1.3, -1999.1);
-            ASSERT_EQ(answer.status, GroundStatus::ok);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
             EXPECT_LE(std::abs(answer.height - source->height(1.3, -1999.1)), answer.error_m);
             EXPECT_LT(answer.error_m, 0.4);
         }
@@ -313,5 +311,4 @@ TEST(FunctionHeights, RefuseSettingsOutOfRange) {
     EXPECT_EQ(empty.error().message, "function must be one that can be called, got an empty one");
 }
 
-}  // namespace function_heights_test
-}  // namespace terrane
+}  // namespace terrane::function_heights_test

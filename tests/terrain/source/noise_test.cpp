@@ -13,8 +13,7 @@
 #include <set>
 #include <vector>
 
-namespace terrane {
-namespace noise_test {
+namespace terrane::noise_test {
 
 constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 
@@ -159,8 +158,7 @@ TEST(Noise, CurvatureBoundIsProvedByIntervals) {
 
 TEST(Noise, MeasuredExtremesLieBelowTheBoundsAndNotFarBelow) {
     constexpr std::uint64_t kSeed = 11;
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const NoiseKeys keys = NoiseKeys::make(kSeed, 0);
     double value = 0.0, slope = 0.0, curvature = 0.0;
     constexpr double kStep = 0x1p-12;
@@ -231,9 +229,9 @@ TEST(Noise, GradientsShowNoPreferredSignOrNeighbour) {
     EXPECT_LE(std::abs(above), 5.0 * square / kSide);
 }
 
-}  // namespace noise_test
+}  // namespace terrane::noise_test
 
-namespace noise_columns_test {
+namespace terrane::noise_columns_test {
 
 using internal::SimdLevel;
 
@@ -255,8 +253,7 @@ NoiseCoordinate coordinate(double position) {
 }
 
 TEST(NoiseColumns, RowsHaveTheBitsOfSinglePoints) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const SimdLevel level : levels()) {
         NoiseColumns columns(internal::noise_kernels(level));
         // includes steps at which the lanes of a vector are all in different cells
@@ -291,8 +288,7 @@ TEST(NoiseColumns, RowsHaveTheBitsOfSinglePoints) {
 }
 
 TEST(NoiseColumns, UnitsWrapAsSinglePointsDo) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const SimdLevel level : levels()) {
         NoiseColumns columns(internal::noise_kernels(level));
         for (const int shift : {4, 24, 48}) {
@@ -333,8 +329,7 @@ void scatter(test::Random& random, const internal::NoiseOctave& octave, int coun
 }
 
 TEST(NoisePoints, HaveTheBitsOfSinglePoints) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     internal::NoisePoints points;
     for (const SimdLevel level : levels()) {
         const internal::NoiseKernels& kernels = internal::noise_kernels(level);
@@ -370,8 +365,7 @@ TEST(NoisePoints, HaveTheBitsOfSinglePoints) {
 }
 
 TEST(NoisePoints, MoveByWholeUnitsAndRestsAndAreEnclosed) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     internal::NoisePoints points, moved;
     alignas(64) double shifts[2][internal::kMaxNoisePoints];
     for (const SimdLevel level : levels()) {
@@ -407,5 +401,4 @@ TEST(NoisePoints, MoveByWholeUnitsAndRestsAndAreEnclosed) {
     }
 }
 
-}  // namespace noise_columns_test
-}  // namespace terrane
+}  // namespace terrane::noise_columns_test

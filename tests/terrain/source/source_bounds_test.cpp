@@ -3,7 +3,6 @@
 #include "source/fractal/fractal_bounds.h"
 #include "source/fractal/fractal_surface.h"
 #include "source/fractal/noise.h"
-#include "support/random.h"
 #include "terrain/source/bound_checks.h"
 
 #include <gtest/gtest.h>
@@ -14,11 +13,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <string>
 #include <vector>
 
-namespace terrane {
-namespace fractal_bounds_test {
+namespace terrane::fractal_bounds_test {
 
 constexpr std::uint64_t kSeed = 51;
 
@@ -123,8 +120,7 @@ void check_interpolation(const FractalSurface& surface, double far, double lengt
 }
 
 TEST_P(FractalBoundsOfKind, InterpolationIsNeverWorseThanItsBoundAndNotAbsurdlyBetter) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double far : {0.0, 1e9}) {
         for (const double length : {0x1p-6, 0.25, 1.0, 4.0, 16.0, 64.0, 256.0, 2048.0}) {
             const FractalSurface surface(rough(GetParam(), random.bits()));
@@ -134,8 +130,7 @@ TEST_P(FractalBoundsOfKind, InterpolationIsNeverWorseThanItsBoundAndNotAbsurdlyB
 }
 
 TEST_P(FractalBoundsOfKind, InterpolationKeepsItsBoundWhereAKindIsAsStrongAsItCanBe) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double length : {0x1p-6, 1.0, 8.0, 64.0}) {
         const FractalSurface surface(rough(GetParam(), random.bits(), true));
         check_interpolation(surface, 0.0, length, 64.0, random);
@@ -143,8 +138,7 @@ TEST_P(FractalBoundsOfKind, InterpolationKeepsItsBoundWhereAKindIsAsStrongAsItCa
 }
 
 TEST_P(FractalBoundsOfKind, RiseIsNeverMoreThanItsBoundAndNotAbsurdlyLess) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const double far : {0.0, 1e9}) {
         for (const double length : {0x1p-6, 0.25, 4.0, 64.0, 2048.0}) {
             const FractalSurface surface(rough(GetParam(), random.bits()));
@@ -165,8 +159,7 @@ TEST_P(FractalBoundsOfKind, RiseIsNeverMoreThanItsBoundAndNotAbsurdlyLess) {
 }
 
 TEST_P(FractalBoundsOfKind, RangeContainsEveryHeight) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     const FractalSurface surface(rough(GetParam(), kSeed));
     const HeightInterval range = FractalBounds(surface).range();
     const auto up = [&](double x, double y, double) { return surface.height(x, y) - range.low; };
@@ -253,11 +246,9 @@ TEST(FractalBounds, TinyTrianglesBendAsTheChainAndProductRulesSay) {
                (kCurvature * (1.0 + warp_slope) * (1.0 + warp_slope) + kSlope * warp_curvature));
 }
 
-}  // namespace fractal_bounds_test
-}  // namespace terrane
+}  // namespace terrane::fractal_bounds_test
 
-namespace terrane::internal {
-namespace cell_deviation_test {
+namespace terrane::internal::cell_deviation_test {
 
 constexpr std::uint64_t kSeed = 67;
 constexpr int kCells = 3 * kCellGroup;
@@ -307,13 +298,12 @@ double plane(const std::array<double, 3>& corners, double x, double y, bool uppe
 }
 
 TEST(CellDeviation, IsTheLargestOfAnySampleFromEachOfThePlanes) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    test::Random random(kSeed);
+    test::SeededRandom random(kSeed);
     for (const bool has_radii : {false, true}) {
         for (const bool centre_is_foot : {false, true}) {
             Cells cells(has_radii, centre_is_foot, random);
             const CellRow& row = cells.row;
-            raise_deviations(SimdLevel::baseline)(row);
+            find_max_deviations(SimdLevel::baseline)(row);
             for (std::size_t cell = 0; cell < kCells; ++cell) {
                 double of_cell = 0.0, of_right = 0.0, of_left = 0.0, of_centre = 0.0;
                 for (int i = 0; i < kSide; ++i) {
@@ -353,7 +343,7 @@ TEST(CellDeviation, KeepsWhatIsLargerAlready) {
     Cells cells(true, true, random);
     std::fill_n(cells.row.cell, kCells, 100.0);
     std::fill_n(cells.row.left_most, kCells, 100.0);
-    raise_deviations(SimdLevel::baseline)(cells.row);
+    find_max_deviations(SimdLevel::baseline)(cells.row);
     EXPECT_EQ(cells.row.cell[0], 100.0);
     EXPECT_EQ(cells.row.left_most[kCells - 1], 100.0);
     EXPECT_LT(cells.row.right_most[0], 100.0);
@@ -367,13 +357,12 @@ TEST(CellDeviation, EveryLevelGivesTheSameBits) {
                 test::Random random(kSeed), again(kSeed);
                 Cells one(has_radii, centre_is_foot, random),
                     other(has_radii, centre_is_foot, again);
-                raise_deviations(SimdLevel::baseline)(one.row);
-                raise_deviations(level)(other.row);
+                find_max_deviations(SimdLevel::baseline)(one.row);
+                find_max_deviations(level)(other.row);
                 EXPECT_EQ(one.values, other.values);
             }
         }
     }
 }
 
-}  // namespace cell_deviation_test
-}  // namespace terrane::internal
+}  // namespace terrane::internal::cell_deviation_test

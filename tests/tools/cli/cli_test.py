@@ -11,8 +11,9 @@ from program import PROGRAM, Folder, main, np, run, run_json
 
 class CommandLine(Folder):
     def test_help_and_version_succeed_everywhere(self):
-        self.assertEqual(run("--help").returncode, 0)
-        self.assertRegex(run("--version").stdout, r"^terrane \d+\.\d+\.\d+\n$")
+        for alone in (False, True):
+            self.assertEqual(run("--help", alone=alone).returncode, 0)
+            self.assertRegex(run("--version", alone=alone).stdout, r"^terrane \d+\.\d+\.\d+\n$")
         commands = ["info", "mesh", "query", "drop", "page"]
         for command in ("fly", "drive"):
             if f"\n  {command} " in run("--help").stdout:

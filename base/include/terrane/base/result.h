@@ -60,4 +60,20 @@ inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
     return tl::unexpected<Error>(Error{code, std::move(message)});
 }
 
+/// `TERRANE_TRY(expression);` returns the error of a Result from the calling function, and otherwise goes on.
+/// `TERRANE_TRY(const auto file, open(path));` also declares a variable with the value of the Result.
+#define TERRANE_TRY(first, ...) \
+    TERRANE_TRY_EXPAND(__VA_OPT__(VALUE), __COUNTER__, first __VA_OPT__(, ) __VA_ARGS__)
+#define TERRANE_TRY_EXPAND(kind, count, ...) TERRANE_TRY_JOIN(kind, count, __VA_ARGS__)
+#define TERRANE_TRY_JOIN(kind, count, ...) TERRANE_TRY_##kind(terrane_try_##count, __VA_ARGS__)
+#define TERRANE_TRY_(result, expression)                        \
+    do {                                                        \
+        if (auto result = (expression); !result)                \
+            return ::tl::unexpected(std::move(result).error()); \
+    } while (false)
+#define TERRANE_TRY_VALUE(result, declaration, ...)                  \
+    auto result = __VA_ARGS__;                                       \
+    if (!result) return ::tl::unexpected(std::move(result).error()); \
+    declaration = *std::move(result)
+
 }  // namespace terrane

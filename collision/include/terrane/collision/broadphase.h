@@ -20,17 +20,15 @@ struct BodyPair {
 
 /// How candidate pairs are found.
 enum class BroadphaseKind {
-    sap,        ///< sweep-and-prune: boxes sorted along one axis, order kept from update to update
-    grid,       ///< sparse grid of cells as large as the largest box: for bodies of similar size
-    two_scene,  ///< sweep-and-prune of the spheres' cubes, then the boxes of the pairs found
-    brute,      ///< every pair: the oracle
+    sap,   ///< sweep-and-prune: boxes sorted along one axis, order kept from update to update
+    grid,  ///< sparse grid of cells as large as the largest box: for bodies of similar size
 };
 
 /// Finds the pairs of bodies that may touch: those whose boxes, each widened by a margin, overlap or touch.
 ///
-/// All kinds find the same pairs, in ascending order of (a, b). All but `brute` cache candidates across updates: pairs
-/// of boxes that overlap when enlarged by a quarter of their longest side. The cache stays valid while all but a few
-/// bodies remain inside their enlarged boxes. Memory is linear in the number of bodies and candidates, whatever volume
+/// Both kinds find the same pairs, in ascending order of (a, b), and cache candidates across updates: pairs of boxes
+/// that overlap when enlarged by a quarter of their longest side. The cache stays valid while all but a few bodies
+/// remain inside their enlarged boxes. Memory is linear in the number of bodies and candidates, whatever volume
 /// they extend over, and is reused.
 ///
 /// Threads: one at a time.
@@ -43,14 +41,12 @@ public:
 
     /// Sets the bounds of all bodies.
     ///
-    /// @param bounds  [bodies] around body i, world axes, metres. A box is empty, and in no pair, if a coordinate is
-    ///                NaN or beyond 1e150, or if high < low. The span must stay valid until the next update
-    /// @param spheres [bodies] around body i; the cube around a sphere contains the body's box up to rounding (1e-12 of
-    ///                its coordinates)
+    /// @param bounds [bodies] around body i, world axes, metres. A box is empty, and in no pair, if a coordinate is NaN
+    ///               or beyond 1e150, or if high < low. The span must stay valid until the next update
     ///
-    /// Cost: O(bodies) while the enlarged boxes hold. Otherwise still O(bodies) for `grid`, and for `sap` and
-    ///       `two_scene` if the order along the axis has changed little; else O(bodies log bodies)
-    virtual void update(std::span<const Aabb> bounds, std::span<const BoundingSphere> spheres) = 0;
+    /// Cost: O(bodies) while the enlarged boxes hold. Otherwise still O(bodies) for `grid`, and for `sap` if the order
+    ///       along the axis has changed little; else O(bodies log bodies)
+    virtual void update(std::span<const Aabb> bounds) = 0;
 
     /// The pairs. Valid until the next call of any function.
     ///
@@ -67,7 +63,7 @@ public:
 /// @param margin added to each side of each box, metres, finite, >= 0
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin);
 
-/// `sap`, `grid`, `two-scene` or `brute`.
+/// `sap` or `grid`.
 std::string_view to_string(BroadphaseKind kind);
 
 }  // namespace terrane

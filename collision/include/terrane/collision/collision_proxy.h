@@ -61,10 +61,10 @@ struct CollisionProxy {
 /// twice. parts_volume / mesh_volume shows how far this distorts the distribution of mass; fewer, larger hulls also
 /// fill concavities. To derive a mass from a density, multiply it by mesh_volume.
 ///
-/// Fails:     invalid_argument as check() of a mesh; for a mesh without a triangle that has three different corners;
-///            for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a setting
-///            out of its range; bad_data with must_be_within_error, naming an achievable error or a lower bound of all
-///            errors
+/// Fails:     invalid_argument as TriangleMesh::validate(); for a mesh without a triangle that has three different
+///            corners; for coordinates beyond 1e5 m; for a surface of more than Compound::kMaxParts triangles; for a
+///            setting out of its range; bad_data with must_be_within_error, naming an achievable error or a lower bound
+///            of all errors
 /// Threads:   any number of calls at once
 /// Cost:      0.1 to 0.6 s for 1000 triangles within 5 % of the extent; 9 s for a rough mesh of 360 within 1 %
 /// Accuracy:  the same bits with every compiler; `ProxyOfMesh.DistanceHoldsAgainstDenseSampling` measures

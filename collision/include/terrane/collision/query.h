@@ -2,18 +2,11 @@
 #pragma once
 
 #include <terrane/base/math.h>
+#include <terrane/terrain/ground.h>
 
 #include <cstdint>
 
 namespace terrane {
-
-/// How complete an answer is. An answer that is `not_resident` must not be used to move a body.
-enum class QueryStatus {
-    complete,  ///< the answer is complete; cells outside the extent count as no ground
-    truncated,  ///< the caller's buffer was too small: it has the deepest contacts, or the lowest indices
-    not_resident,  ///< ground that the answer depends on is not loaded
-    invalid,       ///< an argument is not finite or out of range, or a rotation is not orthonormal
-};
 
 /// Answer of test_contact(): whether a shape touches the ground or another shape.
 struct TestAnswer {

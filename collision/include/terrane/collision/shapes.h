@@ -16,18 +16,24 @@ namespace terrane {
 /// Sphere around the origin of the body frame. Shapes are closed sets; lengths are metres.
 struct Sphere {
     double radius = 0.5;  ///< metres, >= 0
+
+    Result<void> validate() const;  ///< as validate() of a Shape
 };
 
 /// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
 struct Capsule {
     double radius = 0.4;       ///< metres, >= 0
     double half_height = 0.8;  ///< from the centre to the middle of a cap, metres, >= 0
+
+    Result<void> validate() const;  ///< as validate() of a Shape
 };
 
 /// Box around the origin, along the axes of the body frame.
 struct Box {
     /// Along x, y, z, metres, >= 0.
     Eigen::Vector3d half_extents = Eigen::Vector3d::Constant(0.5);
+
+    Result<void> validate() const;  ///< as validate() of a Shape
 };
 
 class ConvexHull;
@@ -76,15 +82,15 @@ public:
     /// @param index below face_count()
     std::span<const std::uint32_t> face(std::size_t index) const;
 
+    /// Never fails: create() has checked the points.
+    Result<void> validate() const { return {}; }
+
 private:
     explicit ConvexHull(std::shared_ptr<const internal::HullData> data);
     friend const internal::HullData& internal::hull_data(const ConvexHull& hull);
 
     std::shared_ptr<const internal::HullData> data_;
 };
-
-/// Never fails: create() has checked the points.
-Result<void> check(const ConvexHull& hull);
 
 /// Largest distance of a point of the hull from the body's origin, metres.
 double bounding_radius(const ConvexHull& hull);
@@ -122,7 +128,7 @@ public:
     static constexpr double kLargestOffset =
         1e5;  ///< largest component of a part's translation, metres
 
-    /// Fails: invalid_argument, naming the part, for no part or more than kMaxParts; a shape that check() refuses; a
+    /// Fails: invalid_argument, naming the part, for no part or more than kMaxParts; a shape that validate() refuses; a
     ///        translation that is not finite or beyond kLargestOffset; a rotation that is not orthonormal to 1e-6 with
     ///        determinant 1
     static Result<Compound> create(std::span<const CompoundPart> parts);
@@ -147,6 +153,9 @@ public:
     /// Bounding box of every part, body frame, in the order of parts().
     std::span<const Aabb> bounds() const;
 
+    /// Never fails: create() has checked the parts.
+    Result<void> validate() const { return {}; }
+
 private:
     explicit Compound(std::shared_ptr<const internal::CompoundData> data);
     friend const internal::CompoundData& internal::compound_data(const Compound& compound);
@@ -155,9 +164,6 @@ private:
 
     std::shared_ptr<const internal::CompoundData> data_;
 };
-
-/// Never fails: create() has checked the parts.
-Result<void> check(const Compound& compound);
 
 /// Largest distance of a point of any part from the body's origin, metres.
 double bounding_radius(const Compound& compound);
@@ -176,7 +182,7 @@ using Shape = std::variant<Sphere, Capsule, Box, ConvexHull, Compound>;
 
 /// Fails: invalid_argument, naming the field and its value, for a size that is negative, not finite or above 1e5 m.
 ///        Sizes of 0 are valid
-Result<void> check(const Shape& shape);
+Result<void> validate(const Shape& shape);
 
 /// Largest distance of a point of the shape from its origin, metres.
 double bounding_radius(const Shape& shape);

@@ -78,8 +78,8 @@ public:
 
     /// Follows a track.
     ///
-    /// Fails: invalid_argument for settings out of range, as check(track), if the start is not before the track's end,
-    ///        and if all points coincide and there are no times
+    /// Fails: invalid_argument for settings out of range, as track.validate(), if the start is not before the track's
+    ///        end, and if all points coincide and there are no times
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 

@@ -26,6 +26,10 @@ struct Track {
     bool has_orientations = false;   ///< whether forward and up are valid
     /// Recorded by a receiver: positions are rounded and noisy, and heights refer to another datum than the ground's.
     bool is_recorded = false;
+
+    /// Fails: invalid_argument, naming the point, for fewer than two points, numbers that are not finite, and times
+    ///        that do not start at 0 and increase strictly
+    Result<void> validate() const;
 };
 
 /// Converts longitudes and latitudes to world positions: x = (longitude - this longitude) * metres_per_degree_x, and
@@ -37,10 +41,6 @@ struct GeoReference {
     double metres_per_degree_y = 1.0;        ///< metres of y per degree of latitude
     std::string why_not = "this terrain has no raster";  ///< reason if not geographic, for messages
 };
-
-/// Fails: invalid_argument, naming the point, for fewer than two points, numbers that are not finite, and times that do
-///        not start at 0 and increase strictly
-Result<void> check(const Track& track);
 
 /// Reads a track in the format of the file extension:
 ///

@@ -60,10 +60,10 @@ struct RendererSettings {
     /// edges of hills and objects are aliased, but a software rasteriser draws faster. Ground away from edges is shaded
     /// once per pixel at any count.
     int sample_count = 4;
-    double tint_low = 0.0;                ///< heights of the tints of low and
-    double tint_high = 3000.0;            ///< high ground, metres
-    Colour horizon{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
-    Colour zenith{0.22f, 0.42f, 0.72f};   ///< sky overhead
+    double tint_low = 0.0;                       ///< heights of the tints of low and
+    double tint_high = 3000.0;                   ///< high ground, metres
+    Colour horizon_colour{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
+    Colour zenith_colour{0.22f, 0.42f, 0.72f};   ///< sky overhead
     /// Distance from the eye within which ground and objects cast shadows, metres, at most 1e6; 0: none, at no cost.
     /// Shadows fade over its last quarter. Casters are the frame's ground triangles, including those out of view, and
     /// the objects passed to draw(), except particles; SceneDraws has separate lists for casters out of view. Costs
@@ -89,9 +89,9 @@ struct RendererSettings {
 struct DrawnObject {
     /// The solid, before `world_from_object`.
     enum class Form {
-        box,   ///< from -extents to extents
-        ball,  ///< ellipsoid with semi-axes extents
-        tube,  ///< cylinder about z, open at its ends
+        box,        ///< from -extents to extents
+        ellipsoid,  ///< semi-axes are the extents
+        cylinder,   ///< about z, open at its ends
     };
     Form form = Form::box;   ///< which solid is drawn
     Pose world_from_object;  ///< position of its centre, and its axes
@@ -139,7 +139,7 @@ public:
 
     /// Draws one frame. A mesh without triangles gives a picture of the sky.
     ///
-    /// Fails with invalid_argument for a view that check(view) refuses, whose size differs from the renderer's, or
+    /// Fails with invalid_argument for a view that view.validate() refuses, whose size differs from the renderer's, or
     /// whose eye is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident
     /// set or too few indices; with device_unavailable for OpenGL errors. The previous frame is then kept.
     ///
@@ -153,7 +153,7 @@ public:
     ///
     /// @param levels indexed by MeshDraw::level; empty: one level with all triangles
     ///
-    /// Fails: invalid_argument as check(TriangleMesh), for a level's index beyond the vertices, and for a morphing
+    /// Fails: invalid_argument as TriangleMesh::validate(), for a level's index beyond the vertices, and for a morphing
     ///        level without a target for one of its vertices; device_unavailable for OpenGL errors
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels = {},
                             const MeshMaterial& material = {});

@@ -15,7 +15,7 @@ namespace terrane {
 
 /// The properties that a HeightSource guarantees. Everything that Terrane certifies depends on them.
 enum class SourceLaw : std::uint8_t {
-    valid_lattice,  ///< check(lattice) accepts the lattice; the extent is finite and not empty
+    valid_lattice,  ///< lattice.validate() accepts the lattice; the extent is finite and not empty
     answers,        ///< no call fails or throws
     finite,         ///< no NaN, no infinite height, no negative bound; flags are bits of CellFlag
     fits_quanta,    ///< a sample is within kMostHeight and kMostQuanta quanta
@@ -51,8 +51,6 @@ struct SourceCheckSettings {
     /// Largest accepted ratio of a vertex's bound to that of its parent of the next coarser spacing, >= 1. 1: exactly
     /// nested. Terrane's own fractals need 1.5; all its other sources pass with 1.
     double nesting_slack = 1.5;
-    int threads = 4;       ///< concurrent calls in the thread check, 1 to 64
-    std::size_t kept = 3;  ///< violations reported per law, the worst first
 };
 
 /// A violation of a law.
@@ -69,9 +67,10 @@ struct SourceViolation {
 
 /// The result of checking one law.
 struct SourceLawReport {
-    std::uint64_t checks = 0;            ///< answers checked
-    std::uint64_t broken = 0;            ///< answers that violate the law
-    std::vector<SourceViolation> worst;  ///< at most `kept`; largest measured - claimed first
+    static constexpr std::size_t kMostWorst = 3;  ///< violations that are reported
+    std::uint64_t checks = 0;                     ///< answers checked
+    std::uint64_t broken = 0;                     ///< answers that violate the law
+    std::vector<SourceViolation> worst;  ///< at most kMostWorst; largest measured - claimed first
 };
 
 /// What check_source() found.

@@ -69,7 +69,7 @@ struct ChunkVertices;
 /// row * kChunkCells + column.
 struct Chunk {
     ChunkKey key;  ///< level and position
-    /// Number of the last change of its volumes that the chunk includes, for HeightSource::is_current(); 0 if none.
+    /// Number of the last change of its volumes that the chunk includes, for ChunkSource::is_current(); 0 if none.
     std::uint32_t change = 0;
     LatticePoint corner;    ///< south-west corner
     std::int64_t step = 1;  ///< finest spacings between samples
@@ -147,7 +147,7 @@ constexpr std::size_t cell_index(int column, int row) {
     return static_cast<std::size_t>(row) * kChunkCells + static_cast<std::size_t>(column);
 }
 
-/// Gets one chunk from its source: a stored chunk (HeightSource::stored_chunk()), or one computed from samples and
+/// Gets one chunk from its source: a stored chunk (ChunkSource::stored_chunk()), or one computed from samples and
 /// bounds.
 ///
 /// @param stop checked between calls of the source

@@ -13,7 +13,7 @@
 
 namespace terrane {
 
-/// Bytes accounted to chunks: the actual size of each live chunk, and HeightSource::max_chunk_bytes() for each
+/// Bytes accounted to chunks: the actual size of each live chunk, and ChunkSource::max_chunk_bytes() for each
 /// requested one.
 using ByteCount = std::atomic<std::size_t>;
 
@@ -38,7 +38,7 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// A chunk to load, and its claim of HeightSource::max_chunk_bytes().
+/// A chunk to load, and its claim of ChunkSource::max_chunk_bytes().
 struct LoadRequest {
     ChunkKey key;     ///< of the chunk
     ByteClaim claim;  ///< bytes of the ceiling, held until the load ends

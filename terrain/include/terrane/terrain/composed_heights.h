@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/base/result.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/height_source.h>
 
 #include <functional>
@@ -22,19 +23,19 @@ struct PlanePoint {
 /// joined to the first. If edges cross, a position is inside if a ray from it crosses an odd number of edges.
 struct Polygon {
     std::vector<PlanePoint> corners;  ///< at least 3, finite
+
+    /// Fails: invalid_argument, naming the corner, for fewer than 3 corners or a corner that is not finite
+    Result<void> validate() const;
 };
 
 /// The corners of a rectangle.
 Polygon polygon_of(const WorldRect& rect);
 
-/// Fails: invalid_argument, naming the corner, for fewer than 3 corners or a corner that is not finite
-Result<void> check(const Polygon& polygon);
-
 /// Forwards all calls to another source: a base class for sources that change some of the answers, for example by
 /// adding delays or volumes.
 ///
 /// Threads: as HeightSource
-class ForwardedHeights : public HeightSource {
+class ForwardedHeights : public HeightSource, public ChunkSource {
 public:
     // see HeightSource
     double height(double x, double y) const override { return heights_->height(x, y); }
@@ -60,20 +61,21 @@ public:
     }
     double rise_bound(double distance) const override { return heights_->rise_bound(distance); }
     bool is_certified() const override { return heights_->is_certified(); }
+    // see ChunkSource
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override {
-        return heights_->stored_chunk(key, stop);
+        return chunks_->stored_chunk(key, stop);
     }
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override {
-        return heights_->solid_extent(key);
+        return chunks_->solid_extent(key);
     }
     bool is_in_volume(double x, double y, double z) const override {
-        return heights_->is_in_volume(x, y, z);
+        return chunks_->is_in_volume(x, y, z);
     }
     std::size_t max_chunk_bytes(const ChunkKey& key) const override {
-        return heights_->max_chunk_bytes(key);
+        return chunks_->max_chunk_bytes(key);
     }
-    bool is_current(const Chunk& chunk) const override { return heights_->is_current(chunk); }
+    bool is_current(const Chunk& chunk) const override { return chunks_->is_current(chunk); }
 
     /// The source that calls are forwarded to.
     const HeightSource& heights() const { return *heights_; }
@@ -81,10 +83,13 @@ public:
 protected:
     /// Requires a source.
     explicit ForwardedHeights(std::shared_ptr<const HeightSource> heights)
-        : HeightSource(heights->lattice(), heights->extent()), heights_(std::move(heights)) {}
+        : HeightSource(heights->lattice(), heights->extent()),
+          heights_(std::move(heights)),
+          chunks_(&chunks_of(*heights_)) {}
 
 private:
     std::shared_ptr<const HeightSource> heights_;
+    const ChunkSource* chunks_;  // of heights_
 };
 
 /// Sources that are composed of other sources. All of them
@@ -138,7 +143,7 @@ Result<std::shared_ptr<const BlendMask>> mask_from_function(
 ///
 /// @param feather  distance from the polygon at which the mask reaches 0, metres, > 0
 ///
-/// Fails: invalid_argument for a polygon that check() refuses, or a feather that is not above 0
+/// Fails: invalid_argument for a polygon that validate() refuses, or a feather that is not above 0
 /// Cost:  of a value O(corners) near the polygon, O(1) elsewhere
 Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygon, double feather);
 

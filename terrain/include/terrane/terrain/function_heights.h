@@ -23,7 +23,6 @@ using HeightFunction = std::function<double(double x, double y)>;
 /// Without a curvature it shrinks only in proportion to the spacing, which costs triangles. Without a slope, intervals
 /// are wide, which costs chunks. Without both, slope and curvature are estimated from samples, and the source is not
 /// certified: see HeightSource::is_certified().
-/// source is not certified: HeightSource::is_certified().
 struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
     double finest_spacing = 1.0;  ///< metres between samples of the finest level: Lattice::spacing

@@ -12,18 +12,20 @@
 
 namespace terrane {
 
-/// Whether there is an answer, and why not.
-enum class GroundStatus {
-    ok,            ///< answered
-    miss,          ///< the ray hits nothing; there is no surface at or below the height
-    outside,       ///< no ground there: beyond the extent, or nodata connected to its border
-    not_resident,  ///< ground, but its chunk at contact level is absent
-    invalid,       ///< the arguments are not finite, or a ray is beyond kFarthestPlace
+/// Whether a query of the ground or of shapes has an answer, and why not. An answer that is `not_resident` must not be
+/// used to move a body.
+enum class QueryStatus {
+    ok,       ///< the answer is complete; contact counts cells outside the extent as no ground
+    miss,     ///< the ray hits nothing; there is no surface at or below the height
+    outside,  ///< no ground there: beyond the extent, or nodata connected to its border
+    truncated,  ///< the caller's buffer was too small: it has the deepest contacts, or the lowest indices
+    not_resident,  ///< ground that the answer depends on is absent at contact level
+    invalid,       ///< an argument is not finite or out of range, or a rotation is not orthonormal
 };
 
 /// The height and the normal at a place.
 struct HeightAnswer {
-    GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
     /// Of the contact surface, unit, out of the solid: z > 0, but for ceilings of volumes.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -35,7 +37,7 @@ struct HeightAnswer {
 
 /// Where a ray first meets the ground.
 struct RayAnswer {
-    GroundStatus status = GroundStatus::invalid;  ///< whether the answer is complete
+    QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double fraction = 0.0;  ///< of the ray from `from` to `to`, 0 to 1; only where status is ok
     WorldPos point_world = WorldPos::Zero();            ///< where it meets the contact surface
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit
@@ -45,7 +47,7 @@ struct RayAnswer {
 
 /// One cell of the contact surface: two triangles.
 struct GroundCell {
-    GroundStatus status = GroundStatus::outside;  ///< ok, outside or not_resident
+    QueryStatus status = QueryStatus::outside;  ///< ok, outside or not_resident
     /// Heights of the corners in quanta: south-west, south-east, north-west, north-east.
     std::int32_t south_west = 0, south_east = 0, north_west = 0, north_east = 0;
     bool cut_to_north_east = false;  ///< see terrane::cut_to_north_east
@@ -62,8 +64,7 @@ struct CellRange {
 /// Interval of heights over a range of cells.
 struct RangeAnswer {
     /// Whether the answer is complete.
-    GroundStatus status =
-        GroundStatus::outside;  ///< not_resident if any cell is; outside if all are
+    QueryStatus status = QueryStatus::outside;  ///< not_resident if any cell is; outside if all are
     /// Bounds of the surface over the range, quanta; for absent cells from coarser resident chunks, or the
     /// limits of the integer. Undefined where the status is outside.
     std::int32_t low = 0;
@@ -222,8 +223,8 @@ public:
 
 private:
     const Chunk* chunk_of(std::int64_t column, std::int64_t row);
-    template <class Take>
-    void visit_chunks(const CellRange& range, Take take);
+    template <class Visitor>
+    void visit_chunks(const CellRange& range, Visitor visitor);
 
     const Ground* ground_;
     const Chunk* chunk_ = nullptr;  // found last

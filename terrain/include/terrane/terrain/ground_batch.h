@@ -75,21 +75,21 @@ struct PointArray {
 /// three numbers; empty spans are skipped. If the status is not ok, the numbers are NaN, so that missing ground never
 /// reads as height 0.
 struct HeightArrays {
-    std::span<double> heights{};         ///< HeightAnswer::height
-    std::span<double> normals{};         ///< [3 * count] HeightAnswer::normal: x y z x y z ...
-    std::span<double> errors_m{};        ///< HeightAnswer::error_m
-    std::span<GroundStatus> statuses{};  ///< HeightAnswer::status
-    std::span<std::uint8_t> filled{};    ///< HeightAnswer::filled: 0 or 1
+    std::span<double> heights{};        ///< HeightAnswer::height
+    std::span<double> normals{};        ///< [3 * count] HeightAnswer::normal: x y z x y z ...
+    std::span<double> errors_m{};       ///< HeightAnswer::error_m
+    std::span<QueryStatus> statuses{};  ///< HeightAnswer::status
+    std::span<std::uint8_t> filled{};   ///< HeightAnswer::filled: 0 or 1
 };
 
 /// Output arrays of GroundBatch::rays(); entry i belongs to ray i. Spans and NaN as in HeightArrays.
 struct RayArrays {
-    std::span<double> fractions{};       ///< RayAnswer::fraction
-    std::span<double> points_world{};    ///< [3 * count] RayAnswer::point_world: x y z x y z ...
-    std::span<double> normals{};         ///< [3 * count] RayAnswer::normal: x y z x y z ...
-    std::span<double> errors_m{};        ///< RayAnswer::error_m
-    std::span<GroundStatus> statuses{};  ///< RayAnswer::status
-    std::span<std::uint8_t> filled{};    ///< RayAnswer::filled: 0 or 1
+    std::span<double> fractions{};      ///< RayAnswer::fraction
+    std::span<double> points_world{};   ///< [3 * count] RayAnswer::point_world: x y z x y z ...
+    std::span<double> normals{};        ///< [3 * count] RayAnswer::normal: x y z x y z ...
+    std::span<double> errors_m{};       ///< RayAnswer::error_m
+    std::span<QueryStatus> statuses{};  ///< RayAnswer::status
+    std::span<std::uint8_t> filled{};   ///< RayAnswer::filled: 0 or 1
 };
 
 /// Settings of a GroundBatch.

@@ -43,10 +43,10 @@ struct GroundWindowSettings {
 /// Most cells along a side of a window.
 inline constexpr std::int32_t kMostWindowCells = 8191;
 
-/// Flags of a window's cell. No flag: no ground, GroundStatus::outside.
+/// Flags of a window's cell. No flag: no ground, QueryStatus::outside.
 enum WindowCellBit : std::uint8_t {
     window_ground = 1,  ///< ground and resident
-    window_absent = 2,  ///< GroundStatus::not_resident: ground, but its chunk is absent
+    window_absent = 2,  ///< QueryStatus::not_resident: ground, but its chunk is absent
     window_south_replaced =
         4,  ///< volumes replace its southern triangle: see SolidSurface::is_replaced()
     window_north_replaced = 8,  ///< as above, northern triangle

@@ -3,28 +3,15 @@
 
 #include <terrane/terrain/lattice.h>
 
-#include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <span>
-#include <stop_token>
 
 namespace terrane {
-
-struct Chunk;
 
 /// A closed interval of heights, metres.
 struct HeightInterval {
     double low = 0.0;   ///< metres
     double high = 0.0;  ///< metres, >= low
-};
-
-/// What the volumes over the square of a chunk add to the heightfield: see HeightSource::solid_extent().
-struct SolidExtent {
-    /// Bound of the distance, both ways, of the heightfield alone from the true surface, metres.
-    double error_m = 0.0;
-    HeightInterval heights;  ///< encloses the surfaces of volumes, world z, metres
 };
 
 /// Kind of a cell of the ground. Bits, because a cell may touch both a filled void and the outside.
@@ -44,7 +31,7 @@ struct WorldRect {
     friend bool operator==(const WorldRect&, const WorldRect&) = default;
 };
 
-/// A source of heights: a fractal, a file, a test plane.
+/// A source of heights: a fractal, a file, a test plane. One that has chunks of its own is a ChunkSource too.
 ///
 /// The true surface is z = height(x, y). The same call always gives the same bits, on any thread and in any
 /// order: the pager may evict a chunk and load it again.
@@ -120,7 +107,8 @@ public:
                                     std::span<std::uint8_t> flags_out) const;
 
     /// An interval that contains all heights of the true surface over a closed rectangle, metres. Called in every
-    /// frame: must answer from memory, without waiting for storage.
+    /// frame, by drawing for a few squares around each eye and by the pager for chunks that bodies reach first: must
+    /// answer from memory, without waiting for storage.
     virtual HeightInterval interval(const WorldRect& rect) const = 0;
 
     /// Upper bound of the height difference of two points of the surface at most `distance` apart in the plane,
@@ -131,34 +119,6 @@ public:
     /// and loads as others do, and whatever is certified from them is infinite: TerrainMesh::error_px, error_m of the
     /// ground's answers. Default: true.
     virtual bool is_certified() const;
-
-    /// A stored chunk, as of a baked store, which make_chunk() then returns instead of making one. Default: null,
-    /// none is stored.
-    ///
-    /// @param key  of a chunk of the source's world
-    /// @param stop a long call may fail with `cancelled` if this is requested
-    ///
-    /// Fails: io; bad_data if the stored chunk is damaged
-    virtual Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
-                                                              const std::stop_token& stop) const;
-
-    /// What the true surface over the square of a chunk of any level has besides the heightfield: caves, tunnels,
-    /// overhangs. Chunks of the finest level then have a Chunk::solid. Called in every frame, as interval(). Default:
-    /// nothing.
-    virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
-
-    /// Whether a point of finite coordinates is in a volume, or so near that rounding may decide: a triangle of the
-    /// finest spacing is part of the surface where none of its corners is. Changes at run time do not count, so that
-    /// the answer stays the same. Must answer from memory. Default: no.
-    virtual bool is_in_volume(double x, double y, double z) const;
-
-    /// Most bytes of a chunk: what a load claims of the byte ceiling. A chunk that turns out larger is not taken: it is
-    /// loaded again at once if this is more by then, else it counts as a failed load. Default: Chunk::max_bytes().
-    virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;
-
-    /// Whether a chunk that was loaded is still what the source would make of its key. A pager asks before it inserts
-    /// one, and loads the chunk again where the answer is no: the source has changed during the load. Default: true.
-    virtual bool is_current(const Chunk& chunk) const;
 
 protected:
     /// Of a source whose heights are defined over `extent`, metres; both are fixed for its life.

@@ -146,11 +146,11 @@ struct Lattice {
     /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if none is.
     int level_for_spacing(double wanted) const;
 
+    /// Fails: invalid_argument, naming the field and its value, for a lattice out of range
+    Result<void> validate() const;
+
     friend bool operator==(const Lattice&, const Lattice&) = default;
 };
-
-/// Fails: invalid_argument, naming the field and its value, for a lattice out of range
-Result<void> check(const Lattice& lattice);
 
 /// Whether a cell is cut along the diagonal from its south-west to its north-east corner: if the indices of its
 /// south-west corner, counted in cells of its level, have an even sum. Other cells are cut along the other diagonal.

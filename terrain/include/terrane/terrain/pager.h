@@ -3,13 +3,13 @@
 
 #include <terrane/terrain/body_need.h>
 #include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/chunk_source.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <span>
@@ -96,8 +96,8 @@ struct PagerStats {
     std::uint64_t bytes_used = 0;  ///< part of bytes_read: of chunks that were needed then
     /// Part of bytes_read: of resident chunks not needed yet, but predicted to be.
     std::uint64_t bytes_awaited = 0;
-    std::uint64_t replaced = 0;  ///< chunks swapped by replace()
-    /// Calls of replace() that were postponed because the ceiling was reached.
+    std::uint64_t replaced = 0;  ///< chunks swapped by replace_chunks()
+    /// Calls of replace_chunks() that were postponed because the ceiling was reached.
     std::uint64_t postponed_replacements = 0;
     std::uint64_t outdated = 0;  ///< loads whose chunk the source had changed meanwhile
 };
@@ -185,21 +185,6 @@ public:
     /// it, and completes all fades. Blocks: not for use in a frame.
     void finish();
 
-    /// Follows a change of the source: swaps all resident ones of the changed chunks at once, in the set of the next
-    /// update() or finish(), without fades. Chunks that are not resident are left to their next load. All or nothing:
-    /// the new chunks' bytes are claimed first, while the old ones still count; where they do not fit, nothing
-    /// happens, the next update() evicts others for them and keeps room, and the call is to be repeated after it.
-    ///
-    /// @param chunks        new chunks, a key at most once; each is a resident one's, or ignored
-    /// @param changed       keys of all chunks whose HeightSource::solid_extent() changes, of any level
-    /// @param switch_source called once, when nothing can fail any more: brings the source up to date. Loads in flight
-    ///                      whose chunks are not HeightSource::is_current() after it are dropped when they arrive.
-    ///
-    /// Returns: whether it happened
-    /// Cost:    O(chunks + changed * levels)
-    bool replace(std::span<const std::shared_ptr<const Chunk>> chunks,
-                 std::span<const ChunkKey> changed, const std::function<void()>& switch_source);
-
     /// The resident chunks. Never null; changes only in update() and finish().
     std::shared_ptr<const ResidentSet> resident() const;
 
@@ -216,6 +201,7 @@ public:
 
 private:
     friend class RequiredRegion;
+    friend bool replace_chunks(Pager& pager, const ChunkReplacement& replacement);
     struct State;
     explicit Pager(std::shared_ptr<State> state);
     std::shared_ptr<State> state_;  // owned here alone; required regions observe it

@@ -82,7 +82,7 @@ public:
 
     /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell,
     /// whose two triangles are cut like those of a chunk. Leaves out objects outside the extent, on cells that are not
-    /// ground, and on cells of the finest spacing with a corner in a volume (HeightSource::is_in_volume()).
+    /// ground, and on cells of the finest spacing with a corner in a volume (ChunkSource::is_in_volume()).
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
     /// Cost:  about one sample of the source per candidate, and four per object

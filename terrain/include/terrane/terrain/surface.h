@@ -19,12 +19,12 @@ struct SurfaceProperties {
     double restitution = 0.0;    ///< ratio of separating to approaching speed, 0 to 1
     std::uint32_t material = 0;  ///< the caller's material number, not interpreted by Terrane
     bool operator==(const SurfaceProperties&) const = default;
-};
 
-/// Checks the ranges of all fields.
-///
-/// Fails: invalid_argument, naming the field and its value, for one out of range or NaN
-Result<void> check(const SurfaceProperties& properties);
+    /// Checks the ranges of all fields.
+    ///
+    /// Fails: invalid_argument, naming the field and its value, for one out of range or NaN
+    Result<void> validate() const;
+};
 
 /// A rectangle with uniform surface properties, edges included. Edges may be infinite and may coincide.
 struct SurfaceRect {
@@ -72,7 +72,7 @@ public:
     std::uint64_t fault_count() const { return fault_count_.load(std::memory_order_relaxed); }
 
 protected:
-    /// Requires defaults that check() accepts.
+    /// Requires defaults that validate() accepts.
     explicit SurfaceMap(const SurfaceProperties& defaults);
 
 private:
@@ -97,8 +97,8 @@ struct SurfaceArea {
 ///
 /// @param under applies elsewhere, and if x or y is not finite; null: default properties
 ///
-/// Fails: invalid_argument, naming areas[index] and the value, for a polygon that check() rejects, or properties out of
-///        range
+/// Fails: invalid_argument, naming areas[index] and the value, for a polygon that validate() rejects, or properties out
+///        of range
 /// Cost:  per query O(areas), plus O(corners) of the areas whose boxes contain the place
 Result<std::shared_ptr<const SurfaceMap>> paint_surface(std::shared_ptr<const SurfaceMap> under,
                                                         std::span<const SurfaceArea> areas);

@@ -24,16 +24,16 @@ struct TriangleMesh {
     /// [positions] red, green, blue, opacity with display gamma, or empty.
     std::vector<std::array<std::uint8_t, 4>> colours;
     std::vector<Triangle> triangles;  ///< indices of positions; counter-clockwise from outside
+
+    /// Allows open surfaces, non-manifold edges, triangles without area or with a repeated vertex, and unused vertices.
+    ///
+    /// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
+    ///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions,
+    ///        or an index out of range
+    Result<void> validate() const;
 };
 
 /// Largest absolute coordinate of a position, metres.
 inline constexpr double kLargestMeshCoordinate = 1e6;
-
-/// Allows open surfaces, non-manifold edges, triangles without area or with a repeated vertex, and unused vertices.
-///
-/// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
-///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions, or
-///        an index out of range
-Result<void> check(const TriangleMesh& mesh);
 
 }  // namespace terrane

@@ -82,8 +82,8 @@ struct TerrainMesh {
     /// Vertices whose priority, pixels, is at most this are not in the mesh; for CameraNeed::threshold_px.
     double threshold_px = 0.0;
     /// Smallest threshold, at least threshold_px, above which every demand is granted.
-    double others_threshold_px = 0.0;
-    std::size_t others_triangles = 0;  ///< triangles of the granted demands
+    double demand_threshold_px = 0.0;
+    std::size_t demand_triangles = 0;  ///< triangles of the granted demands
     std::uint64_t refused_views = 0;   ///< number of refused views since creation
 };
 
@@ -133,7 +133,7 @@ public:
 
     /// Computes the mesh of a view over the resident chunks.
     ///
-    /// @param others in any order. The mesh and the granted demands (TerrainMesh::others_triangles) together have at
+    /// @param others in any order. The mesh and the granted demands (TerrainMesh::demand_triangles) together have at
     ///               most triangle_budget triangles
     ///
     /// Threads:   one at a time

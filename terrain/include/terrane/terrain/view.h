@@ -39,6 +39,9 @@ struct View {
     /// @param near_plane, far_plane distances along `forward`, metres, 0 < near_plane < far_plane; far_plane may be
     ///     infinite
     std::array<float, 16> projection_matrix(double near_plane, double far_plane) const;
+
+    /// Fails: invalid_argument, naming the field, for a view that is out of range or not finite
+    Result<void> validate() const;
 };
 
 /// A view from an eye to a point; up is north for vertical directions.
@@ -46,9 +49,6 @@ struct View {
 /// positive, or anything is not finite.
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,
                      int width_px, int height_px);
-
-/// Fails: invalid_argument, naming the field, for a view that is out of range or not finite
-Result<void> check(const View& view);
 
 /// Unit direction from the eye through a point of the picture, in world axes.
 ///

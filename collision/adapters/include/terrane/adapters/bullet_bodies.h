@@ -2,10 +2,10 @@
 #pragma once
 
 // Keeps Bullet's bodies from falling through absent ground: holds them until their ground is resident, and lists their
-// needs for the pager. One object per world and BulletGround; see bullet_ground.h for units and frames.
+// needs for Terrain::update(). One object per world and BulletGround; see bullet_ground.h for units and frames.
 //
-// Each frame:  pager.update(cameras, bodies.needs(world, ground), time);
-//              ground.set_ground(pager.ground());
+// Each frame:  const Frame& frame = terrain.update(cameras, bodies.needs(world, ground), time);
+//              ground.set_ground(frame.ground);
 //              bodies.hold(world, ground, dt);
 //              world.stepSimulation(dt, 0);
 //
@@ -16,7 +16,7 @@
 // Threads: one, and not during a step.
 
 #include <terrane/adapters/bullet_ground.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/body_need.h>
 
 #include <BulletDynamics/Dynamics/btDynamicsWorld.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -33,7 +33,7 @@ public:
     explicit BulletBodies(std::function<void(btRigidBody&, bool is_held)> on_held = {})
         : on_held_(std::move(on_held)) {}
 
-    /// The needs of all dynamic bodies, for Pager::update(); valid until the next call.
+    /// The needs of all dynamic bodies, for Terrain::update(); valid until the next call.
     std::span<const BodyNeed> needs(btDynamicsWorld& world, const BulletGround& ground) {
         needs_.clear();
         for_each_moving(world, [&](btRigidBody& body) {

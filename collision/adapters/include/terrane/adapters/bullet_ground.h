@@ -7,7 +7,7 @@
 // Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
 // Frame:  shape = world - origin, axes as the world's. The origin is in doubles: keep it within a few kilometres of the
 //         bodies of a float Bullet (at 8 km a float resolves 0.5 mm). The collision object's transform is the identity.
-// Ground: a snapshot; set_ground() with the pager's newest set before each stepSimulation().
+// Ground: a snapshot; set_ground() with that of the newest Frame before each stepSimulation().
 // Absent: ground that is not resident has no triangles. bullet_bodies.h holds bodies over it so that they do not fall
 //         through. This shape counts queries that reach absent ground, and calls on_absent.
 // Edges:  with triangles alone, Bullet produces ghost contacts at inner edges, as for its own height field.
@@ -174,10 +174,10 @@ private:
         double begin = 0.0;
         for (int hits = 0; hits < kMostHits && begin <= 1.0; ++hits) {
             const RayAnswer hit = ground_->ray(from + begin * (to - from), to);
-            if (hit.status == GroundStatus::not_resident)
+            if (hit.status == QueryStatus::not_resident)
                 report_absent({from.cwiseMin(to), from.cwiseMax(to)});
-            if (hit.status == GroundStatus::invalid) report_refused();
-            if (hit.status != GroundStatus::ok) return;
+            if (hit.status == QueryStatus::invalid) report_refused();
+            if (hit.status != QueryStatus::ok) return;
             const double fraction = begin + (1.0 - begin) * hit.fraction;
             if (fraction > static_cast<double>(ray.m_hitFraction)) return;
             const Eigen::Vector3d half = Eigen::Vector3d::Constant(around);

@@ -41,7 +41,7 @@ class TyreGround {
 public:
     /// The ground at one place, in Chrono's frame.
     struct Answer {
-        GroundStatus status = GroundStatus::invalid;  ///< ok if there is ground
+        QueryStatus status = QueryStatus::invalid;  ///< ok if there is ground
         double height = 0.0;  ///< along the vertical; absent_height without ground
         Eigen::Vector3d point_sim =
             Eigen::Vector3d::Zero();  ///< on the surface; without ground, the query point
@@ -52,9 +52,7 @@ public:
 
     /// Fails: invalid_argument, naming the field and its value
     static Result<TyreGround> create(const ChronoTerrainSettings& settings) {
-        if (Result<void> ok = check_frame(settings.world_from_sim); !ok) {
-            return tl::unexpected(ok.error());
-        }
+        TERRANE_TRY(check_frame(settings.world_from_sim));
         if (!(settings.search_above >= 0.0)) {
             return fail(ErrorCode::invalid_argument, "search_above must be at least 0, got " +
                                                          number_text(settings.search_above));
@@ -81,12 +79,12 @@ public:
                       .friction = settings_.friction};
         const WorldPos p_world = frame * p_sim;
         if (!ground_) {
-            answer.status = GroundStatus::not_resident;
+            answer.status = QueryStatus::not_resident;
             return answer;
         }
         const SurfacePoint found = surface_below(*ground_, p_world, settings_.search_above);
         answer.status = found.status;
-        if (found.status != GroundStatus::ok) return answer;
+        if (found.status != QueryStatus::ok) return answer;
         answer.height = found.point_world.z() - frame.translation.z();
         answer.point_sim = frame.rotation.transpose() * (found.point_world - frame.translation);
         answer.normal_sim = frame.rotation.transpose() * found.normal_world;

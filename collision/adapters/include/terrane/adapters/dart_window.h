@@ -71,10 +71,9 @@ class DartWindow {
 public:
     /// Fails: invalid_argument, naming the field and its value; out_of_memory
     static Result<DartWindow> create(const DartWindowSettings& settings) {
-        Result<FieldWindow> field = FieldWindow::create(settings.columns, settings.rows,
-                                                        settings.margin, settings.origin_world);
-        if (!field) return tl::unexpected(field.error());
-        return DartWindow(std::move(*field));
+        TERRANE_TRY(FieldWindow field, FieldWindow::create(settings.columns, settings.rows,
+                                                           settings.margin, settings.origin_world));
+        return DartWindow(std::move(field));
     }
 
     /// Moves the window to the boxes of bodies, DART's frame, and updates the shape's heights if they changed. Boxes

@@ -82,7 +82,7 @@ public:
         }
         const auto size = static_cast<std::size_t>(map.rows_ * map.columns_);
         map.layer_.assign(size, std::numeric_limits<float>::quiet_NaN());
-        map.statuses_.assign(size, GroundStatus::not_resident);
+        map.statuses_.assign(size, QueryStatus::not_resident);
         return map;
     }
 
@@ -137,7 +137,7 @@ public:
     /// [rows() * columns()] heights, column-major, map frame; NaN where there is no ground.
     std::span<const float> layer() const { return layer_; }
     /// [rows() * columns()] status of each cell, the reason for NaN. `not_resident` before the first update().
-    std::span<const GroundStatus> statuses() const { return statuses_; }
+    std::span<const QueryStatus> statuses() const { return statuses_; }
 
     /// x of an unwrapped cell's centre, map frame.
     double cell_x(std::int64_t row) const { return position_x() + offset(row, rows_); }
@@ -196,13 +196,13 @@ private:
             ground.height(origin.x() + cell_x(row), origin.y() + cell_y(column));
         const std::size_t at = index(row, column);
         statuses_[at] = answer.status;
-        layer_[at] = answer.status == GroundStatus::ok
+        layer_[at] = answer.status == QueryStatus::ok
                          ? static_cast<float>(answer.height - origin.z())
                          : std::numeric_limits<float>::quiet_NaN();
     }
     std::int64_t absent_count() const {
         return std::count_if(statuses_.begin(), statuses_.end(),
-                             [](GroundStatus status) { return status != GroundStatus::ok; });
+                             [](QueryStatus status) { return status != QueryStatus::ok; });
     }
 
     ElevationMapSettings settings_;
@@ -210,7 +210,7 @@ private:
     std::int64_t cell_x_ = 0, cell_y_ = 0;  // of the centre, from the frame's origin
     std::int64_t start_row_ = 0, start_column_ = 0;
     std::vector<float> layer_;
-    std::vector<GroundStatus> statuses_;
+    std::vector<QueryStatus> statuses_;
     std::optional<Ground> ground_;  // of the last update
 };
 

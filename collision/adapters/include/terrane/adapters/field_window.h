@@ -49,9 +49,8 @@ public:
         settings.margin = margin;
         settings.heights = WindowHeights::doubles;
         settings.move = WindowMove::centre;
-        Result<GroundWindow> window = GroundWindow::create(settings);
-        if (!window) return tl::unexpected(window.error());
-        return FieldWindow(std::move(*window), origin_world);
+        TERRANE_TRY(GroundWindow window, GroundWindow::create(settings));
+        return FieldWindow(std::move(window), origin_world);
     }
 
     /// Moves the window to the boxes, simulator's frame, and reads changed samples. Boxes that are not finite are

@@ -34,7 +34,7 @@ struct GroundTriangle {
 struct TriangleReport {
     /// The box is not finite, inverted or over too many cells; nothing was visited.
     bool is_refused = false;
-    /// Absent ground (GroundStatus::not_resident) may reach into the box.
+    /// Absent ground (QueryStatus::not_resident) may reach into the box.
     bool meets_absent = false;
     std::size_t triangles = 0;  ///< visited
 };
@@ -182,17 +182,17 @@ TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
         for (std::int64_t column = all.west; column <= all.east;
              column = (column | (kSide - 1)) + 1) {
             const RangeAnswer range = reader.square(column, row, kLog2Side);
-            if (range.status == GroundStatus::outside) continue;
+            if (range.status == QueryStatus::outside) continue;
             const CellRange cells{column, row, std::min(column | (kSide - 1), all.east),
                                   std::min(row | (kSide - 1), all.north)};
-            const bool is_absent = range.status == GroundStatus::not_resident;
+            const bool is_absent = range.status == QueryStatus::not_resident;
             // volumes may reach above and below the heightfield of a resident chunk
             const bool may_overlap = quantum * range.low <= box_world.high.z() &&
                                      quantum * range.high >= box_world.low.z();
             if (is_absent) {
                 report.meets_absent = report.meets_absent ||
                                       (quantum * range.high >= box_world.low.z() &&
-                                       ground.range(cells).status == GroundStatus::not_resident);
+                                       ground.range(cells).status == QueryStatus::not_resident);
             } else if (may_overlap) {
                 report.triangles += internal::visit_square(reader, cells, box, origin_world, visit);
             }
@@ -227,7 +227,7 @@ inline bool may_meet_absent(const Ground& ground, const Aabb& box_world,
     const std::int64_t rows = (cells.north - cells.south) / kChunkCells + 2;
     if (columns > kMostChunks || rows > kMostChunks || columns * rows > kMostChunks) return true;
     const RangeAnswer range = ground.range(cells);
-    return range.status == GroundStatus::not_resident &&
+    return range.status == QueryStatus::not_resident &&
            range.high * ground.lattice().quantum >= swept.low.z();
 }
 

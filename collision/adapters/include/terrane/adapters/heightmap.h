@@ -69,8 +69,7 @@ inline Result<std::vector<std::uint8_t>> find_ground(const HeightSource& source,
     wider.rows += 2;
     const auto cells = static_cast<std::size_t>(wider.columns - 1);
     std::vector<std::uint8_t> flags(cells * static_cast<std::size_t>(wider.rows - 1));
-    if (Result<void> read = source.cell_flags(wider, flags); !read)
-        return tl::unexpected(read.error());
+    TERRANE_TRY(source.cell_flags(wider, flags));
     const Lattice& lattice = source.lattice();
     std::vector<std::uint8_t> is_ground(strip.size());
     std::size_t i = 0;
@@ -140,12 +139,11 @@ inline Result<Heightmap> make_heightmap(const HeightSource& source,
         const SampleGrid strip{
             {corner.x, corner.y + row * step}, step, side, std::min(kStripRows, side - row)};
         heights.resize(strip.size());
-        if (Result<void> read = source.sample(strip, heights); !read)
-            return tl::unexpected(read.error());
-        const Result<std::vector<std::uint8_t>> is_ground = internal::find_ground(source, strip);
-        if (!is_ground) return tl::unexpected(is_ground.error());
+        TERRANE_TRY(source.sample(strip, heights));
+        TERRANE_TRY(const std::vector<std::uint8_t> is_ground,
+                    internal::find_ground(source, strip));
         for (std::size_t i = 0; i < heights.size(); ++i) {
-            if ((*is_ground)[i] != 0) continue;
+            if (is_ground[i] != 0) continue;
             ++map.absent_count;
             heights[i] = settings.absent_height.value_or(0.0);
         }

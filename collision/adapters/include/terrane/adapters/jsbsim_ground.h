@@ -48,7 +48,7 @@ class AircraftGround {
 public:
     /// The ground below a place. ECEF.
     struct Answer {
-        GroundStatus status = GroundStatus::invalid;  ///< ok if there is ground
+        QueryStatus status = QueryStatus::invalid;  ///< ok if there is ground
         /// Signed height of the place above the ground along the vertical; +infinity without ground.
         double height_above_ground = std::numeric_limits<double>::infinity();
         Eigen::Vector3d contact_earth = Eigen::Vector3d::Zero();  ///< on the ground below the place
@@ -57,8 +57,7 @@ public:
 
     /// Fails: invalid_argument, naming the field and its value
     static Result<AircraftGround> create(const JsbsimGroundSettings& settings) {
-        Result<EarthFrame> frame = EarthFrame::create(settings.earth);
-        if (!frame) return tl::unexpected(frame.error());
+        TERRANE_TRY(EarthFrame frame, EarthFrame::create(settings.earth));
         if (!(settings.search_above >= 0.0)) {
             return fail(ErrorCode::invalid_argument, "search_above must be at least 0, got " +
                                                          number_text(settings.search_above));
@@ -67,12 +66,12 @@ public:
             return fail(ErrorCode::invalid_argument, "absent_height must be finite or -inf, got " +
                                                          number_text(settings.absent_height));
         }
-        return AircraftGround(settings, *frame);
+        return AircraftGround(settings, frame);
     }
 
     /// Sets the ground of the following steps. Without one every answer is `not_resident`.
     void set_ground(const Ground& ground) { ground_ = ground; }
-    /// Placement of the world on the earth, to convert the needs of a pager to the world's frame.
+    /// Placement of the world on the earth, to convert needs to the world's frame.
     const EarthFrame& earth() const { return earth_; }
 
     /// The ground below a place in ECEF, without counting. `invalid` if the place is not finite, in the earth's core,
@@ -88,10 +87,10 @@ public:
             return answer;
         }
         answer.normal_earth = earth_.up_earth(*p_world);
-        SurfacePoint found{.status = GroundStatus::not_resident};
+        SurfacePoint found{.status = QueryStatus::not_resident};
         if (ground_) found = surface_below(*ground_, *p_world, settings_.search_above);
         answer.status = found.status;
-        if (found.status == GroundStatus::ok) {
+        if (found.status == QueryStatus::ok) {
             answer.normal_earth =
                 earth_.normal_earth_from_world(found.point_world, found.normal_world);
         } else {
@@ -148,7 +147,7 @@ public:
         const AircraftGround::Answer answer = aircraft_ground_.ask(
             kMetresPerFoot * Eigen::Vector3d(location(1), location(2), location(3)));
         contact = location;  // with its ellipsoid
-        if (answer.status == GroundStatus::ok || std::isfinite(answer.height_above_ground)) {
+        if (answer.status == QueryStatus::ok || std::isfinite(answer.height_above_ground)) {
             contact = to_vector(answer.contact_earth / kMetresPerFoot);
         }
         normal = to_vector(answer.normal_earth);

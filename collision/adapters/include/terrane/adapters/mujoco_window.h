@@ -35,6 +35,7 @@
 // Source: the documentation of MuJoCo: XML reference of asset/hfield, "Mocap bodies", and mjmodel.h.
 
 #include <terrane/adapters/field_window.h>
+#include <terrane/terrain/body_need.h>
 
 #include <cmath>
 #include <cstdio>
@@ -134,51 +135,45 @@ public:
             return fail(ErrorCode::invalid_argument, "the hfield geom " + number_text(geom_id) +
                                                          " must have no pose in its body");
         }
-        Result<FieldWindow> field = FieldWindow::create(std::int64_t{model.hfield_ncol[hfield]} - 1,
-                                                        std::int64_t{model.hfield_nrow[hfield]} - 1,
-                                                        settings.margin, settings.origin_world);
-        if (!field) return tl::unexpected(field.error());
-        return MujocoWindow(std::move(*field), hfield, mocap);
+        TERRANE_TRY(FieldWindow field,
+                    FieldWindow::create(std::int64_t{model.hfield_ncol[hfield]} - 1,
+                                        std::int64_t{model.hfield_nrow[hfield]} - 1,
+                                        settings.margin, settings.origin_world));
+        return MujocoWindow(std::move(field), settings.origin_world, hfield, mocap);
     }
 
-    /// Finds a box per geom of all movable bodies, from bounding spheres at the positions in mjData (those of the last
-    /// mj_forward() or mj_step()).
-    static void find_body_boxes(const Model& model, const Data& data,
-                                std::vector<Aabb>& boxes_out) {
-        boxes_out.clear();
-        for (int geom = 0; geom < model.ngeom; ++geom) {
-            const double radius = model.geom_rbound[geom];
-            if (model.body_weldid[model.geom_bodyid[geom]] == 0 || !(radius > 0.0)) continue;
-            const Eigen::Vector3d centre(data.geom_xpos[3 * geom], data.geom_xpos[3 * geom + 1],
-                                         data.geom_xpos[3 * geom + 2]);
-            const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
-            boxes_out.push_back({centre - half, centre + half});
-        }
+    /// The needs of all movable bodies, for Terrain::update(): the bounding sphere of each of their geoms at its
+    /// position in mjData, which is that of the last mj_forward() or mj_step(). Valid until the next call.
+    std::span<const BodyNeed> needs(const Model& model, const Data& data) {
+        needs_.clear();
+        for_each_geom(model, data, [&](const Eigen::Vector3d& centre_sim, double radius) {
+            needs_.push_back({.centre_world = origin_world_ + centre_sim, .radius = radius});
+        });
+        return needs_;
     }
 
-    /// Moves the window to all movable bodies and writes what changed.
+    /// Moves the window to all movable bodies and writes what changed. Bodies that are not finite are ignored and count
+    /// as unsupported.
     ///
     /// Allocates: when the number of geoms grows
     /// Cost:      O(geoms + cells that changed); after a move O(cells)
     MujocoWindowUpdate update(const Model& model, Data& data, const Ground& ground) {
-        find_body_boxes(model, data, boxes_);
-        return update(model, data, ground, boxes_);
-    }
-
-    /// As above, for given boxes in MuJoCo's frame. Boxes that are not finite are ignored and count as unsupported.
-    MujocoWindowUpdate update(const Model& model, Data& data, const Ground& ground,
-                              std::span<const Aabb> boxes_sim) {
+        boxes_.clear();
+        for_each_geom(model, data, [&](const Eigen::Vector3d& centre_sim, double radius) {
+            const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius);
+            boxes_.push_back({centre_sim - half, centre_sim + half});
+        });
         MujocoWindowUpdate result;
         if (!has_spacing(model, ground)) {
             result.status = MujocoWindowStatus::wrong_spacing;
-            result.unsupported_boxes = static_cast<int>(boxes_sim.size());
+            result.unsupported_boxes = static_cast<int>(boxes_.size());
             return result;
         }
-        if (field_.update(ground, boxes_sim)) is_written_ = false;
+        if (field_.update(ground, boxes_)) is_written_ = false;
         result.covers_boxes = field_.covers_boxes();
         if (field_.is_empty()) {
             result.status = MujocoWindowStatus::no_bodies;
-            result.unsupported_boxes = static_cast<int>(boxes_sim.size());
+            result.unsupported_boxes = static_cast<int>(boxes_.size());
             return result;
         }
         const double range = model.hfield_size[4 * hfield_ + 2];
@@ -200,7 +195,7 @@ public:
         result.boxes_over_volumes = support.over_volumes;
         result.unsupported_boxes = result.status == MujocoWindowStatus::ok
                                        ? support.unsupported
-                                       : static_cast<int>(boxes_sim.size());
+                                       : static_cast<int>(boxes_.size());
         return result;
     }
 
@@ -212,8 +207,20 @@ public:
 private:
     static constexpr int kHfieldGeom = 1;  // mjGEOM_HFIELD
 
-    MujocoWindow(FieldWindow field, int hfield, int mocap)
-        : field_(std::move(field)), hfield_(hfield), mocap_(mocap) {}
+    MujocoWindow(FieldWindow field, const WorldPos& origin_world, int hfield, int mocap)
+        : field_(std::move(field)), origin_world_(origin_world), hfield_(hfield), mocap_(mocap) {}
+
+    // Calls visit(centre_sim, radius) with the bounding sphere of each geom of a movable body.
+    template <class Visit>
+    static void for_each_geom(const Model& model, const Data& data, const Visit& visit) {
+        for (int geom = 0; geom < model.ngeom; ++geom) {
+            const double radius = model.geom_rbound[geom];
+            if (model.body_weldid[model.geom_bodyid[geom]] == 0 || !(radius > 0.0)) continue;
+            visit(Eigen::Vector3d(data.geom_xpos[3 * geom], data.geom_xpos[3 * geom + 1],
+                                  data.geom_xpos[3 * geom + 2]),
+                  radius);
+        }
+    }
 
     bool has_spacing(const Model& model, const Ground& ground) const {
         const GroundWindowSettings& cells = field_.window().settings();
@@ -245,11 +252,13 @@ private:
     }
 
     FieldWindow field_;
+    WorldPos origin_world_;
     int hfield_, mocap_;
     bool is_written_ = false;  // hfield_data matches the window
     bool is_placed_ = false;
     Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // of the heights written, at height 0
     std::vector<Aabb> boxes_;
+    std::vector<BodyNeed> needs_;
 };
 
 }  // namespace terrane::adapters

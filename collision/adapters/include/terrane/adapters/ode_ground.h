@@ -13,10 +13,10 @@
 //           (cylinders, convexes, meshes) get no contacts and are counted as unsupported.
 // Volumes:  contacts and rays see the joined surface, as in find_contacts() and Ground::ray().
 // Absent:   a body that may reach absent ground in the next step is held (disabled, with its velocity kept) until
-//           update() finds its ground resident, so that nothing falls while a pager loads. needs() lists what to load.
+//           update() finds its ground resident, so that nothing falls while it is loaded. needs() lists what to load.
 //
-// Each frame:  pager.update(cameras, ground.needs(), time);
-//              ground.update(pager.ground(), dt);
+// Each frame:  const Frame& frame = terrain.update(cameras, ground.needs(), time);
+//              ground.update(frame.ground, dt);
 //              dSpaceCollide2(ground.geom(), dGeomID(space), data, &near);   // or dSpaceCollide, with it in the space
 //              dWorldQuickStep(world, dt);
 //
@@ -24,7 +24,7 @@
 
 #include <terrane/adapters/sphere_contacts.h>
 #include <terrane/collision/ground_queries.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/body_need.h>
 
 #include <ode/ode.h>
 
@@ -97,7 +97,7 @@ public:
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
     /// Event counts since creation.
     OdeGroundCounts counts() const { return counts_; }
-    /// Needs of the bodies tested for collision since the last update(), for Pager::update(); held bodies included.
+    /// Needs of the bodies tested for collision since the last update(), for Terrain::update(); held bodies included.
     std::span<const BodyNeed> needs() const { return needs_; }
     /// Number of bodies currently held.
     std::size_t held_count() const { return held_.size(); }
@@ -180,9 +180,9 @@ private:
         const WorldPos from = to_world(start);
         const Eigen::Vector3d along(direction[0], direction[1], direction[2]);
         const RayAnswer hit = ground_->ray(from, from + length * along);
-        if (hit.status == GroundStatus::invalid) ++counts_.refused;
-        if (hit.status == GroundStatus::not_resident) ++counts_.absent_rays;
-        if (hit.status != GroundStatus::ok) return 0;
+        if (hit.status == QueryStatus::invalid) ++counts_.refused;
+        if (hit.status == QueryStatus::not_resident) ++counts_.absent_rays;
+        if (hit.status != QueryStatus::ok) return 0;
         const bool is_below = hit.normal.dot(along) > 0.0;  // ODE's normals face the ray
         write(*out, ray, hit.point_world, is_below ? Eigen::Vector3d(-hit.normal) : hit.normal,
               hit.fraction * length);

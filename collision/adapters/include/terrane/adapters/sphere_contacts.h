@@ -69,7 +69,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
     const CellRange cells =
         internal::cells_under(ground, {centre_world - half, centre_world + half});
     ContactAnswer answer;
-    answer.status = QueryStatus::complete;
+    answer.status = QueryStatus::ok;
     if (cells.west > cells.east || cells.south > cells.north) return std::nullopt;
     if (cells.east - cells.west >= kMostSide || cells.north - cells.south >= kMostSide)
         return std::nullopt;
@@ -111,8 +111,8 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
             const Eigen::Vector3d nw(west, north, z(kStride)), ne(east, north, z(kStride + 1));
             const bool is_to_north_east = cut_to_north_east(column, row);
             bool is_under = false;
-            const auto take = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                  const Eigen::Vector3d& c) {
+            const auto visit = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                   const Eigen::Vector3d& c) {
                 const Eigen::Vector3d n = (b - a).cross(c - a);  // z > 0
                 const double above = -n.dot(a);
                 if (above > 0.0 && above * above > squared_reach * n.squaredNorm()) return;
@@ -129,8 +129,8 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
                     near[near_count++] = {
                         closest.point, {a, b, c}, squared, closest.is_inside, above < 0.0};
             };
-            take(sw, se, is_to_north_east ? ne : nw);
-            take(is_to_north_east ? sw : se, ne, nw);
+            visit(sw, se, is_to_north_east ? ne : nw);
+            visit(is_to_north_east ? sw : se, ne, nw);
             if (is_under) return std::nullopt;
         }
     }

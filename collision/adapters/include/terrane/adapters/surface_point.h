@@ -16,8 +16,8 @@ namespace terrane::adapters {
 
 /// The contact surface on the vertical through a point.
 struct SurfacePoint {
-    GroundStatus status = GroundStatus::invalid;  ///< the other fields are defined only if ok
-    WorldPos point_world = WorldPos::Zero();      ///< on the surface
+    QueryStatus status = QueryStatus::invalid;  ///< the other fields are defined only if ok
+    WorldPos point_world = WorldPos::Zero();    ///< on the surface
     Eigen::Vector3d normal_world = Eigen::Vector3d::UnitZ();  ///< unit, pointing out of the solid
     double error_m = 0.0;  ///< the true surface is within this of the point's height
 };
@@ -40,7 +40,7 @@ inline SurfacePoint surface_below(const Ground& ground, const WorldPos& p_world,
     const auto as_point = [&p_world](const HeightAnswer& answer) {
         SurfacePoint found;
         found.status = answer.status;
-        if (answer.status != GroundStatus::ok) return found;
+        if (answer.status != QueryStatus::ok) return found;
         found.point_world = WorldPos(p_world.x(), p_world.y(), answer.height);
         found.normal_world = answer.normal;
         found.error_m = answer.error_m;
@@ -53,10 +53,10 @@ inline SurfacePoint surface_below(const Ground& ground, const WorldPos& p_world,
     double z = p_world.z() + search_above;
     for (int i = 0; i < kMostCeilings; ++i) {
         const HeightAnswer answer = ground.height_below(p_world.x(), p_world.y(), z);
-        if (answer.status != GroundStatus::ok || answer.normal.z() > 0.0) return as_point(answer);
+        if (answer.status != QueryStatus::ok || answer.normal.z() > 0.0) return as_point(answer);
         z = std::nextafter(answer.height, -std::numeric_limits<double>::infinity());
     }
-    return {.status = GroundStatus::miss};
+    return {.status = QueryStatus::miss};
 }
 
 /// Counts answers by status, to report absent ground from interfaces that return only a number. Threads: any number.
@@ -71,11 +71,11 @@ public:
     ~StatusCounter() = default;
 
     /// Adds one answer.
-    void add(GroundStatus status) {
+    void add(QueryStatus status) {
         counts_[static_cast<std::size_t>(status)].fetch_add(1, std::memory_order_relaxed);
     }
     /// Number of answers with a status.
-    std::uint64_t of(GroundStatus status) const {
+    std::uint64_t of(QueryStatus status) const {
         return counts_[static_cast<std::size_t>(status)].load(std::memory_order_relaxed);
     }
     /// Number of answers that were not ok.
@@ -86,10 +86,10 @@ public:
     }
 
 private:
-    std::array<std::atomic<std::uint64_t>, 5> counts_{};  // by GroundStatus; ok is 0
+    std::array<std::atomic<std::uint64_t>, 6> counts_{};  // by QueryStatus; ok is 0
 };
-static_assert(static_cast<int>(GroundStatus::ok) == 0 &&
-              static_cast<int>(GroundStatus::invalid) == 4);
+static_assert(static_cast<int>(QueryStatus::ok) == 0 &&
+              static_cast<int>(QueryStatus::invalid) == 5);
 
 /// Checks that a pose is valid as a simulator's frame.
 ///

@@ -49,8 +49,8 @@ class TerrainProbe {
 public:
     /// One probe's answer, local frame.
     struct Answer {
-        ProbeResult result = ProbeResult::error;      ///< as X-Plane would return
-        GroundStatus status = GroundStatus::invalid;  ///< reason; ok on error: a function failed
+        ProbeResult result = ProbeResult::error;    ///< as X-Plane would return
+        QueryStatus status = QueryStatus::invalid;  ///< reason; ok on error: a function failed
         Eigen::Vector3d location =
             Eigen::Vector3d::Zero();  ///< on the surface; valid for a hit, as the rest
         Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit
@@ -81,7 +81,7 @@ public:
     /// Probes the vertical through a point of the local frame.
     Answer probe(const Eigen::Vector3d& p_local) const {
         Answer answer;
-        answer.status = ground_ ? GroundStatus::invalid : GroundStatus::not_resident;
+        answer.status = ground_ ? QueryStatus::invalid : QueryStatus::not_resident;
         if (ground_) answer = probe_ground(p_local);
         counts_.add(answer.status);
         return answer;
@@ -93,7 +93,7 @@ public:
     template <class Info>
     ProbeResult probe(float x, float y, float z, Info* info_out) const {
         if (info_out == nullptr || info_out->structSize != static_cast<int>(sizeof(Info))) {
-            counts_.add(GroundStatus::invalid);
+            counts_.add(QueryStatus::invalid);
             return ProbeResult::error;
         }
         const Answer answer = probe(Eigen::Vector3d(x, y, z));
@@ -114,7 +114,7 @@ public:
     /// Number of probes by status.
     const StatusCounter& counts() const { return counts_; }
     /// Number of probes in which a function of the settings threw or returned a velocity that was not finite.
-    std::uint64_t fault_count() const { return faults_.of(GroundStatus::invalid); }
+    std::uint64_t fault_count() const { return faults_.of(QueryStatus::invalid); }
 
 private:
     explicit TerrainProbe(const TerrainProbeSettings& settings) : settings_(settings) {}
@@ -129,10 +129,10 @@ private:
             settings_.origin_world + WorldPos(p_local.x(), -p_local.z(), p_local.y());
         const SurfacePoint found = surface_below(*ground_, p_world, settings_.search_above);
         answer.status = found.status;
-        if (found.status == GroundStatus::outside || found.status == GroundStatus::miss) {
+        if (found.status == QueryStatus::outside || found.status == QueryStatus::miss) {
             answer.result = ProbeResult::missed;
         }
-        if (found.status != GroundStatus::ok) return answer;
+        if (found.status != QueryStatus::ok) return answer;
         if (!ask_functions(found.point_world, answer)) return answer;
         answer.location = local_from_world(found.point_world - settings_.origin_world);
         answer.normal = local_from_world(found.normal_world);
@@ -148,7 +148,7 @@ private:
                 const auto surface = ground_->surface(p_world.x(), p_world.y());
                 answer.is_wet = surface && settings_.is_wet(surface->material);
             } catch (...) {
-                faults_.add(GroundStatus::invalid);
+                faults_.add(QueryStatus::invalid);
             }
         }
         if (!settings_.velocity) return true;
@@ -158,7 +158,7 @@ private:
         } catch (...) {
             // treated like a velocity that is not finite
         }
-        faults_.add(GroundStatus::invalid);
+        faults_.add(QueryStatus::invalid);
         return false;
     }
 

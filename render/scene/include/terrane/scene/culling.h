@@ -65,7 +65,7 @@ struct PlaneState {
 /// Threads: any number at once
 class ViewVolume {
 public:
-    /// Requires a view that check() accepts and far_distance > 0.
+    /// Requires a view that validate() accepts and far_distance > 0.
     ///
     /// @param far_distance of the far plane along the view's direction, metres; infinity: none
     explicit ViewVolume(const View& view,
@@ -82,12 +82,12 @@ public:
 
     /// Tests the planes of state.mask, beginning with state.first. On `outside`, state.first becomes the plane that
     /// excludes the object; otherwise the planes that the object is entirely inside of are removed from state.mask.
-    Containment test_planes(const BoundingSphere& ball_world, PlaneState& state) const;
+    Containment test_planes(const BoundingSphere& sphere_world, PlaneState& state) const;
     Containment test_planes(const Aabb& box_world, PlaneState& state) const;
     Containment test_planes(const OrientedBox& box_world, PlaneState& state) const;
 
     /// Whether the volume and a bounding volume have a common point, exactly up to the margin.
-    bool meets(const BoundingSphere& ball_world) const;
+    bool meets(const BoundingSphere& sphere_world) const;
     bool meets(const Aabb& box_world) const;
     bool meets(const OrientedBox& box_world) const;
 
@@ -144,11 +144,11 @@ bool has_shadows(const SunShadows& shadows);
 /// Threads: any number at once
 class CasterVolume {
 public:
-    /// Requires a view that check() accepts, and has_shadows(shadows).
+    /// Requires a view that validate() accepts, and has_shadows(shadows).
     CasterVolume(const View& view, const SunShadows& shadows);
 
     /// Whether a bounding volume has a point in the set.
-    bool meets(const BoundingSphere& ball_world) const;
+    bool meets(const BoundingSphere& sphere_world) const;
     /// The same for an axis-aligned box.
     bool meets(const Aabb& box_world) const;
     /// The same for an oriented box.

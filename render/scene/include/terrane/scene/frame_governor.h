@@ -13,10 +13,6 @@ struct GovernorSettings {
     double frame_ms = 16.0;               ///< time that a frame may take, milliseconds, > 0
     std::size_t least_budget = 2'000;     ///< triangles, >= 1
     std::size_t most_budget = 1'000'000;  ///< triangles, >= least_budget
-    /// Largest ratio of successive budgets, 1.01 to 4; its third power after frames that took less than half of
-    /// frame_ms.
-    double most_growth = 1.15;
-    double margin = 0.03;  ///< share of frame_ms left unused, 0 to 0.5
 };
 
 /// Finds the largest triangle budget that keeps frames within a time limit. Models the cost of a frame as a constant

@@ -61,7 +61,7 @@ public:
 
     /// Whether the visible part of a ball is entirely behind the ground. False if unknown, or if the ball is not
     /// finite.
-    bool hides(const BoundingSphere& ball_world) const;
+    bool hides(const BoundingSphere& sphere_world) const;
     /// The same for a box.
     bool hides(const Aabb& box_world) const;
 

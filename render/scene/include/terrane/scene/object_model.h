@@ -30,7 +30,7 @@ class MeshRays {
 public:
     /// Rays never meet triangles without area.
     ///
-    /// Fails:     invalid_argument as check(TriangleMesh)
+    /// Fails:     invalid_argument as TriangleMesh::validate()
     /// Allocates: about 200 bytes a triangle
     /// Cost:      O(n log n)
     static Result<MeshRays> create(const TriangleMesh& mesh);
@@ -81,12 +81,12 @@ struct ObjectModel {
     /// the finest triangles are those of `mesh`, and no impostor is finer than a mesh. Scene reads only the sequence of
     /// contractions, not the current level, which must not change meanwhile. Null: none.
     std::shared_ptr<const ProgressiveMesh> continuous = {};
+
+    /// Fails: invalid_argument, naming the level and the value, if a field violates its description
+    Result<void> validate() const;
 };
 
 /// Least ratio of the errors of consecutive levels.
 inline constexpr double kLeastLevelRatio = 2.0;
-
-/// Fails: invalid_argument, naming the level and the value, if a field violates its description
-Result<void> check(const ObjectModel& model);
 
 }  // namespace terrane

@@ -85,7 +85,7 @@ struct SceneHit {
 ///
 ///     const auto demands = scene.begin_frame(view);
 ///     const TerrainMesh mesh = triangulator.update(resident, view, demands);   // one budget
-///     const SceneDraws draws = scene.end_frame(mesh.others_threshold_px);
+///     const SceneDraws draws = scene.end_frame(mesh.demand_threshold_px);
 ///
 /// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects,
 /// the settings, the view and the threshold, with one exception: if more than SceneSettings::most_continuous objects
@@ -103,7 +103,7 @@ public:
     Scene& operator=(Scene&&) noexcept;
     ~Scene();
 
-    /// Fails: invalid_argument as check(ObjectModel)
+    /// Fails: invalid_argument as ObjectModel::validate()
     Result<ModelId> add_model(const ObjectModel& model);
 
     /// Adds objects of a model.
@@ -127,7 +127,7 @@ public:
     /// @param shadows            end_frame() also returns the objects out of view whose shadows can fall into it, as
     ///                           casters, at the levels that they would have in view; demands exclude them. None, or a
     ///                           distance or direction out of range: no casters, at no cost
-    /// @param horizon            also culls objects hidden by the ground; ignored if null or built for another view,
+    /// @param horizon_map        also culls objects hidden by the ground; ignored if null or built for another view,
     ///                           and with shadows, because hidden objects may cast them
     ///
     /// Allocates: nothing once the buffers are large enough
@@ -135,7 +135,7 @@ public:
     ///            levels some microseconds, plus the contractions since its last level
     std::span<const TriangleDemand> begin_frame(const View& view, double least_threshold_px = 0.0,
                                                 const std::optional<SunShadows>& shadows = {},
-                                                const HorizonMap* horizon = nullptr);
+                                                const HorizonMap* horizon_map = nullptr);
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call of either function.
     ///

@@ -70,13 +70,13 @@ struct VolumeOperation {
     /// Wanted distance between samples of the level set, metres, > 0. The terrain level with the nearest spacing is
     /// used (see Volumes).
     double voxel = 0.5;
-};
 
-/// Checks sizes, numbers and poses. Meshes and files are checked when they are read (PlacedVolume::create()).
-///
-/// Fails: invalid_argument, naming the field and its value, for a size that is not above 0 and at most 1e5 m, a number
-///        that is not finite, a rotation that is not orthonormal to 1e-6, a polyline without points or with more than
-///        2^20, a mesh without triangles or with more than 2^22, or an index out of range
-Result<void> check(const VolumeOperation& operation);
+    /// Checks sizes, numbers and poses. Meshes and files are checked when they are read (PlacedVolume::create()).
+    ///
+    /// Fails: invalid_argument, naming the field and its value, for a size that is not above 0 and at most 1e5 m, a
+    ///        number that is not finite, a rotation that is not orthonormal to 1e-6, a polyline without points or with
+    ///        more than 2^20, a mesh without triangles or with more than 2^22, or an index out of range
+    Result<void> validate() const;
+};
 
 }  // namespace terrane

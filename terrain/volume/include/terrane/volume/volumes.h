@@ -59,11 +59,11 @@ public:
     /// @param lattice of the terrain
     /// @param level   the pinned level, 0 to the finest; its spacing is the distance between samples
     ///
-    /// Fails: invalid_argument as check(), and for a shape that is thinner than the spacing, lies outside the world's
-    ///        rectangle or beyond 2^28 spacings from height 0, or whose pieces cover more than 2^22 tiles; bad_data for
-    ///        a mesh that is open, intersects itself or is inside out, and for a file without a float level set that
-    ///        has cubic voxels, a band of at least two spacings on both sides and true distances; io for a file that
-    ///        cannot be read; out_of_memory for a level set larger than VolumeSettings::memory_bytes
+    /// Fails: invalid_argument as validate(), and for a shape that is thinner than the spacing, lies outside the
+    ///        world's rectangle or beyond 2^28 spacings from height 0, or whose pieces cover more than 2^22 tiles;
+    ///        bad_data for a mesh that is open, intersects itself or is inside out, and for a file without a float
+    ///        level set that has cubic voxels, a band of at least two spacings on both sides and true distances; io for
+    ///        a file that cannot be read; out_of_memory for a level set larger than VolumeSettings::memory_bytes
     /// Cost:  O(tiles); for a mesh also O(triangles log triangles + pairs of triangles whose boxes overlap), which is
     ///        all pairs for a fan, and the conversion to a level set on OpenVDB's threads
     static Result<PlacedVolume> create(const Lattice& lattice, int level,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "terrain/solid_draws.h"
+#include "terrain/volume_draws.h"
 
 #include "gl/gl_object.h"
 
@@ -77,7 +77,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
 }
 
 // Indices: all levels from the finest on, then the caps of all sides.
-const SolidDraws::Uploaded& SolidDraws::upload(const Lattice& lattice, const Chunk& chunk) {
+const VolumeDraws::Uploaded& VolumeDraws::upload(const Lattice& lattice, const Chunk& chunk) {
     const auto [found, is_new] = uploaded_.try_emplace(chunk.solid.get());
     Uploaded& made = found->second;
     if (!is_new && !made.solid.expired()) return made;
@@ -100,7 +100,7 @@ const SolidDraws::Uploaded& SolidDraws::upload(const Lattice& lattice, const Chu
     return made;
 }
 
-Result<void> SolidDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
+Result<void> VolumeDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
     draws_.clear();
     std::erase_if(uploaded_, [](const auto& entry) { return entry.second.solid.expired(); });
     if (mesh.solids.empty()) return {};
@@ -140,12 +140,12 @@ Result<void> SolidDraws::prepare(const TerrainMesh& mesh, const EyeFrame& eye) {
     return check_gl("upload the triangles of volumes");
 }
 
-SolidDraws::Program::Program(GlProgram made)
+VolumeDraws::Program::Program(GlProgram made)
     : program(std::move(made)),
       corner(glGetUniformLocation(program.name(), "corner")),
       stride(glGetUniformLocation(program.name(), "stride")) {}
 
-void SolidDraws::draw(Part part, const Program& program) const {
+void VolumeDraws::draw(Part part, const Program& program) const {
     if (draws_.empty()) return;
     glUseProgram(program.program.name());
     glBindVertexArray(layout_.name());
@@ -169,7 +169,7 @@ void SolidDraws::draw(Part part, const Program& program) const {
     }
 }
 
-std::size_t SolidDraws::bytes() const {
+std::size_t VolumeDraws::bytes() const {
     std::size_t bytes = 0;
     for (const auto& [solid, uploaded] : uploaded_) bytes += uploaded.bytes;
     return bytes;

@@ -28,12 +28,12 @@ struct TriangleBound {
 /// A convex part of a body, whole and shrunk by an offset: along any normal, the surface of the whole part is at most
 /// the offset outside the shrunk part. Spheres and capsules lose radius, boxes lose half extents, hulls are scaled
 /// about the mean of their vertices. Neither copied nor moved, because cores point into it.
-class MeshPart {
+class ErodedPart {
 public:
     /// @param shape outlives this
-    MeshPart(const LocalShape& shape, std::uint32_t index, double offset);
-    MeshPart(const MeshPart&) = delete;
-    MeshPart& operator=(const MeshPart&) = delete;
+    ErodedPart(const LocalShape& shape, std::uint32_t index, double offset);
+    ErodedPart(const ErodedPart&) = delete;
+    ErodedPart& operator=(const ErodedPart&) = delete;
 
     void set_offset(double offset);
 
@@ -41,9 +41,9 @@ public:
     std::uint32_t index() const { return index_; }
     bool is_round() const { return shape_.kind == ShapeKind::round; }
     double radius() const { return radius_; }  ///< radius of the shrunk part, if round
-    /// A point of the shrunk part; ball() is the radius of a ball around it that the part contains.
+    /// A point of the shrunk part; inner_radius() is the radius of a ball around it that the part contains.
     Eigen::Vector3d inside() const { return inside_; }
-    double ball() const;
+    double inner_radius() const;
 
     /// The box around the whole, widened.
     Aabb box(double margin) const {

@@ -28,7 +28,7 @@ static_assert(sizeof(SolidVertex) == 40);
 std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk& chunk);
 
 /// Keeps the triangles of volumes on the device while their chunks are resident, and draws those of a mesh.
-class SolidDraws {
+class VolumeDraws {
 public:
     /// Uploads the surfaces that a mesh draws for the first time, and frees the buffers of surfaces without a chunk.
     ///

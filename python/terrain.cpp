@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "conversions.h"
-#include "guarded.h"
 #include "terrain.h"
 
-#include <terrane/terrain/ground.h>
+#include "conversions.h"
+#include "guarded.h"
 
 #include <pybind11/stl.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace terrane::python {
 
@@ -37,7 +44,7 @@ void bind_views(py::module_& module) {
                                                read_vector(target, "target_world"), vertical_fov,
                                                width_px, height_px));
             view.near_distance = near_distance;
-            value_or_raise(check(view));
+            value_or_raise(view.validate());
             return view;
         },
         py::arg("eye_world"), py::arg("target_world"),
@@ -134,7 +141,7 @@ void bind_chunk(py::module_& module) {
                                "all cells are ground; read only.")
         .def_property_readonly(
             "bytes", [](const HeldChunk& held) { return held.chunk->bytes(); },
-            "What it counts for under the pager's ceiling.");
+            "What it counts for under the ceiling of a Terrain.");
 }
 
 }  // namespace
@@ -142,7 +149,7 @@ void bind_chunk(py::module_& module) {
 void bind_resident(py::module_& module) {
     bind_chunk(module);
     py::class_<Resident>(module, "ResidentSet",
-                         "A snapshot of resident chunks. Immutable; outlives its pager.")
+                         "A snapshot of resident chunks. Immutable; outlives its Terrain.")
         .def("__len__", [](const Resident& resident) { return resident.set->chunks().size(); })
         .def("chunk", &chunk_of, py::arg("index"),
              "The Chunk of an index; IndexError where there is none.")
@@ -158,7 +165,7 @@ void bind_resident(py::module_& module) {
             "Of each chunk: float32 of shape (n,), 0 (not drawn) to 1. Ground does not fade.")
         .def_property_readonly(
             "epoch", [](const Resident& resident) { return resident.set->epoch(); },
-            "Counts the changes of the pager's set: sets of one pager with equal epochs are equal.")
+            "Counts the changes of the set: sets of one Terrain with equal epochs are equal.")
         .def_property_readonly(
             "has_roots", [](const Resident& resident) { return resident.set->has_roots(); },
             "Whether all root squares are resident: without them nothing is drawn.");
@@ -166,38 +173,45 @@ void bind_resident(py::module_& module) {
 
 namespace {
 
-// A pager and its required regions by ticket: Python releases them by call.
-struct TicketedPager : Pager {
-    explicit TicketedPager(Pager&& pager) : Pager(std::move(pager)) {}
+// A region that a terrain keeps resident, as held by Python: a key of HeldTerrain::regions.
+struct HeldRegion {
+    std::shared_ptr<TerrainUse> terrain;
+    std::uint64_t key;
 
-    std::map<std::uint64_t, RequiredRegion> regions = {};
-    std::uint64_t next_ticket = 1;
-
-    RegionState state_of(std::uint64_t ticket) const {
-        const auto found = regions.find(ticket);
-        return found == regions.end() ? RegionState::released : found->second.state();
+    RegionState state() const {
+        const auto use = terrain->held.read();
+        const auto found = use->regions.find(key);
+        return found == use->regions.end() ? RegionState::released : found->second.state();
     }
 };
-using PagerUse = Guarded<TicketedPager>;
 
 constexpr std::array<std::pair<const char*, PagingPolicy>, 2> kPolicies{
     {{"deadline", PagingPolicy::deadline}, {"distance", PagingPolicy::distance}}};
 
-std::shared_ptr<PagerUse> make_pager(const Source& source, std::size_t memory_bytes,
-                                     int worker_count, double horizon, double contact_spacing,
-                                     double contact_share, const std::string& policy,
-                                     double distance_radius, double load_timeout) {
-    const PagerSettings settings{.memory_bytes = memory_bytes,
-                                 .worker_count = worker_count,
-                                 .horizon = horizon,
-                                 .contact_spacing = contact_spacing,
-                                 .contact_share = contact_share,
-                                 .policy = read_choice(policy, "policy", kPolicies),
-                                 .distance_radius = distance_radius,
-                                 .load_timeout = load_timeout};
-    return std::make_shared<PagerUse>("Pager", TicketedPager(value_or_raise(without_lock([&] {
-                                          return Pager::create(source.heights, settings);
-                                      }))));
+std::shared_ptr<TerrainUse> make_terrain(const Source& source, std::size_t memory_bytes,
+                                         int worker_count, double horizon, double contact_spacing,
+                                         double contact_share, const std::string& policy,
+                                         double distance_radius, double load_timeout,
+                                         std::size_t triangle_budget, double max_error_px,
+                                         double morph_ratio, int mesh_worker_count,
+                                         std::size_t open_chunks) {
+    const TerrainSettings settings{.paging = {.memory_bytes = memory_bytes,
+                                              .worker_count = worker_count,
+                                              .horizon = horizon,
+                                              .contact_spacing = contact_spacing,
+                                              .contact_share = contact_share,
+                                              .policy = read_choice(policy, "policy", kPolicies),
+                                              .distance_radius = distance_radius,
+                                              .load_timeout = load_timeout},
+                                   .meshes = {.triangle_budget = triangle_budget,
+                                              .max_error_px = max_error_px,
+                                              .morph_ratio = morph_ratio,
+                                              .worker_count = mesh_worker_count,
+                                              .open_chunks = open_chunks}};
+    Terrain made =
+        value_or_raise(without_lock([&] { return Terrain::create(source.heights, settings); }));
+    return std::shared_ptr<TerrainUse>(
+        new TerrainUse{.held = {"Terrain", {.terrain = std::move(made)}}});
 }
 
 BodyNeeds make_needs(const py::object& centre, const py::object& velocity,
@@ -216,24 +230,42 @@ BodyNeeds make_needs(const py::object& centre, const py::object& velocity,
     return made;
 }
 
-// A World stands for its needs().
-BodyNeeds read_needs(const py::object& bodies) {
-    if (bodies.is_none()) return {};
-    if (py::isinstance<BodyNeeds>(bodies)) return py::cast<BodyNeeds>(bodies);
-    if (py::hasattr(bodies, "needs")) return py::cast<BodyNeeds>(bodies.attr("needs")());
-    throw py::type_error("bodies must be a World, BodyNeeds or None");
+py::object frame_of(const std::shared_ptr<TerrainUse>& terrain, const Frame& frame) {
+    py::tuple meshes(frame.meshes.size());
+    for (std::size_t i = 0; i < frame.meshes.size(); ++i) {
+        meshes[i] =
+            py::cast(Mesh{.terrain = terrain, .update = terrain->updates, .mesh = frame.meshes[i]});
+    }
+    return make_answer("Frame", frame.ground, meshes, frame.late_chunks, frame.groundless_bodies);
 }
 
-void update_pager(PagerUse& pager, double time_s, const std::vector<CameraNeed>& cameras,
-                  const py::object& bodies) {
-    const BodyNeeds needs = read_needs(bodies);
+// Terrain::update() or load().
+using Advance = const Frame& (Terrain::*)(std::span<const Camera>, std::span<const BodyNeed>,
+                                          double);
+
+template <Advance advance>
+py::object frame_at(const std::shared_ptr<TerrainUse>& terrain, const std::vector<Camera>& cameras,
+                    const BodyNeeds* bodies, double time_s) {
     if (!std::isfinite(time_s)) throw py::value_error("time_s must be finite");
-    const auto use = pager.change();
-    without_lock([&] { use->update(cameras, needs.needs, time_s); });
+    std::span<const BodyNeed> needs;
+    if (bodies != nullptr) needs = bodies->needs;
+    const auto use = terrain->held.change();
+    ++terrain->updates;
+    return frame_of(
+        terrain, *without_lock([&] { return &(use->terrain.*advance)(cameras, needs, time_s); }));
 }
 
-py::object stats_of(PagerUse& pager) {
-    const PagerStats stats = pager.read()->stats();
+HeldRegion require(const std::shared_ptr<TerrainUse>& terrain, const std::array<double, 4>& region,
+                   double deadline_s) {
+    const auto use = terrain->held.change();
+    const std::uint64_t key = ++use->last_region;
+    use->regions[key] =
+        use->terrain.require({region[0], region[1], region[2], region[3]}, deadline_s);
+    return {terrain, key};
+}
+
+py::object stats_of(TerrainUse& terrain) {
+    const PagerStats stats = terrain.held.read()->terrain.pager().stats();
     return make_answer(
         "PagerStats", stats.resident_bytes, stats.in_flight_bytes, stats.resident_chunks,
         stats.late_chunks, stats.fading_chunks, stats.groundless_bodies, stats.peak_bytes,
@@ -243,56 +275,73 @@ py::object stats_of(PagerUse& pager) {
 }
 
 void bind_needs(py::module_& module) {
-    py::class_<CameraNeed>(module, "Camera", "A camera that draws: its needs for a pager.")
-        .def(py::init([](const View& view, const py::object& velocity, double threshold_px) {
-                 CameraNeed need;
-                 need.view = view;
-                 need.velocity = read_vector(velocity, "velocity");
-                 need.threshold_px = threshold_px;
-                 return need;
+    py::class_<Camera>(module, "Camera", "A camera of a Terrain. Immutable.")
+        .def(py::init([](const View& view, const py::object& velocity) {
+                 return Camera{.view = view, .velocity = read_vector(velocity, "velocity")};
              }),
              py::arg("view"), py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
-             py::arg("threshold_px") = 1.0,
              R"(A camera with a view.
 
-velocity      shape (3,), metres a second, world axes
-threshold_px  screen error below which no detail is needed, pixels: Mesh.threshold_px of the frame before)")
-        .def_readonly("view", &CameraNeed::view, "Where it is, and what it sees.")
+velocity  shape (3,), metres a second, world axes)")
+        .def_readonly("view", &Camera::view, "Where it is, and what it sees.")
         .def_property_readonly(
-            "velocity", [](const CameraNeed& need) { return to_array(need.velocity); },
-            "Shape (3,), metres a second, world axes.")
-        .def_readonly("threshold_px", &CameraNeed::threshold_px,
-                      "Screen error below which no detail is needed, pixels.");
+            "velocity", [](const Camera& camera) { return to_array(camera.velocity); },
+            "Shape (3,), metres a second, world axes.");
     py::class_<BodyNeeds>(module, "BodyNeeds", "Bodies that touch ground, or may soon.")
         .def(py::init(&make_needs), py::arg("centre_world"),
              py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0), py::arg("radius") = 1.0,
-             R"(Bounding spheres of bodies.
+             R"(Bounding spheres of bodies; those of a World are its needs().
 
 centre_world  shape (n, 3), metres
 velocity      shape (n, 3) or (3,), metres a second, world axes
 radius        shape (n,) or one number, metres)")
         .def("__len__", [](const BodyNeeds& bodies) { return bodies.needs.size(); });
+    py::class_<HeldRegion>(module, "RequiredRegion",
+                           "Ground that Terrain.require() keeps resident until release().")
+        .def_property_readonly(
+            "state",
+            [](const HeldRegion& region) {
+                return make_answer("RegionState", static_cast<int>(region.state()));
+            },
+            "What has become of the requirement: RegionState.")
+        .def_property_readonly(
+            "is_ready",
+            [](const HeldRegion& region) { return region.state() == RegionState::ready; },
+            "Whether all of its ground is resident.")
+        .def(
+            "release",
+            [](const HeldRegion& region) {
+                region.terrain->held.change()->regions.erase(region.key);
+            },
+            "Ends the requirement; its ground may be evicted from then on.");
 }
 
 }  // namespace
 
-void bind_pager(py::module_& module) {
+void bind_terrain(py::module_& module) {
     bind_needs(module);
-    const PagerSettings defaults;
-    py::class_<PagerUse, std::shared_ptr<PagerUse>>(
-        module, "Pager",
-        R"(Keeps the chunks resident that cameras draw and bodies touch, under a hard ceiling of bytes.
+    const PagerSettings paging;
+    const TriangulatorSettings meshes;
+    py::class_<TerrainUse, std::shared_ptr<TerrainUse>>(
+        module, "Terrain",
+        R"(Ground to see and to stand on: keeps the chunks resident that cameras draw and bodies touch, under a hard ceiling of
+bytes, and triangulates the view of each camera within a triangle budget.
 
-One thread at a time, else RuntimeError; a closed one is a ValueError. Its sets and grounds outlive it, and may be read by
-any thread. A context manager: close() at the end.)")
-        .def(py::init(&make_pager), py::arg("source"), py::kw_only(),
-             py::arg("memory_bytes") = defaults.memory_bytes,
-             py::arg("worker_count") = defaults.worker_count, py::arg("horizon") = defaults.horizon,
-             py::arg("contact_spacing") = defaults.contact_spacing,
-             py::arg("contact_share") = defaults.contact_share, py::arg("policy") = "deadline",
-             py::arg("distance_radius") = defaults.distance_radius,
-             py::arg("load_timeout") = defaults.load_timeout,
-             R"(A pager of a source.
+One thread at a time, else RuntimeError; a closed one is a ValueError. Grounds and resident sets outlive it, and may be
+read by any thread. A context manager: close() at the end.)")
+        .def(py::init(&make_terrain), py::arg("source"), py::kw_only(),
+             py::arg("memory_bytes") = paging.memory_bytes,
+             py::arg("worker_count") = paging.worker_count, py::arg("horizon") = paging.horizon,
+             py::arg("contact_spacing") = paging.contact_spacing,
+             py::arg("contact_share") = paging.contact_share, py::arg("policy") = "deadline",
+             py::arg("distance_radius") = paging.distance_radius,
+             py::arg("load_timeout") = paging.load_timeout,
+             py::arg("triangle_budget") = meshes.triangle_budget,
+             py::arg("max_error_px") = meshes.max_error_px,
+             py::arg("morph_ratio") = meshes.morph_ratio,
+             py::arg("mesh_worker_count") = meshes.worker_count,
+             py::arg("open_chunks") = meshes.open_chunks,
+             R"(The terrain of a HeightSource.
 
 memory_bytes     ceiling of resident chunks and loads in flight together
 worker_count     loader threads; 0 loads inside update(), so that every run is the same
@@ -302,74 +351,61 @@ contact_share    share of the ceiling that is reserved for contact, 0 to 1
 policy           "deadline", or "distance" for comparison
 distance_radius  of "distance": radius over that of a camera's need
 load_timeout     of a load, seconds
+triangle_budget  hard limit of each camera's mesh, at least 2 for each root square
+max_error_px     refinement stops below this, pixels, > 0
+morph_ratio      1 (no morphing) to 16
+mesh_worker_count  threads of triangulation, 1 to 64
+open_chunks      refined chunks of a mesh that can be processed without allocating
 
 Raises ValueError for a setting out of range, MemoryError where the ceiling does not hold the root squares.)")
         .def(
-            "update", &update_pager, py::arg("time_s"),
-            py::arg("cameras") = std::vector<CameraNeed>(), py::arg("bodies") = py::none(),
-            R"(Inserts arrived chunks, requests what is needed next, evicts. Never waits where worker_count > 0.
+            "update", &frame_at<&Terrain::update>, py::arg("cameras"), py::arg("bodies"),
+            py::arg("time_s"),
+            R"(Pages and triangulates for one Frame. Never waits for loads where worker_count > 0. Without the lock.
 
-time_s   seconds on any clock that does not go back
-cameras  a list of Camera
-bodies   a World, BodyNeeds or None)")
-        .def(
-            "require",
-            [](PagerUse& pager, const std::array<double, 4>& region, double deadline_s) {
-                const auto use = pager.change();
-                const std::uint64_t ticket = use->next_ticket++;
-                use->regions[ticket] =
-                    use->require({region[0], region[1], region[2], region[3]}, deadline_s);
-                return ticket;
-            },
-            py::arg("region"), py::arg("deadline_s") = 0.0,
-            R"(Requests all ground of a rectangle at contact level, and keeps it until release(). Returns a ticket.
+cameras  a list of Camera, identified by their index
+bodies   World.needs(), BodyNeeds or None
+time_s   seconds on any clock that does not go back)")
+        .def("load", &frame_at<&Terrain::load>, py::arg("cameras"), py::arg("bodies"),
+             py::arg("time_s"),
+             "As update(), then loads until all needs are resident or cannot be. Blocks: for the "
+             "first Frame.")
+        .def("require", &require, py::arg("region"), py::arg("deadline_s") = 0.0,
+             R"(Requests all ground of a rectangle at contact level, and keeps it: RequiredRegion.
 
-region  west, south, east, north, metres)")
-        .def(
-            "state_of",
-            [](PagerUse& pager, std::uint64_t ticket) {
-                return make_answer("RegionState", static_cast<int>(pager.read()->state_of(ticket)));
-            },
-            py::arg("ticket"), "The RegionState of a required region.")
-        .def(
-            "is_ready",
-            [](PagerUse& pager, std::uint64_t ticket) {
-                return pager.read()->state_of(ticket) == RegionState::ready;
-            },
-            py::arg("ticket"), "Whether all of a required region is resident.")
-        .def(
-            "release",
-            [](PagerUse& pager, std::uint64_t ticket) { pager.change()->regions.erase(ticket); },
-            py::arg("ticket"), "Lets go of a required region.")
-        .def(
-            "finish",
-            [](PagerUse& pager) {
-                const auto use = pager.change();
-                without_lock([&] { use->finish(); });
-            },
-            "Loads until all needs of the last update() are resident or cannot be. Blocks, without "
-            "the lock.")
-        .def(
-            "ground",
-            [](PagerUse& pager) {
-                const auto use = pager.read();
-                return use->ground();
-            },
-            "The Ground of the chunks that are resident now: a snapshot.")
+region      west, south, east, north, metres
+deadline_s  when it is needed, on the clock of update())")
         .def_property_readonly(
-            "resident", [](PagerUse& pager) { return Resident{pager.read()->resident()}; },
+            "frame",
+            [](const std::shared_ptr<TerrainUse>& terrain) {
+                return frame_of(terrain, terrain->held.read()->terrain.frame());
+            },
+            "The Frame of the last update. Before the first one nothing is resident.")
+        .def_property_readonly(
+            "resident",
+            [](TerrainUse& terrain) {
+                return Resident{terrain.held.read()->terrain.pager().resident()};
+            },
             "The ResidentSet of now: a snapshot.")
         .def_property_readonly(
-            "contact_level", [](PagerUse& pager) { return pager.read()->contact_level(); },
+            "contact_level",
+            [](TerrainUse& terrain) {
+                return terrain.held.read()->terrain.pager().contact_level();
+            },
             "The level that ground answers at; 0 is the coarsest.")
-        .def_property_readonly("stats", &stats_of, "Counts: PagerStats.")
+        .def_property_readonly("stats", &stats_of, "Counts of paging: PagerStats.")
         .def_property_readonly(
-            "last_failure", [](PagerUse& pager) { return pager.read()->last_failure(); },
+            "last_failure",
+            [](TerrainUse& terrain) { return terrain.held.read()->terrain.pager().last_failure(); },
             "The message of the last failed load; empty if none has failed.")
-        .def("close", &PagerUse::close, "Stops its threads. Nothing where it is closed.")
-        .def_property_readonly("closed", &PagerUse::is_closed, "Whether close() was called.")
+        .def(
+            "close", [](TerrainUse& terrain) { terrain.held.close(); },
+            "Stops its threads, frees its buffers. Nothing where it is closed.")
+        .def_property_readonly(
+            "closed", [](const TerrainUse& terrain) { return terrain.held.is_closed(); },
+            "Whether close() was called.")
         .def("__enter__", [](py::object self) { return self; })
-        .def("__exit__", [](PagerUse& pager, const py::args&) { pager.close(); });
+        .def("__exit__", [](TerrainUse& terrain, const py::args&) { terrain.held.close(); });
 }
 
 }  // namespace terrane::python

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "ground/mesh_part.h"
+#include "ground/eroded_part.h"
 
 #include "ground/column/column.h"
 #include "pairs/convex_core.h"
@@ -42,7 +42,7 @@ TriangleCore::TriangleCore(const SurfaceTriangle& triangle) {
     core_.reach = std::max(length(vertices_[1]), length(vertices_[2]));
 }
 
-MeshPart::MeshPart(const LocalShape& shape, std::uint32_t index, double offset)
+ErodedPart::ErodedPart(const LocalShape& shape, std::uint32_t index, double offset)
     : shape_(shape), index_(index), inside_(shape.centre) {
     if (shape.kind == ShapeKind::hull) {
         const std::span<const Eigen::Vector3d> vertices = shape.hull->shape->vertices;
@@ -64,7 +64,7 @@ MeshPart::MeshPart(const LocalShape& shape, std::uint32_t index, double offset)
     set_offset(offset);
 }
 
-void MeshPart::set_offset(double offset) {
+void ErodedPart::set_offset(double offset) {
     if (shape_.kind == ShapeKind::round) {
         radius_ = std::max(0.0, shape_.radius - offset);
         half_ = Eigen::Vector3d::Constant(radius_);
@@ -83,13 +83,13 @@ void MeshPart::set_offset(double offset) {
     }
 }
 
-double MeshPart::ball() const {
+double ErodedPart::inner_radius() const {
     if (shape_.kind == ShapeKind::round) return radius_;
     if (shape_.kind == ShapeKind::box) return half_.minCoeff();
     return 0.0;
 }
 
-double MeshPart::lowest(const Eigen::Vector3d& n) const {
+double ErodedPart::lowest(const Eigen::Vector3d& n) const {
     if (shape_.kind == ShapeKind::round) {
         return dot(n, shape_.centre) - std::abs(dot(n, shape_.core)) - radius_;
     }
@@ -101,9 +101,9 @@ double MeshPart::lowest(const Eigen::Vector3d& n) const {
     return dot(n, inside_) + scale_ * (lowest_of_whole(n) - dot(n, inside_));
 }
 
-double MeshPart::shift(const Eigen::Vector3d& n) const { return lowest(n) - lowest_of_whole(n); }
+double ErodedPart::shift(const Eigen::Vector3d& n) const { return lowest(n) - lowest_of_whole(n); }
 
-double MeshPart::opening(const Eigen::Vector3d& n) const {
+double ErodedPart::opening(const Eigen::Vector3d& n) const {
     if (shape_.kind == ShapeKind::round) return 1.0;
     if (shape_.kind == ShapeKind::box) {
         return kBoxShare * (std::abs(dot(n, shape_.axes[0])) + std::abs(dot(n, shape_.axes[1])) +
@@ -112,7 +112,7 @@ double MeshPart::opening(const Eigen::Vector3d& n) const {
     return reach_ > 0.0 ? (dot(n, inside_) - lowest_of_whole(n)) / reach_ : 0.0;
 }
 
-bool MeshPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const {
+bool ErodedPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const {
     if (!has_axes_) return false;
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = axes_[i];
@@ -125,7 +125,7 @@ bool MeshPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double d
     return false;
 }
 
-TriangleBound MeshPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
+TriangleBound ErodedPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
     TriangleBound bound;
     const bool is_round = shape_.kind == ShapeKind::round;
     double square = 0.0;
@@ -168,7 +168,7 @@ TriangleBound MeshPart::bound_distance(const SurfaceTriangle& triangle, double e
     return bound;
 }
 
-MeshPair MeshPart::closest(const SurfaceTriangle& triangle, double enough) const {
+MeshPair ErodedPart::closest(const SurfaceTriangle& triangle, double enough) const {
     MeshPair pair;
     if (shape_.kind == ShapeKind::round) {
         const ClosestPair found = find_closest_core(shape_.centre, shape_.core, triangle);
@@ -193,7 +193,7 @@ MeshPair MeshPart::closest(const SurfaceTriangle& triangle, double enough) const
     return pair;
 }
 
-const Core& MeshPart::whole_core() const {
+const Core& ErodedPart::whole_core() const {
     if (whole_core_) return *whole_core_;
     if (shape_.kind == ShapeKind::box) {
         whole_core_ =

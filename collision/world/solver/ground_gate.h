@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "world/solver/ground_contact_cache.h"
+#include "world/solver/rigid_body.h"
+
+#include <terrane/collision/ground_queries.h>
+
+#include <cstdint>
+#include <optional>
+
+namespace terrane::internal {
+
+/// Duration and substeps of a collision step, the same for all bodies.
+struct StepSpan {
+    double duration = 0.0;  ///< of the collision step, seconds
+    int substep_count = 1;  ///< equal substeps of it
+
+    double substep() const { return duration / substep_count; }
+};
+
+/// How far a displacement was made.
+struct MoveAnswer {
+    bool resident = true;
+    bool hit = false;
+    double fraction = 1.0;  ///< share of the displacement made
+};
+
+/// What happened to a body in a step, or in a part of it.
+struct GateAnswer {
+    /// False: ground needed for the result is not resident; the pose may have changed.
+    bool resident = true;
+    bool touches = false;  ///< near enough to the ground for contacts
+    std::uint64_t impacts = 0;
+    double simulated_time = 0.0;
+    double lost_time = 0.0;
+    /// Of the ground, beyond the contacts that the island solved, N s.
+    Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+
+    void add(const GateAnswer& later) {
+        resident = resident && later.resident;
+        touches = later.touches;
+        impacts += later.impacts;
+        simulated_time += later.simulated_time;
+        lost_time += later.lost_time;
+        impulse += later.impulse;
+    }
+};
+
+/// The gate between one body and the ground: owns the body's ground contacts and the offset surface above which it
+/// stays, and changes its pose only along motions that are proved clear of that surface or cast against it, so that the
+/// penetration depth is bounded by construction, independent of solver and integrator.
+///
+/// A collision step calls begin(), lets the island solver move the body in substeps on contacts(), with scratch poses,
+/// and calls end(), which applies the net displacement.
+class GroundGate {
+public:
+    enum class State : std::uint8_t {
+        open,          ///< the body takes part in the collision step
+        too_deep,      ///< it penetrates all offset surfaces: end() only recovers it
+        not_resident,  ///< ground that it may touch is not resident: end() fails
+    };
+
+    // ---- A step of the world ----
+
+    /// Drops the contacts found in the previous step, because results must not depend on what is loaded elsewhere.
+    void begin_step() { contacts_.begin_step(); }
+    /// Restores the impulses and forgets what was proved since begin_step(), for a body that is put back.
+    void undo_step();
+
+    // ---- A collision step ----
+
+    /// Finds the ground contacts that a body may have within the collision step, and the highest offset surface that it
+    /// does not penetrate. Bodies above all reachable ground have no contacts.
+    ///
+    /// @param ground_before ground of the previous collision step, or null
+    void begin(RigidBody& body, const Ground& ground, const Ground* ground_before,
+               const StepSpan& span);
+    State state() const { return state_; }
+    /// Pose at begin().
+    const Pose& start() const { return start_; }
+    /// Closes the gate of a body that cannot be stepped for want of other ground.
+    void set_not_resident() { state_ = State::not_resident; }
+    /// Moves a body from its start to its current pose along one motion. If only part of it is proved clear, the body
+    /// stops there and is simulated alone for the remaining time. A body that is too deep recovers instead.
+    GateAnswer end(RigidBody& body, const Ground& ground, const StepSpan& span);
+
+    // ---- Outside of collision steps ----
+
+    /// Moves a body by a displacement, or until it reaches the stop gap of the highest offset surface that it does not
+    /// penetrate. A body that is too deep does not move.
+    MoveAnswer move(RigidBody& body, const Ground& ground, const Twist& displacement);
+
+    /// The contacts with the ground, at the poses of the substeps.
+    GroundContactCache& contacts() { return contacts_; }
+    const GroundContactCache& contacts() const { return contacts_; }
+    /// Makes the next collision step test the body for penetration even if its pose and the ground are unchanged.
+    void forget_proof() { clear_pose_.reset(); }
+    /// Resets to a new gate, keeping its memory.
+    void reset();
+
+private:
+    /// How advance() finds a hit if only part of the displacement is proved clear.
+    enum class HitSearch {
+        cast_rest,       ///< casts the remaining displacement: the hit is at first touch
+        stop_at_proved,  ///< reports a hit at the end of the proved part, unless nothing is proved
+    };
+    /// The part of a lone step between two contact queries.
+    struct Interval {
+        GateAnswer answer;
+        bool is_last = false;  ///< ends with the step
+    };
+
+    bool is_proved_clear(const RigidBody& body, const Ground& ground,
+                         const Ground* ground_before) const;
+    bool choose_surface(RigidBody& body);
+    GateAnswer step_alone(RigidBody& body, const Ground& ground, double duration);
+    Interval step_interval(RigidBody& body, const Ground& ground, double duration);
+    void solve(RigidBody& body, double duration) const;
+    bool separate(RigidBody& body, const Ground& ground, double duration);
+    MoveAnswer move_freely(RigidBody& body, const Ground& ground, double duration, bool is_flying);
+    MoveAnswer advance(RigidBody& body, const Ground& ground, const Twist& displacement,
+                       HitSearch hits = HitSearch::cast_rest);
+    MoveAnswer advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
+                               const Pose& end);
+
+    GroundContactCache contacts_;
+    OffsetSurface surface_;
+    Pose start_;
+    State state_ = State::open;
+    /// Pose at which the end of the previous collision step proved the body clear of the first offset surface.
+    std::optional<Pose> clear_pose_;
+};
+
+/// Casts a wheel against the first offset surface for a tolerance. The contact is that of the raised shape,
+/// kFirstOffset tolerances too high.
+CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
+                      double tolerance);
+
+/// Largest lift of a body, metres, >= 0: an upper bound of its penetration depth.
+double greatest_lift(const RigidBody& body, const Ground& ground);
+
+/// The penetration depth of a body in the contact surface, or `at_least` if that is larger, metres.
+/// @param lift its greatest_lift(); if at most `at_least`, no depth is computed
+double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least);
+
+/// Whether there is no ground below or above a point.
+bool is_outside(const Ground& ground, const WorldPos& point);
+
+}  // namespace terrane::internal

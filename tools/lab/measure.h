@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+//
+// Clocks, repetitions and medians, for the experiments of the program and for the programs of tests/benchmark.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <ctime>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+
+/// What a Stopwatch reads: wall-clock time, or the processor time of the calling thread, which other load does not
+/// stretch but which excludes worker threads.
+enum class Clock { wall, thread };
+
+/// Measures the time since its construction.
+class Stopwatch {
+public:
+    explicit Stopwatch(Clock clock) : clock_(clock), from_(now()) {}
+    /// Milliseconds.
+    double ms() const { return now() - from_; }
+
+private:
+    double now() const {
+        timespec time{};
+        clock_gettime(clock_ == Clock::wall ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID, &time);
+        return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+    }
+
+    Clock clock_;
+    double from_;
+};
+
+/// The middle value, the upper one of an even count; 0 without values.
+inline double median(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Median time of some runs of a function, milliseconds.
+template <class Function>
+double median_ms(int runs, Clock clock, const Function& function) {
+    std::vector<double> times;
+    for (int i = 0; i < runs; ++i) {
+        const Stopwatch watch(clock);
+        function();
+        times.push_back(watch.ms());
+    }
+    return median(std::move(times));
+}
+
+/// Limits of repetitions.
+struct Patience {
+    /// Further turns start within this time after the end of the first one, seconds; <= 0: only the first one.
+    double seconds = std::numeric_limits<double>::infinity();
+    std::size_t most_turns = 9;  ///< with the first one
+};
+
+/// Measures cases in turns, each case once a turn, so that a temporary slowdown of the machine affects all alike.
+///
+/// @param measure called with the indices of a case and of a turn; false ends the turns
+template <class Measure>
+void take_turns(std::size_t case_count, const Patience& patience, const Measure& measure) {
+    const auto run_turn = [&](std::size_t turn) {
+        for (std::size_t i = 0; i < case_count; ++i) {
+            if (!measure(i, turn)) return false;
+        }
+        return true;
+    };
+    if (!run_turn(0)) return;
+    const Stopwatch since_first(Clock::wall);
+    for (std::size_t turn = 1;
+         turn < patience.most_turns && since_first.ms() < 1e3 * patience.seconds; ++turn) {
+        if (!run_turn(turn)) return;
+    }
+}
+
+/// Mean processor time of the calls 0 to count - 1, nanoseconds, over as many rounds as take two milliseconds in total.
+///
+/// @param call takes an index and returns a number that depends on its result, so that the call is not removed
+template <class Call>
+double time_call_ns(std::size_t count, const Call& call) {
+    constexpr double kLeast_ms = 2.0;
+    if (count == 0) return 0.0;
+    double sum = 0.0, taken_ms = 0.0;
+    std::size_t calls = 0;
+    const Stopwatch watch(Clock::thread);
+    while (taken_ms < kLeast_ms) {
+        for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(call(i));
+        calls += count;
+        taken_ms = watch.ms();
+    }
+    [[maybe_unused]] static volatile double sink;
+    sink = sum;
+    return 1e6 * taken_ms / static_cast<double>(calls);
+}
+
+/// What times depend on beside the code.
+struct Machine {
+    std::string processor = "unknown processor";
+    unsigned threads = std::thread::hardware_concurrency();
+#ifdef __clang__
+    std::string compiler = "clang " __clang_version__;
+#else
+    std::string compiler = "g++ " __VERSION__;
+#endif
+#ifdef NDEBUG
+    std::string build = "release";
+#else
+    std::string build = "with asserts";
+#endif
+};
+
+/// The machine and the build of this program.
+inline Machine this_machine() {
+    Machine machine;
+    std::ifstream processors("/proc/cpuinfo");
+    for (std::string line; std::getline(processors, line);) {
+        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
+        machine.processor = line.substr(line.find(": ") + 2);
+        break;
+    }
+    return machine;
+}
+
+}  // namespace terrane::tools
