@@ -26,7 +26,8 @@ inline constexpr double kLeastStopGap = 1e-11;
 /// Gap at which bodies rest above the first offset surface, in tolerances. This is the contact surface itself, so that
 /// a body placed on it stays, and it is above every stop gap, so that the body can slide.
 inline constexpr double kRestGap = kFirstOffset;
-/// Gap that separation restores, in tolerances: below that of a body placed on a 60 degree slope.
+/// Gap to which separation lifts a body above the offset surface, in tolerances. A body placed on a slope of up
+/// to 60 degrees has at least this gap, so separation does not move it.
 inline constexpr double kSeparationGap = 0.5 * kRestGap;
 /// Contacts are searched up to this gap above the offset surface, in tolerances.
 inline constexpr double kContactMargin = 1.0 / 2.0;
@@ -135,7 +136,8 @@ public:
         contacts_[i].impulse = impulse;
     }
 
-    /// Serialises the fields that a copy needs between two steps: those of the previous contacts that refresh() reads.
+    /// Serialises the fields of the previous contacts that refresh() reads. A copy made between two steps needs no
+    /// others.
     /// See world/world_bytes.h.
     /// @param cache a GroundContactCache, const for writing
     template <class Stream, class Cache>

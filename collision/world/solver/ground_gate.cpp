@@ -6,9 +6,9 @@
 // Sources:    Mirtich. Timewarp and impulse-based simulation of rigid bodies. PhD thesis 1996, chapters 2 and 3
 //             (conservative advancement, sequential impacts).
 //             Catto. Solver2D and the soft step. 2024 (contact detection once per step, substeps on these contacts).
-// Deviations: the poses of substeps are scratch. Only the net displacement is applied, and only as far as it is proved
-//             clear of an offset surface. After each impact the next lower offset surface is used, so that a body
-//             stopped just above one surface starts the next piece clear of it.
+// Deviations: substeps advance scratch poses. end() then moves the body by their net displacement, and only as far as
+//             that motion is proved clear of an offset surface. After each impact the next lower offset surface is
+//             used, so that a body stopped just above one surface starts the next piece clear of it.
 #include "world/solver/ground_gate.h"
 
 #include "ground/column/ground_lift.h"

@@ -63,7 +63,8 @@ public:
 
     // ---- A step of the world ----
 
-    /// Drops the contacts found in the previous step, because results must not depend on what is loaded elsewhere.
+    /// Invalidates the contacts of the previous step. If they were reused, results would depend on which other chunks
+    /// are resident.
     void begin_step() { contacts_.begin_step(); }
     /// Restores the impulses and forgets what was proved since begin_step(), for a body that is put back.
     void undo_step();

@@ -7,7 +7,8 @@
 // Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
 // Frame:  shape = world - origin, axes as the world's. The origin is in doubles: keep it within a few kilometres of the
 //         bodies of a float Bullet (at 8 km a float resolves 0.5 mm). The collision object's transform is the identity.
-// Ground: a snapshot; set_ground() with that of the newest Frame before each stepSimulation().
+// Ground: the shape reads one immutable Ground. Call set_ground(frame.ground) before each stepSimulation(), with the
+//         frame of the last Terrain::update().
 // Absent: ground that is not resident has no triangles. bullet_bodies.h holds bodies over it so that they do not fall
 //         through. This shape counts queries that reach absent ground, and calls on_absent.
 // Edges:  with triangles alone, Bullet produces ghost contacts at inner edges, as for its own height field.

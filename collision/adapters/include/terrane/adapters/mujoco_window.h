@@ -142,8 +142,8 @@ public:
         return MujocoWindow(std::move(field), settings.origin_world, hfield, mocap);
     }
 
-    /// The needs of all movable bodies, for Terrain::update(): the bounding sphere of each of their geoms at its
-    /// position in mjData, which is that of the last mj_forward() or mj_step(). Valid until the next call.
+    /// The needs of all movable bodies, for Terrain::update(): the bounding sphere of each geom. mj_forward() and
+    /// mj_step() write the geoms' positions to mjData; call one of them first. Valid until the next call.
     std::span<const BodyNeed> needs(const Model& model, const Data& data) {
         needs_.clear();
         for_each_geom(model, data, [&](const Eigen::Vector3d& centre_sim, double radius) {
