@@ -28,8 +28,6 @@ constexpr double kHullRounding = 2e-9;
 constexpr double kReduced = 0.25;
 constexpr double kThinned = 0.05;
 
-tl::unexpected<Error> passed_on(const Error& error) { return tl::unexpected<Error>(error); }
-
 Result<void> check_proxy_settings(const CollisionProxySettings& settings) {
     const auto wrong = [](const std::string& what, const std::string& got) {
         return fail(ErrorCode::invalid_argument,
@@ -65,13 +63,12 @@ Result<CollisionProxy> make_surface(const SolidMesh& mesh, double error, Collisi
         const SimplifyLevel level{.triangles = 0, .error_m = error};
         levels =
             simplify({.vertices = mesh.points, .triangles = mesh.triangles}, std::span(&level, 1));
-        if (!levels) return passed_on(levels.error());
+        if (!levels) return tl::unexpected(levels.error());
     }
     const SimplifiedMesh& made = levels->front();
-    Result<Compound> shape = Compound::from_triangles(mesh.points, made.triangles);
-    if (!shape) return passed_on(shape.error());
+    TERRANE_TRY(Compound shape, Compound::from_triangles(mesh.points, made.triangles));
     const double distance = made.error_m + kHullRounding * mesh.extent;
-    return CollisionProxy{.shape = *std::move(shape),
+    return CollisionProxy{.shape = std::move(shape),
                           .kind = kind,
                           .distance_m = distance,
                           .mesh_to_proxy_m = distance,
@@ -124,10 +121,9 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
     }
     if (settings.must_be_within_error && !(std::max(inside, outside) <= error))
         return out_of_reach(settings, "at least", std::max(inside, outside));
-    Result<Compound> shape = Compound::create(shapes);
-    if (!shape) return passed_on(shape.error());
+    TERRANE_TRY(Compound shape, Compound::create(shapes));
     const double rounding = kHullRounding * mesh.extent;
-    return CollisionProxy{.shape = *std::move(shape),
+    return CollisionProxy{.shape = std::move(shape),
                           .kind = CollisionProxyKind::hulls,
                           .distance_m = std::max(inside, outside) + rounding,
                           .mesh_to_proxy_m = inside + rounding,
@@ -141,10 +137,8 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
 
 Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
                                             const CollisionProxySettings& settings) {
-    if (const Result<void> good = check_proxy_settings(settings); !good) {
-        return passed_on(good.error());
-    }
-    if (const Result<void> good = mesh.validate(); !good) return passed_on(good.error());
+    TERRANE_TRY(check_proxy_settings(settings));
+    TERRANE_TRY(mesh.validate());
     const SolidMesh solid = internal::make_solid_mesh(mesh);
     if (solid.triangles.empty()) {
         return fail(ErrorCode::invalid_argument,
@@ -162,25 +156,23 @@ Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
         return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
     });
     used.erase(std::unique(used.begin(), used.end()), used.end());
-    Result<ProxyPart> whole = internal::make_part(used);
-    if (!whole) return passed_on(whole.error());
-    if (is_whole_hull(solid, whole->hull, internal::signed_volume(solid))) {
-        return make_solid(solid, {*std::move(whole)}, settings);
+    TERRANE_TRY(ProxyPart whole, internal::make_part(used));
+    if (is_whole_hull(solid, whole.hull, internal::signed_volume(solid))) {
+        return make_solid(solid, {std::move(whole)}, settings);
     }
     if (!(settings.proxy_error > 0.0)) {
         return make_surface(solid, 0.0, CollisionProxyKind::surface);
     }
-    Result<std::vector<ProxyPart>> cut =
-        internal::cut_to_parts(solid, settings.proxy_error, 4 * settings.max_parts);
-    if (!cut) return passed_on(cut.error());
+    TERRANE_TRY(std::vector<ProxyPart> cut,
+                internal::cut_to_parts(solid, settings.proxy_error, 4 * settings.max_parts));
     if (settings.must_be_within_error) {
-        const double least = internal::least_error(solid, *cut);
+        const double least = internal::least_error(solid, cut);
         if (least > settings.proxy_error) return out_of_reach(settings, "more than", least);
     }
-    Result<std::vector<ProxyPart>> merged =
-        internal::merge_parts(solid, *std::move(cut), settings.proxy_error, settings.max_parts);
-    if (!merged) return passed_on(merged.error());
-    return make_solid(solid, *std::move(merged), settings);
+    TERRANE_TRY(
+        std::vector<ProxyPart> merged,
+        internal::merge_parts(solid, std::move(cut), settings.proxy_error, settings.max_parts));
+    return make_solid(solid, std::move(merged), settings);
 }
 
 }  // namespace terrane

@@ -480,7 +480,7 @@ void World::State::load_body(std::size_t index, FieldReader& in, internal::Shape
                 "must be of a kinematic body");
     states[index].velocity = bodies[index].velocity.linear;
     states[index].angular_velocity = bodies[index].velocity.angular;
-    show_to_drives(index);
+    show_to_actuators(index);
 }
 
 Result<World> World::load(std::span<const std::byte> bytes, const WorldCallbacks& callbacks,

@@ -173,17 +173,17 @@ struct World::State {
 
     void begin_step();
     void enter_step(std::size_t index, const Eigen::Vector3d& acceleration);
-    void step_colliding(const Ground& ground, const internal::StepSpan& span);
+    void run_collision_step(const Ground& ground, const internal::StepSpan& span);
     void begin_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void set_mobility(std::size_t index);
     void find_islands(const Ground& ground, const internal::StepSpan& span);
     void begin_actuators(const Ground& ground, double duration);
     void cast_wheels(const internal::QueryScene& scene);
-    void choose_drives();
+    void choose_actuators();
     /// Copies the state of a vehicle's or character's body to it.
-    void show_to_drives(std::size_t index);
-    void end_drives(const Ground& ground, double duration);
-    void finish_drives(const Ground& ground, double dt, StepReport& report);
+    void show_to_actuators(std::size_t index);
+    void end_actuators(const Ground& ground, double duration);
+    void finish_actuators(const Ground& ground, double dt, StepReport& report);
     void end_body(std::size_t index, const Ground& ground, const internal::StepSpan& span);
     void finish_kinematic(std::size_t index, double dt, StepReport& report);
     void finish_dynamic(std::size_t index, const Ground& ground, StepReport& report);

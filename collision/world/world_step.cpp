@@ -55,8 +55,8 @@ StepReport World::State::step(const Ground& ground, double dt) {
     const double substep = dt / substep_count;
     for (double done = 0.0; done < substep_count; done += kSubstepsPerCollisionStep) {
         const double count = std::min(kSubstepsPerCollisionStep, substep_count - done);
-        step_colliding(ground,
-                       {.duration = count * substep, .substep_count = static_cast<int>(count)});
+        run_collision_step(ground,
+                           {.duration = count * substep, .substep_count = static_cast<int>(count)});
     }
 
     if (settings.measure_depth) {
@@ -81,7 +81,7 @@ StepReport World::State::step(const Ground& ground, double dt) {
     for (std::size_t i = 0; i < islands.count(); ++i) {
         if (!islands.links(i).empty()) ++report.islands;
     }
-    finish_drives(ground, dt, report);
+    finish_actuators(ground, dt, report);
     if (settings.report_contacts) {
         contacts.end_step(island_solver, {ids, bodies, gates, mobility});
     }
@@ -142,17 +142,17 @@ bool World::State::may_collide(std::uint32_t a, std::uint32_t b) {
     }
 }
 
-void World::State::step_colliding(const Ground& ground, const internal::StepSpan& span) {
+void World::State::run_collision_step(const Ground& ground, const internal::StepSpan& span) {
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) {
         if (is_stepped(i)) begin_body(i, ground, span);
     });
     begin_actuators(ground, span.duration);
     find_islands(ground, span);
-    choose_drives();
+    choose_actuators();
     island_solver.step(bodies, gates, {actuators.wheels, actuators.feet}, span, team);
     if (settings.report_contacts) contacts.add_impulses(island_solver, mobility);
     team.run_blocks(bodies.size(), kBlock, [&](std::size_t i) { end_body(i, ground, span); });
-    end_drives(ground, span.duration);
+    end_actuators(ground, span.duration);
     ground_before = ground;
 }
 
@@ -322,7 +322,7 @@ void World::State::cast_wheels(const internal::QueryScene& now) {
 }
 
 /// Selects the actuators of moving bodies.
-void World::State::choose_drives() {
+void World::State::choose_actuators() {
     actuators.wheels.clear();
     actuators.feet.clear();
     if (!actuators.vehicles.empty()) actuators.wheels.resize(bodies.size(), nullptr);
@@ -338,7 +338,7 @@ void World::State::choose_drives() {
 }
 
 /// Moves stopped characters onto steps, sequentially, so that each sees the positions of the others.
-void World::State::end_drives(const Ground& ground, double duration) {
+void World::State::end_actuators(const Ground& ground, double duration) {
     for (const std::uint32_t slot : actuators.characters) {
         internal::Character& character = *records[slot].character;
         const WorldPos& start = gates[slot].start().translation;
@@ -352,13 +352,13 @@ void World::State::end_drives(const Ground& ground, double duration) {
     }
 }
 
-void World::State::show_to_drives(std::size_t index) {
+void World::State::show_to_actuators(std::size_t index) {
     const BodyRecord& record = records[index];
     if (record.vehicle != nullptr) record.vehicle->show(states[index]);
     if (record.character != nullptr) record.character->show(states[index]);
 }
 
-void World::State::finish_drives(const Ground& ground, double dt, StepReport& report) {
+void World::State::finish_actuators(const Ground& ground, double dt, StepReport& report) {
     for (const std::uint32_t slot : actuators.characters)
         records[slot].character->show(states[slot]);
     if (actuators.vehicles.empty()) return;
@@ -395,7 +395,7 @@ void World::State::wake_group(std::uint32_t group) {
         if (!is_asleep(i) || sleep_groups[i] != group) continue;
         states[i].condition = BodyCondition::awake;
         records[i].quiet_time = 0.0;
-        show_to_drives(i);
+        show_to_actuators(i);
     }
 }
 
@@ -439,7 +439,7 @@ void World::State::put_to_sleep(std::size_t index, std::uint32_t group) {
     states[index].condition = BodyCondition::asleep;
     sleep_groups[index] = group;
     gates[index].forget_proof();
-    show_to_drives(index);
+    show_to_actuators(index);
 }
 
 }  // namespace terrane

@@ -32,9 +32,8 @@ struct BodiesOptions {
 CommandResult<void> run_study_command(const BodiesOptions& options) {
     if (options.out.empty())
         return usage_error("--study needs --out DIR for its report.html and study.md");
-    Result<std::shared_ptr<OutputFolder>> folder =
-        OutputFolder::open(options.out, {kReportName, kMarkdownName}, false);
-    if (!folder) return pass_on(folder.error());
+    TERRANE_TRY(std::shared_ptr<OutputFolder> folder,
+                OutputFolder::open(options.out, {kReportName, kMarkdownName}, false));
     watch_for_interrupts();
     StudySettings settings = options.study;
     settings.seed = options.seed;
@@ -50,16 +49,14 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
         const std::optional<double> speedup = least_speedup(table);
         if (speedup) summary[table.key + "_least_speedup"] = *speedup;
     }
-    if (const Result<void> cleared = (*folder)->clear(); !cleared) return pass_on(cleared.error());
-    const Result<void> written = write_study_report(OutputPlace(*folder, kReportName),
-                                                    {.title = "Many bodies",
-                                                     .command_line = own_command_line(),
-                                                     .film = "",
-                                                     .summary = summary},
-                                                    tables);
-    if (!written) return pass_on(written.error());
-    const Result<void> copied = write_study_markdown(OutputPlace(*folder, kMarkdownName), tables);
-    if (!copied) return pass_on(copied.error());
+    TERRANE_TRY(folder->clear());
+    TERRANE_TRY(write_study_report(OutputPlace(folder, kReportName),
+                                   {.title = "Many bodies",
+                                    .command_line = own_command_line(),
+                                    .film = "",
+                                    .summary = summary},
+                                   tables));
+    TERRANE_TRY(write_study_markdown(OutputPlace(folder, kMarkdownName), tables));
     summary.update(findings);
     print_summary(summary, options.json);
     return {};

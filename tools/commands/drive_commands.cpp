@@ -29,55 +29,47 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     TERRANE_TRY(check_drivable(options.path));
     TerrainOptions wanted = options.terrain;
     if (options.ruts) wanted.dig_spacing = kRutSpacing;
-    CommandResult<Terrain> terrain = open_terrain(wanted);
-    if (!terrain) return pass_on(terrain.error());
+    TERRANE_TRY(Terrain terrain, open_terrain(wanted));
     std::unique_ptr<WheelRuts> ruts;
     if (options.ruts) {
-        auto made = WheelRuts::create(*terrain, options.threads > 0 ? 1 : 0);
-        if (!made) return pass_on(made.error());
-        ruts = *std::move(made);
+        TERRANE_TRY(auto made, WheelRuts::create(terrain, options.threads > 0 ? 1 : 0));
+        ruts = std::move(made);
     }
-    TERRANE_TRY(check_limits(options, *terrain));
-    const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualSpeed);
-    if (!plan) return pass_on(plan.error());
-    Result<PathDriver> driver =
-        PathDriver::create(plan->path.points(), {.cruise_speed = plan->speed});
-    if (!driver) return pass_on(driver.error());
-    const std::vector<Eigen::Vector2d>& points = plan->path.points();
+    TERRANE_TRY(check_limits(options, terrain));
+    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualSpeed));
+    TERRANE_TRY(PathDriver driver,
+                PathDriver::create(plan.path.points(), {.cruise_speed = plan.speed}));
+    const std::vector<Eigen::Vector2d>& points = plan.path.points();
     const std::size_t ahead = std::min<std::size_t>(points.size() - 1, 4);
     const VehicleSettings settings = make_vehicle(options.vehicle);
-    VehicleTraveller vehicle(settings, *std::move(driver), options.on_roll, *terrain->source,
+    VehicleTraveller vehicle(settings, std::move(driver), options.on_roll, *terrain.source,
                              points.front(), points[ahead] - points.front());
     if (ruts) vehicle.set_ruts(*ruts);
     ChaseCameraSettings camera;
     camera.behind += 2.0 * (settings.chassis_half_extents.x() - kTruckHalfLength);
-    CommandResult<Journey> drive =
-        Journey::create(options, *terrain, *plan, options.crates, camera, vehicle);
-    if (!drive) return pass_on(drive.error());
-    Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
-    if (!maker) return pass_on(maker.error());
-    Result<FlightOutput> output =
-        FlightOutput::create(options, *terrain, Journey::columns(vehicle));
-    if (!output) return pass_on(output.error());
-    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
-        return pass_on(added.error());
+    TERRANE_TRY(Journey drive,
+                Journey::create(options, terrain, plan, options.crates, camera, vehicle));
+    TERRANE_TRY(FrameMaker maker,
+                FrameMaker::create(terrain.source, frame_maker_settings(options)));
+    TERRANE_TRY(FlightOutput output,
+                FlightOutput::create(options, terrain, Journey::columns(vehicle)));
+    TERRANE_TRY(output.add_objects(terrain, maker));
 
-    TERRANE_TRY(drive->play(*maker, *output));
+    TERRANE_TRY(drive.play(maker, output));
     nlohmann::ordered_json summary;
     summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];
-    summary.update(summarize(drive->totals()));
+    summary.update(summarize(drive.totals()));
     summary["rolled_over"] = vehicle.has_rolled_over();
     summary["rights"] = vehicle.rights();
     summary["arrived"] = vehicle.has_arrived();
     if (ruts) summary["digs"] = ruts->digs();
-    summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
-    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
+    summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
+    summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;
-    summary["terrain"] = terrain->name;
-    const Result<void> ended = output->finish("Drive over " + terrain->name, summary);
-    if (!ended) return pass_on(ended.error());
+    summary["terrain"] = terrain.name;
+    TERRANE_TRY(output.finish("Drive over " + terrain.name, summary));
     print_summary(summary, options.json);
-    return output->verdict(plan->frame_count);
+    return output.verdict(plan.frame_count);
 }
 
 void add_vehicle_options(CLI::App& app, DriveOptions& options) {
@@ -141,35 +133,29 @@ struct WalkOptions : FlightOptions {
 CommandResult<void> run_walk(const WalkOptions& options) {
     TERRANE_TRY(check(options));
     TERRANE_TRY(check_drivable(options.path));
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_limits(options, *terrain));
-    const CommandResult<DrivePlan> plan = make_drive_plan(options, *terrain, kUsualWalk);
-    if (!plan) return pass_on(plan.error());
-    CharacterTraveller character({}, plan->path, plan->speed, *terrain->source);
-    CommandResult<Journey> walk =
-        Journey::create(options, *terrain, *plan, options.crates,
-                        {.behind = 6.0, .above = 1.8, .target_above = 0.5}, character);
-    if (!walk) return pass_on(walk.error());
-    Result<FrameMaker> maker = FrameMaker::create(terrain->source, frame_maker_settings(options));
-    if (!maker) return pass_on(maker.error());
-    Result<FlightOutput> output =
-        FlightOutput::create(options, *terrain, Journey::columns(character));
-    if (!output) return pass_on(output.error());
-    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
-        return pass_on(added.error());
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_limits(options, terrain));
+    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualWalk));
+    CharacterTraveller character({}, plan.path, plan.speed, *terrain.source);
+    TERRANE_TRY(Journey walk,
+                Journey::create(options, terrain, plan, options.crates,
+                                {.behind = 6.0, .above = 1.8, .target_above = 0.5}, character));
+    TERRANE_TRY(FrameMaker maker,
+                FrameMaker::create(terrain.source, frame_maker_settings(options)));
+    TERRANE_TRY(FlightOutput output,
+                FlightOutput::create(options, terrain, Journey::columns(character)));
+    TERRANE_TRY(output.add_objects(terrain, maker));
 
-    TERRANE_TRY(walk->play(*maker, *output));
-    nlohmann::ordered_json summary = summarize(walk->totals());
+    TERRANE_TRY(walk.play(maker, output));
+    nlohmann::ordered_json summary = summarize(walk.totals());
     summary["arrived"] = character.has_arrived();
-    summary.update(summarize(output->frames(), options.memory_bytes(), options.fps));
-    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
+    summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
+    summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;
-    summary["terrain"] = terrain->name;
-    const Result<void> ended = output->finish("Walk over " + terrain->name, summary);
-    if (!ended) return pass_on(ended.error());
+    summary["terrain"] = terrain.name;
+    TERRANE_TRY(output.finish("Walk over " + terrain.name, summary));
     print_summary(summary, options.json);
-    return output->verdict(plan->frame_count);
+    return output.verdict(plan.frame_count);
 }
 
 }  // namespace

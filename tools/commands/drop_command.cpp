@@ -211,12 +211,11 @@ void write_poses(OutputFile& trace, std::size_t step, std::span<const BodyState>
 /// The world of --restore.
 CommandResult<World> reopen_world(const DropOptions& options, Pager& pager) {
     pager.update({}, {}, 0.0);
-    Result<World> world = restore_world(options.restore, static_cast<int>(options.threads));
-    if (!world) return pass_on(world.error());
-    if (world->states().empty()) {
+    TERRANE_TRY(World world, restore_world(options.restore, static_cast<int>(options.threads)));
+    if (world.states().empty()) {
         return failure(fmt::format("the world in '{}' has no bodies", options.restore));
     }
-    return *std::move(world);
+    return world;
 }
 
 /// Loads the ground below the starts and creates the bodies above it.
@@ -226,12 +225,10 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     settings.allow_sleep = !options.no_sleep;
     settings.max_substep = options.substep;
     settings.worker_count = static_cast<int>(options.threads);
-    Result<World> world = World::create(settings);
-    if (!world) return pass_on(world.error());
-    Result<World> obstacles = World::create({});
-    if (!obstacles) return pass_on(obstacles.error());
+    TERRANE_TRY(World world, World::create(settings));
+    TERRANE_TRY(World obstacles, World::create({}));
     for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects.placed()}) {
-        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
+        TERRANE_TRY(add_bodies(each, obstacles));
     }
     pager.update({}, {}, 0.0);
     const WorldRect area = drop_area(options.layout, pager.resident()->extent());
@@ -246,7 +243,7 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
             "--memory-mb {:.6g} is too small for the ground of the start, {:.6g} x {:.6g} m",
             options.memory_mb, area.east - area.west, area.north - area.south));
     }
-    const std::vector<PlacedBody> bodies = lay_out(options.layout, pager.ground(), *obstacles);
+    const std::vector<PlacedBody> bodies = lay_out(options.layout, pager.ground(), obstacles);
     required.release();
     if (bodies.size() != options.layout.count) {
         return failure(fmt::format(
@@ -255,10 +252,9 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
     }
     for (const std::span<const PlacedBody> each :
          {std::span(bodies), std::span(terrain.bodies), objects.placed()}) {
-        const auto added = add_bodies(each, *world);
-        if (!added) return pass_on(added.error());
+        TERRANE_TRY(add_bodies(each, world));
     }
-    return std::move(*world);
+    return world;
 }
 
 CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain,
@@ -275,18 +271,17 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
     const auto film_until = [&](double time) {
         return film == nullptr ? Result<void>{} : film->show(world, report, time);
     };
-    if (const Result<void> shown = film_until(0.0); !shown) return pass_on(shown.error());
+    TERRANE_TRY(film_until(0.0));
     for (std::size_t step = 1; step <= step_count && !is_interrupted(); ++step) {
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
         const double time = options.dt * static_cast<double>(step);
         pager.update({}, world.needs(), time);
         const Ground ground = pager.ground(terrain.surface);
-        if (const Result<void> followed = objects.follow(world, ground); !followed)
-            return pass_on(followed.error());
+        TERRANE_TRY(objects.follow(world, ground));
         const Clock::time_point begin = Clock::now();
         report = world.step(ground, options.dt);
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-        if (const Result<void> shown = film_until(time); !shown) return pass_on(shown.error());
+        TERRANE_TRY(film_until(time));
         if (trace == nullptr) continue;
         write_poses(*trace, step, world.states());
         if (trace->has_failed()) break;  // commit() reports the cause
@@ -311,93 +306,82 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
           options.restore.empty(),
           "is in the world that --restore reads"},
          {{"--proxy-error"}, !options.shape_file.empty(), "goes with --shape file:PATH"}}));
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
-    if (options.restore.empty() && options.layout.count == 0 && terrain->bodies.empty()) {
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_memory(terrain, options.memory_mb));
+    if (options.restore.empty() && options.layout.count == 0 && terrain.bodies.empty()) {
         return failure(fmt::format("--count 0 leaves nothing to drop: the scene '{}' has no bodies",
                                    options.terrain.scene));
     }
     DropOptions with_seed = options;
     with_seed.layout.seed = options.terrain.seed.value_or(1);
-    with_seed.layout.start = terrain->start;
+    with_seed.layout.start = terrain.start;
     if (!options.shape_file.empty()) {
-        Result<Shape> shape =
-            read_mesh_body(options.shape_file, options.proxy_error, options.layout.scale);
-        if (!shape) return pass_on(shape.error());
-        with_seed.layout.file_shape = *std::move(shape);
+        TERRANE_TRY(Shape shape,
+                    read_mesh_body(options.shape_file, options.proxy_error, options.layout.scale));
+        with_seed.layout.file_shape = std::move(shape);
     }
     // Without workers every step has the ground that the bodies need: no body is parked and no figure depends on
     // timing. A horizon of two steps is then sufficient.
-    Result<Pager> pager = Pager::create(
-        terrain->source, {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
-                          .worker_count = 0,
-                          .horizon = 2.0 * options.dt,
-                          .contact_spacing = options.contact_spacing_m});
-    if (!pager) return pass_on(pager.error());
-    Result<ObjectBodies> objects = ObjectBodies::create(terrain->source, terrain->objects.get());
-    if (!objects) return pass_on(objects.error());
-    CommandResult<World> world = options.restore.empty()
-                                     ? make_world(with_seed, *terrain, *objects, *pager)
-                                     : reopen_world(options, *pager);
-    if (!world) return pass_on(world.error());
+    TERRANE_TRY(Pager pager,
+                Pager::create(terrain.source,
+                              {.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                               .worker_count = 0,
+                               .horizon = 2.0 * options.dt,
+                               .contact_spacing = options.contact_spacing_m}));
+    TERRANE_TRY(ObjectBodies objects, ObjectBodies::create(terrain.source, terrain.objects.get()));
+    TERRANE_TRY(World world, options.restore.empty()
+                                 ? make_world(with_seed, terrain, objects, pager)
+                                 : reopen_world(options, pager));
 
     watch_for_interrupts();
     std::optional<OutputFile> trace;
     if (!options.trace.empty()) {
-        Result<OutputFile> file = OutputFile::create(options.trace);
-        if (!file) return pass_on(file.error());
-        trace.emplace(std::move(*file));
+        TERRANE_TRY(OutputFile file, OutputFile::create(options.trace));
+        trace.emplace(std::move(file));
         trace->write("step,body,x,y,z,qw,qx,qy,qz\n");
     }
     std::optional<OutputFile> saved;
     if (!options.save.empty()) {
-        Result<OutputFile> file = OutputFile::create(options.save);
-        if (!file) return pass_on(file.error());
-        saved.emplace(std::move(*file));
+        TERRANE_TRY(OutputFile file, OutputFile::create(options.save));
+        saved.emplace(std::move(file));
     }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
-        Result<DropFilm> made = DropFilm::create(options.film, *terrain, *world);
-        if (!made) return pass_on(made.error());
-        film.emplace(std::move(*made));
+        TERRANE_TRY(DropFilm made, DropFilm::create(options.film, terrain, world));
+        film.emplace(std::move(made));
     }
-    const CommandResult<DropTotals> totals =
-        simulate(options, *terrain, *objects, *pager, *world, trace ? &*trace : nullptr,
-                 film ? &*film : nullptr);
-    if (!totals) return pass_on(totals.error());
+    TERRANE_TRY(const DropTotals totals,
+                simulate(options, terrain, objects, pager, world, trace ? &*trace : nullptr,
+                         film ? &*film : nullptr));
     if (trace) {
-        const Result<void> written = trace->commit();
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(trace->commit());
     }
     if (saved) {
-        const std::vector<std::byte> bytes = world->save();
+        const std::vector<std::byte> bytes = world.save();
         saved->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-        const Result<void> written = saved->commit();
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(saved->commit());
     }
 
-    const std::size_t steps_done = totals->step_ms.size();
+    const std::size_t steps_done = totals.step_ms.size();
     const bool is_cut_short = steps_done < count_steps(options);
     if (steps_done == 0) return failure("interrupted before the first step");
-    const double all_time = totals->simulated_time + totals->lost_time;
+    const double all_time = totals.simulated_time + totals.lost_time;
     nlohmann::ordered_json summary;
-    summary["bodies"] = world->states().size();
+    summary["bodies"] = world.states().size();
     summary["steps"] = steps_done;
     if (is_cut_short) summary["interrupted"] = true;
-    summary["fell_through"] = totals->fell_through;
-    summary["parked"] = totals->parked;
-    summary["left_world"] = totals->left_world;
-    summary["lost_time_share"] = all_time > 0.0 ? totals->lost_time / all_time : 0.0;
-    summary["awake_body_steps"] = totals->awake_body_steps;
-    summary["max_depth_m"] = totals->max_depth_m;
-    summary["step_ms_median"] = quantile(totals->step_ms, 0.5);
-    summary["step_ms_p99"] = quantile(totals->step_ms, 0.99);
-    summary["peak_bytes"] = pager->stats().peak_bytes;
-    summary["state_hash"] = fmt::format("{:016x}", world->state_hash());
+    summary["fell_through"] = totals.fell_through;
+    summary["parked"] = totals.parked;
+    summary["left_world"] = totals.left_world;
+    summary["lost_time_share"] = all_time > 0.0 ? totals.lost_time / all_time : 0.0;
+    summary["awake_body_steps"] = totals.awake_body_steps;
+    summary["max_depth_m"] = totals.max_depth_m;
+    summary["step_ms_median"] = quantile(totals.step_ms, 0.5);
+    summary["step_ms_p99"] = quantile(totals.step_ms, 0.99);
+    summary["peak_bytes"] = pager.stats().peak_bytes;
+    summary["state_hash"] = fmt::format("{:016x}", world.state_hash());
     if (film) {
-        const Result<void> ended = film->finish("Drop onto " + terrain->name, summary);
-        if (!ended) return pass_on(ended.error());
+        TERRANE_TRY(film->finish("Drop onto " + terrain.name, summary));
     }
     print_summary(summary, options.json);
     if (is_cut_short) {

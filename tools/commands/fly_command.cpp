@@ -88,52 +88,43 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
         {{{"--radius"}, options.policy == PagingChoice::distance, "goes with --policy distance"},
          {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
          {{"--frame-ms"}, options.has_pictures(), "goes with --png, --video or --window"}}));
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_limits(options, *terrain));
-    const Result<CameraPath> path = open_path(options.path, *terrain,
-                                              {.speed = given(options.speed),
-                                               .altitude = given(options.altitude),
-                                               .start = options.start,
-                                               .seconds = given(options.seconds)});
-    if (!path) return pass_on(path.error());
-    const CommandResult<std::size_t> frame_count = count_frames(options.fps, path->duration());
-    if (!frame_count) return pass_on(frame_count.error());
-    const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, *terrain);
-    const auto source = storage
-                            ? with_volumes(*terrain, storage)
-                            : CommandResult<std::shared_ptr<const HeightSource>>(terrain->source);
-    if (!source) return pass_on(source.error());
-    Result<FrameMaker> maker = FrameMaker::create(*source, frame_maker_settings(options));
-    if (!maker) return pass_on(maker.error());
-    Result<FlightOutput> output = FlightOutput::create(options, *terrain);
-    if (!output) return pass_on(output.error());
-    if (const Result<void> added = output->add_objects(*terrain, *maker); !added)
-        return pass_on(added.error());
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_limits(options, terrain));
+    TERRANE_TRY(const CameraPath path, open_path(options.path, terrain,
+                                                 {.speed = given(options.speed),
+                                                  .altitude = given(options.altitude),
+                                                  .start = options.start,
+                                                  .seconds = given(options.seconds)}));
+    TERRANE_TRY(const std::size_t frame_count, count_frames(options.fps, path.duration()));
+    const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, terrain);
+    TERRANE_TRY(const auto source,
+                storage ? with_volumes(terrain, storage)
+                        : CommandResult<std::shared_ptr<const HeightSource>>(terrain.source));
+    TERRANE_TRY(FrameMaker maker, FrameMaker::create(source, frame_maker_settings(options)));
+    TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain));
+    TERRANE_TRY(output.add_objects(terrain, maker));
     if (!std::isnan(options.frame_ms)) {
-        const Result<FrameGovernor> governor =
+        TERRANE_TRY(
+            const FrameGovernor governor,
             FrameGovernor::create({.frame_ms = options.frame_ms,
                                    .least_budget = std::min<std::size_t>(options.budget, 2000),
                                    .most_budget = options.budget},
-                                  options.budget / 4);
-        if (!governor) return pass_on(governor.error());
-        maker->set_governor(*governor);
+                                  options.budget / 4));
+        maker.set_governor(governor);
     }
 
-    if (const Result<void> flown =
-            fly(options, *path, *frame_count, storage.get(), *maker, *output);
+    if (const Result<void> flown = fly(options, path, frame_count, storage.get(), maker, output);
         !flown) {
         return pass_on(flown.error());
     }
     nlohmann::ordered_json summary =
-        summarize(output->frames(), options.memory_bytes(), options.fps);
-    summary["seconds"] = static_cast<double>(output->frames().size()) / options.fps;
+        summarize(output.frames(), options.memory_bytes(), options.fps);
+    summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;
-    summary["terrain"] = terrain->name;
-    const Result<void> ended = output->finish("Flight over " + terrain->name, summary);
-    if (!ended) return pass_on(ended.error());
+    summary["terrain"] = terrain.name;
+    TERRANE_TRY(output.finish("Flight over " + terrain.name, summary));
     print_summary(summary, options.json);
-    return output->verdict(*frame_count);
+    return output.verdict(frame_count);
 }
 
 }  // namespace

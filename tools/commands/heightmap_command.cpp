@@ -159,11 +159,10 @@ CommandResult<void> run_heightmap(const HeightmapOptions& options) {
     if (((options.side - 1) & (options.side - 2)) != 0) {
         return usage_error(fmt::format("--side must be 2^n + 1, got {}", options.side));
     }
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    const std::shared_ptr<const HeightSource> source = heightfield_of(*terrain);
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    const std::shared_ptr<const HeightSource> source = heightfield_of(terrain);
     const Lattice& lattice = source->lattice();
-    const WorldVec2 start = start_of(*terrain);
+    const WorldVec2 start = start_of(terrain);
     adapters::HeightmapSettings settings;
     settings.centre_x = given(options.centre_x_m).value_or(start.x());
     settings.centre_y = given(options.centre_y_m).value_or(start.y());
@@ -177,14 +176,12 @@ CommandResult<void> run_heightmap(const HeightmapOptions& options) {
                        (has_holes ? "; --absent-m says what stands there" : ""));
     }
     if (!options.out.empty()) {
-        const Result<void> written = write_heightmap(*map, *format, options.out);
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(write_heightmap(*map, *format, options.out));
     }
     if (!options.sdf.empty()) {
-        Result<OutputFile> file = OutputFile::create(options.sdf);
-        if (!file) return pass_on(file.error());
-        file->write(adapters::sdf_model(*map, "terrane_ground", file_name(options.out)));
-        if (const Result<void> written = file->commit(); !written) return pass_on(written.error());
+        TERRANE_TRY(OutputFile file, OutputFile::create(options.sdf));
+        file.write(adapters::sdf_model(*map, "terrane_ground", file_name(options.out)));
+        TERRANE_TRY(file.commit());
     }
 
     nlohmann::ordered_json summary;

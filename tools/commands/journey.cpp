@@ -40,21 +40,20 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
     CameraPathSettings settings;
     if (!std::isnan(options.speed)) settings.speed = options.speed;
     if (!std::isnan(options.seconds)) settings.seconds = options.seconds;
-    const Result<CameraPath> path = open_drive_path(options, terrain, settings, usual_speed);
-    if (!path) return pass_on(path.error());
-    if (!path->jumps().empty()) {
+    TERRANE_TRY(const CameraPath path, open_drive_path(options, terrain, settings, usual_speed));
+    if (!path.jumps().empty()) {
         return pass_on(
             {ErrorCode::invalid_argument,
              fmt::format("no vehicle or character can jump as the path '{}' does", options.path)});
     }
-    TERRANE_TRY(const std::size_t frame_count, count_frames(options.fps, path->duration()));
+    TERRANE_TRY(const std::size_t frame_count, count_frames(options.fps, path.duration()));
 
     constexpr double kSpacing = 1.0;  // least distance of points, metres
     constexpr double kTimeStep = 0.05;
     std::vector<Eigen::Vector2d> points;
     double length = 0.0;
-    for (double time = 0.0; time <= path->duration(); time += kTimeStep) {
-        const Eigen::Vector2d p = path->at(time).eye_world.head<2>();
+    for (double time = 0.0; time <= path.duration(); time += kTimeStep) {
+        const Eigen::Vector2d p = path.at(time).eye_world.head<2>();
         const double step = points.empty() ? 0.0 : (p - points.back()).norm();
         if (!points.empty() && step < kSpacing) continue;
         length += step;
@@ -65,7 +64,7 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
             {ErrorCode::invalid_argument,
              fmt::format("the path '{}' is shorter than {} m", options.path, 2.0 * kSpacing)});
     }
-    const double mean_speed = std::clamp(length / path->duration(), 1.0, kGreatestMean);
+    const double mean_speed = std::clamp(length / path.duration(), 1.0, kGreatestMean);
     return DrivePlan{.path = Polyline(std::move(points)),
                      .speed = settings.speed.value_or(mean_speed),
                      .frame_count = frame_count};
@@ -108,17 +107,14 @@ CommandResult<Journey> Journey::create(const FlightOptions& options, const Terra
                                        const ChaseCameraSettings& camera, Traveller& traveller) {
     WorldSettings settings;
     settings.report_contacts = true;
-    Result<World> world = World::create(settings);
-    if (!world) return pass_on(world.error());
-    Result<World> obstacles = World::create({});
-    if (!obstacles) return pass_on(obstacles.error());
-    Result<ObjectBodies> objects = ObjectBodies::create(terrain.source, terrain.objects.get());
-    if (!objects) return pass_on(objects.error());
-    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects->placed()}) {
-        if (const auto added = add_bodies(each, *obstacles); !added) return pass_on(added.error());
+    TERRANE_TRY(World world, World::create(settings));
+    TERRANE_TRY(World obstacles, World::create({}));
+    TERRANE_TRY(ObjectBodies objects, ObjectBodies::create(terrain.source, terrain.objects.get()));
+    for (const std::span<const PlacedBody> each : {std::span(terrain.bodies), objects.placed()}) {
+        TERRANE_TRY(add_bodies(each, obstacles));
     }
-    return Journey(options, terrain, plan, crate_count, camera, traveller, *std::move(objects),
-                   *std::move(world), *std::move(obstacles));
+    return Journey(options, terrain, plan, crate_count, camera, traveller, std::move(objects),
+                   std::move(world), std::move(obstacles));
 }
 
 std::vector<std::string> Journey::columns(const Traveller& traveller) {
@@ -135,23 +131,18 @@ Ground Journey::ground_of(const FrameMaker& maker) const {
 // Places the traveller and the crates on the ground, simulates until springs and crates are at rest, and adds the
 // bodies of the scene.
 CommandResult<void> Journey::put_down(const Ground& ground) {
-    CommandResult<std::vector<PlacedBody>> crates = lay_out_crates(crates_, ground, obstacles_);
-    if (!crates) return pass_on(crates.error());
-    const Result<BodyId> entered = traveller_.enter(world_, ground, obstacles_);
-    if (!entered) return pass_on(entered.error());
-    body_ = *entered;
-    const auto added = add_bodies(*crates, world_);
-    if (!added) return pass_on(added.error());
-    crate_ids_ = *added;
+    TERRANE_TRY(std::vector<PlacedBody> crates, lay_out_crates(crates_, ground, obstacles_));
+    TERRANE_TRY(const BodyId entered, traveller_.enter(world_, ground, obstacles_));
+    body_ = entered;
+    TERRANE_TRY(const auto added, add_bodies(crates, world_));
+    crate_ids_ = added;
     for (int i = 0; i < kStepsToRest; ++i) {
         traveller_.control(world_, false);
         step(ground, kLongestStep);
     }
-    const auto of_scene = add_bodies(terrain_.bodies, world_);
-    if (!of_scene) return pass_on(of_scene.error());
-    scene_ids_ = *of_scene;
-    const auto of_objects = add_bodies(scene_objects_.placed(), world_);
-    if (!of_objects) return pass_on(of_objects.error());
+    TERRANE_TRY(const auto of_scene, add_bodies(terrain_.bodies, world_));
+    scene_ids_ = of_scene;
+    TERRANE_TRY(add_bodies(scene_objects_.placed(), world_));
     touched_.assign(world_.states().size(), 0);
     for (const BodyId crate : crate_ids_) touched_[crate.index] = 1;
     camera_.emplace(*terrain_.source, traveller_.pose(world_), camera_settings_);
@@ -194,8 +185,7 @@ CommandResult<void> Journey::advance(const Ground& ground, double dt) {
     const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
     for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
         const WorldPos before = world_.state(body_).pose.translation;
-        if (const Result<void> followed = scene_objects_.follow(world_, ground); !followed)
-            return pass_on(followed.error());
+        TERRANE_TRY(scene_objects_.follow(world_, ground));
         traveller_.control(world_, true);
         step(ground, dt / steps);
         const BodyState& state = world_.state(body_);
@@ -254,8 +244,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         const std::vector<double> figures = traveller_.figures(world_);
         frame.record.extra.insert(frame.record.extra.end(), figures.begin(), figures.end());
         draw();
-        const Result<void> added = output.add(std::move(frame), view, objects_);
-        if (!added) return pass_on(added.error());
+        TERRANE_TRY(output.add(std::move(frame), view, objects_));
         if (output.is_closed() || traveller_.has_ended(world_)) break;
         TERRANE_TRY(advance(ground_of(maker), 1.0 / options_.fps));
     }

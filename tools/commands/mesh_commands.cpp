@@ -109,44 +109,38 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
         return usage_error(
             fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
     }
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_budget(*terrain, options.budget));
-    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
-    const Result<View> view = make_view(options, *terrain);
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_budget(terrain, options.budget));
+    TERRANE_TRY(check_memory(terrain, options.memory_mb));
+    const Result<View> view = make_view(options, terrain);
     if (!view) {
-        const Result<void> read = read_middle(*terrain);
-        if (!read) return pass_on(read.error());
+        TERRANE_TRY(read_middle(terrain));
         return usage_error(view.error().message);
     }
-    Result<Triangulator> triangulator =
-        Triangulator::create(*terrain->source, {.triangle_budget = options.budget,
-                                                .max_error_px = options.max_error_px,
-                                                .morph_ratio = options.morph_ratio});
-    if (!triangulator) return pass_on(triangulator.error());
+    TERRANE_TRY(Triangulator triangulator,
+                Triangulator::create(*terrain.source, {.triangle_budget = options.budget,
+                                                       .max_error_px = options.max_error_px,
+                                                       .morph_ratio = options.morph_ratio}));
     PagerSettings paging;
     paging.memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20);
     paging.worker_count = 0;
-    Result<Pager> pager = Pager::create(terrain->source, paging);
-    if (!pager) return pass_on(pager.error());
+    TERRANE_TRY(Pager pager, Pager::create(terrain.source, paging));
 
-    const CommandResult<TerrainMesh> mesh =
-        load_until_stable(*pager, *triangulator, *view, options.memory_mb);
-    if (!mesh) return pass_on(mesh.error());
+    TERRANE_TRY(const TerrainMesh mesh,
+                load_until_stable(pager, triangulator, *view, options.memory_mb));
     // the other formats are written without normals, for compatibility
     const IndexedMesh welded =
-        weld(*mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
+        weld(mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
     if (!options.out.empty()) {
-        const Result<void> written = write_mesh(welded, *format, options.out);
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(write_mesh(welded, *format, options.out));
     }
 
     const auto as_array = [](const Eigen::Vector3d& v) { return std::array{v.x(), v.y(), v.z()}; };
     nlohmann::ordered_json summary;
     summary["triangles"] = welded.triangles.size();
     summary["vertices"] = welded.vertices_world.size();
-    summary["error_px"] = mesh->error_px;
-    summary["status"] = name_of(mesh->status);
+    summary["error_px"] = mesh.error_px;
+    summary["status"] = name_of(mesh.status);
     summary["eye_m"] = as_array(view->eye_world);
     summary["forward"] = as_array(view->forward);
     if (!options.out.empty()) summary["out"] = options.out;
@@ -272,18 +266,16 @@ CommandResult<void> run_simplify(const SimplifyOptions& options) {
     if (!options.has_limit) {
         return usage_error("simplify needs --triangles or --error, or both");
     }
-    const Result<TriangleMesh> mesh = read_mesh_with_attributes(options.in);
-    if (!mesh) return pass_on(mesh.error());
+    TERRANE_TRY(const TriangleMesh mesh, read_mesh_with_attributes(options.in));
     const auto start = std::chrono::steady_clock::now();
-    const Result<SimplifiedFile> result = simplify_to(*mesh, options);
+    const Result<SimplifiedFile> result = simplify_to(mesh, options);
     const std::chrono::duration<double, std::milli> duration =
         std::chrono::steady_clock::now() - start;
     if (!result) {
         return failure(
             fmt::format("cannot simplify mesh '{}': {}", options.in, result.error().message));
     }
-    const Result<void> written = write_mesh(result->mesh, *format, options.out);
-    if (!written) return pass_on(written.error());
+    TERRANE_TRY(write_mesh(result->mesh, *format, options.out));
 
     nlohmann::ordered_json summary;
     summary["triangles"] = result->mesh.triangles.size();
@@ -291,7 +283,7 @@ CommandResult<void> run_simplify(const SimplifyOptions& options) {
     summary["error_m"] = result->error_m;
     summary["ms"] = duration.count();
     summary["stop"] = result->stop;
-    summary["input_triangles"] = mesh->triangles.size();
+    summary["input_triangles"] = mesh.triangles.size();
     summary["out"] = options.out;
     print_summary(summary, options.json);
     return {};

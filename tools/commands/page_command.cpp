@@ -37,18 +37,16 @@ CommandResult<Plan> make_plan(const PageOptions& options, const Terrain& terrain
         const bool is_same_path =
             cell.path == last.path && cell.speed == last.speed && cell.altitude == last.altitude;
         if (!is_same_path) {
-            Result<CameraPath> path = open_path(cell.path, terrain,
-                                                {.speed = cell.speed,
-                                                 .altitude = cell.altitude,
-                                                 .start = options.start,
-                                                 .seconds = options.seconds});
-            if (!path) return pass_on(path.error());
-            plan.paths.push_back(std::move(*path));
+            TERRANE_TRY(CameraPath path, open_path(cell.path, terrain,
+                                                   {.speed = cell.speed,
+                                                    .altitude = cell.altitude,
+                                                    .start = options.start,
+                                                    .seconds = options.seconds}));
+            plan.paths.push_back(std::move(path));
         }
         last = cell;
         const CameraPath& path = plan.paths.back();
-        const CommandResult<std::size_t> frames = count_frames(options.fps, path.duration());
-        if (!frames) return pass_on(frames.error());
+        TERRANE_TRY(const std::size_t frames, count_frames(options.fps, path.duration()));
         for (const PagingChoice policy : options.policies) {
             const bool has_jumps = !path.jumps().empty() && options.announce == 0.0;
             const std::vector<double> one_radius{1.0};
@@ -57,7 +55,7 @@ CommandResult<Plan> make_plan(const PageOptions& options, const Terrain& terrain
                 PagingJob& job = plan.jobs.emplace_back();
                 job.path = &path;
                 job.settings = run_settings(options, cell, policy, radius);
-                job.settings.frame_count = *frames;
+                job.settings.frame_count = frames;
                 plan.row_of_job.push_back(plan.rows.size());
             }
             plan.rows.push_back({.cell = cell,
@@ -175,36 +173,32 @@ Result<void> write_files(const PageOptions& options, const Terrain& terrain, con
 CommandResult<void> run_page(const PageOptions& options, const CLI::App& command) {
     TERRANE_TRY(check(options));
     TERRANE_TRY(refuse_idle_page_flags(options, command));
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_budget(*terrain, options.budget));
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_budget(terrain, options.budget));
     for (const double memory_mb : options.memories_mb) {
-        TERRANE_TRY(check_memory(*terrain, memory_mb));
+        TERRANE_TRY(check_memory(terrain, memory_mb));
     }
-    CommandResult<Plan> plan = make_plan(options, *terrain);
-    if (!plan) return pass_on(plan.error());
+    TERRANE_TRY(Plan plan, make_plan(options, terrain));
     const bool has_jumps = std::ranges::any_of(
-        plan->paths, [](const CameraPath& path) { return !path.jumps().empty(); });
+        plan.paths, [](const CameraPath& path) { return !path.jumps().empty(); });
     TERRANE_TRY(refuse_idle_flags(
         command,
         {{{"--announce-s"}, has_jumps, "goes with a path that jumps, such as teleports"}}));
     std::shared_ptr<OutputFolder> folder;
     if (!options.out.empty()) {
-        Result<std::shared_ptr<OutputFolder>> opened =
-            OutputFolder::open(options.out, {kFramesName, kReportName}, false);
-        if (!opened) return pass_on(opened.error());
-        folder = std::move(*opened);
+        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
+                    OutputFolder::open(options.out, {kFramesName, kReportName}, false));
+        folder = std::move(opened);
     }
     watch_for_interrupts();
-    const Result<void> played = play(options, *terrain, *plan);
+    const Result<void> played = play(options, terrain, plan);
     if (!played && played.error().code != ErrorCode::cancelled) return pass_on(played.error());
-    if (plan->rows_done > 0) {
-        const Result<void> written = write_files(options, *terrain, *plan, folder);
-        if (!written) return pass_on(written.error());
+    if (plan.rows_done > 0) {
+        TERRANE_TRY(write_files(options, terrain, plan, folder));
     }
     if (played) return {};
-    return failure(fmt::format("interrupted after {} of {} lines of the table", plan->rows_done,
-                               plan->rows.size()));
+    return failure(fmt::format("interrupted after {} of {} lines of the table", plan.rows_done,
+                               plan.rows.size()));
 }
 
 }  // namespace

@@ -27,17 +27,17 @@ struct QueryOptions {
 CommandResult<void> run_query(const QueryOptions& options) {
     TerrainOptions whole = options.terrain;
     whole.world = WorldKind::whole;
-    const CommandResult<Terrain> terrain = open_terrain(whole);
-    if (!terrain) return pass_on(terrain.error());
-    TERRANE_TRY(check_memory(*terrain, options.memory_mb));
-    Result<QueryGround> ground = QueryGround::create(
-        terrain->source, {.contact_spacing = options.contact_spacing_m,
-                          .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
-                          .surface = terrain->surface});
-    if (!ground) return pass_on(ground.error());
-    PickScene scene = {.bodies = terrain->bodies,
-                       .objects = terrain->objects,
-                       .heightfield = heightfield_of(*terrain)};
+    TERRANE_TRY(const Terrain terrain, open_terrain(whole));
+    TERRANE_TRY(check_memory(terrain, options.memory_mb));
+    TERRANE_TRY(
+        QueryGround ground,
+        QueryGround::create(terrain.source,
+                            {.contact_spacing = options.contact_spacing_m,
+                             .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
+                             .surface = terrain.surface}));
+    PickScene scene = {.bodies = terrain.bodies,
+                       .objects = terrain.objects,
+                       .heightfield = heightfield_of(terrain)};
 
     LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
     for (;;) {
@@ -51,7 +51,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
             status == LineReader::Status::too_long
                 ? to_line(invalid_answer(
                       fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
-                : to_line(answer_query(parse_query(line), *ground, scene));
+                : to_line(answer_query(parse_query(line), ground, scene));
         std::fwrite(answer.data(), 1, answer.size(), stdout);
         std::fputc('\n', stdout);
         // a full disk: main() reports it

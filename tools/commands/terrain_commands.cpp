@@ -92,9 +92,8 @@ nlohmann::ordered_json list_volumes(nlohmann::ordered_json info) {
 }
 
 CommandResult<void> run_info(const InfoOptions& options) {
-    const CommandResult<Terrain> terrain = open_terrain(options.terrain);
-    if (!terrain) return pass_on(terrain.error());
-    const nlohmann::ordered_json info = describe(*terrain);
+    TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
+    const nlohmann::ordered_json info = describe(terrain);
     print_summary(options.json ? info : list_volumes(info), options.json);
     return {};
 }
@@ -126,17 +125,16 @@ struct BakeOptions {
 CommandResult<void> run_bake(const BakeOptions& options) {
     TerrainOptions wanted = options.terrain;
     wanted.world = WorldKind::bounded;
-    const CommandResult<Terrain> terrain = open_terrain(wanted);
-    if (!terrain) return pass_on(terrain.error());
+    TERRANE_TRY(const Terrain terrain, open_terrain(wanted));
     BakeSettings settings;
-    const int levels = terrain->source->lattice().finest_level + 1;
+    const int levels = terrain.source->lattice().finest_level + 1;
     if (options.levels > static_cast<std::size_t>(levels)) {
         return usage_error(fmt::format("--levels must be 1 to {} over this terrain, got {}", levels,
                                        options.levels));
     }
     settings.level_count = static_cast<int>(options.levels);
     settings.worker_count = static_cast<int>(options.threads);
-    settings.note = note_of(*terrain);
+    settings.note = note_of(terrain);
     if (!options.region.empty()) {
         settings.region =
             WorldRect{options.region[0], options.region[1], options.region[2], options.region[3]};
@@ -149,7 +147,7 @@ CommandResult<void> run_bake(const BakeOptions& options) {
     };
     // a store contains only heights: a scene adds its volumes to a baked terrain as to any other
     const Result<StoreInfo> baked =
-        ChunkStore::bake(*heightfield_of(*terrain), options.out, settings);
+        ChunkStore::bake(*heightfield_of(terrain), options.out, settings);
     if (!baked && baked.error().code == ErrorCode::invalid_argument) {
         return usage_error(baked.error().message);
     }
@@ -160,8 +158,8 @@ CommandResult<void> run_bake(const BakeOptions& options) {
     summary["max_error_m"] = baked->max_error_m;
     summary["sha"] = baked->sha;
     summary["out"] = options.out;
-    if (terrain->volumes != nullptr) {
-        summary["volumes_left_out"] = describe_volumes(*terrain->volumes).size();
+    if (terrain.volumes != nullptr) {
+        summary["volumes_left_out"] = describe_volumes(*terrain.volumes).size();
     }
     print_summary(summary, options.json);
     return {};

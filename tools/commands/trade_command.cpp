@@ -44,16 +44,14 @@ CommandResult<std::vector<TradeTerrain>> open_trade_terrains(const TradeOptions&
     std::vector<TradeTerrain> terrains;
     TerrainOptions wanted;
     wanted.seed = options.seed;
-    CommandResult<Terrain> fractal = open_terrain(wanted);
-    if (!fractal) return pass_on(fractal.error());
-    terrains.push_back({std::move(*fractal), fmt::format("--seed {}", options.seed)});
+    TERRANE_TRY(Terrain fractal, open_terrain(wanted));
+    terrains.push_back({std::move(fractal), fmt::format("--seed {}", options.seed)});
     if (options.dem.empty()) return terrains;
     TerrainOptions wanted_raster;
     wanted_raster.dem = options.dem;
-    CommandResult<Terrain> raster = open_terrain(wanted_raster);
-    if (!raster) return pass_on(raster.error());
-    raster->name = std::filesystem::path(options.dem).filename().string();
-    terrains.push_back({std::move(*raster), "--dem " + options.dem});
+    TERRANE_TRY(Terrain raster, open_terrain(wanted_raster));
+    raster.name = std::filesystem::path(options.dem).filename().string();
+    terrains.push_back({std::move(raster), "--dem " + options.dem});
     return terrains;
 }
 
@@ -92,9 +90,8 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
             const Patience patience{
                 .seconds = std::clamp(share, 0.0, kMostSecondsOfDial),
                 .most_turns = options.is_quick ? std::size_t{4} : std::size_t{10}};
-            const CommandResult<TradeTable> table = measure_dial(dial, place, patience);
-            if (!table) return pass_on(table.error());
-            document.tables.push_back(*table);
+            TERRANE_TRY(const TradeTable table, measure_dial(dial, place, patience));
+            document.tables.push_back(table);
             for (int i = 0; i < 9; ++i) reference_ms.push_back(1e3 * time_reference_loop());
             if (!dial.needs_terrain) break;
         }
@@ -147,33 +144,26 @@ CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& comma
         return usage_error(
             fmt::format("--compare needs two files, got {}", options.compare.size()));
     }
-    const CommandResult<std::vector<TradeTerrain>> terrains = open_trade_terrains(options);
-    if (!terrains) return pass_on(terrains.error());
+    TERRANE_TRY(const std::vector<TradeTerrain> terrains, open_trade_terrains(options));
     std::shared_ptr<OutputFolder> folder;
     if (!options.out.empty()) {
-        Result<std::shared_ptr<OutputFolder>> opened =
-            OutputFolder::open(options.out, {kTradeName, kReportName}, false);
-        if (!opened) return pass_on(opened.error());
-        folder = std::move(*opened);
+        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
+                    OutputFolder::open(options.out, {kTradeName, kReportName}, false));
+        folder = std::move(opened);
     }
     watch_for_interrupts();
-    const CommandResult<TradeDocument> document = measure_all_dials(options, *terrains);
-    if (!document) return pass_on(document.error());
-    const nlohmann::ordered_json json = to_json(*document);
-    const nlohmann::ordered_json summary = summarize_fronts(*document);
+    TERRANE_TRY(const TradeDocument document, measure_all_dials(options, terrains));
+    const nlohmann::ordered_json json = to_json(document);
+    const nlohmann::ordered_json summary = summarize_fronts(document);
     if (folder != nullptr) {
-        if (const Result<void> cleared = folder->clear(); !cleared) {
-            return pass_on(cleared.error());
-        }
-        const Result<void> saved = write_text(OutputPlace(folder, kTradeName), to_line(json));
-        if (!saved) return pass_on(saved.error());
-        const Result<void> written = write_trade_report(OutputPlace(folder, kReportName),
-                                                        {.title = "Trade-offs",
-                                                         .command_line = document->command_line,
-                                                         .film = "",
-                                                         .summary = summary},
-                                                        {json});
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(folder->clear());
+        TERRANE_TRY(write_text(OutputPlace(folder, kTradeName), to_line(json)));
+        TERRANE_TRY(write_trade_report(OutputPlace(folder, kReportName),
+                                       {.title = "Trade-offs",
+                                        .command_line = document.command_line,
+                                        .film = "",
+                                        .summary = summary},
+                                       {json}));
     }
     print_summary(options.json ? json : summary, options.json);
     return {};

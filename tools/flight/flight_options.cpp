@@ -154,8 +154,7 @@ CommandResult<void> check(const FlightOptions& options) {
     TERRANE_TRY(check_pictures(options));
     if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
         // before the path is created: its memory grows with its duration
-        const CommandResult<std::size_t> frames = count_frames(options.fps, options.seconds);
-        if (!frames) return pass_on(frames.error());
+        TERRANE_TRY(count_frames(options.fps, options.seconds));
     }
     return {};
 }

@@ -57,11 +57,10 @@ Dial spacing_dial() {
         std::vector<Ground> grounds;
         for (int i = 0; i < (place.is_quick ? 4 : 6); ++i) {
             const double wanted = grounds.empty() ? 0.0 : 2.0 * grounds.back().spacing();
-            const CommandResult<Ground> ground = load_contact_ground(*place.terrain, wanted);
-            if (!ground) return pass_on(ground.error());
-            if (!grounds.empty() && ground->spacing() == grounds.back().spacing())
+            TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, wanted));
+            if (!grounds.empty() && ground.spacing() == grounds.back().spacing())
                 break;  // the coarsest
-            grounds.push_back(*ground);
+            grounds.push_back(ground);
         }
         const std::size_t bodies = place.is_quick ? 30 : 100;
         return make_trials(grounds, [&](const Ground& ground, std::size_t) {
@@ -116,14 +115,13 @@ struct DropValues {
 
 Dial drop_dial(DropValues of) {
     const auto prepare = [of](const TradePlace& place) -> TradeTrials {
-        const CommandResult<Ground> ground = load_contact_ground(*place.terrain, 0.0);
-        if (!ground) return pass_on(ground.error());
+        TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
         return make_trials(place.is_quick ? of.quick_values : of.values, [&](double value,
                                                                              std::size_t) {
             DropTrial trial{.count = place.is_quick ? of.quick_count : std::size_t{200},
                             .seconds = place.is_quick ? 1.5 : 3.0};
             of.set(value, trial);
-            const auto measure = [trial, ground = *ground] {
+            const auto measure = [trial, ground] {
                 return run_drop_trial(trial, ground).map([](const DropFigures& drop) {
                     return TradeSample{drop.ms, drop.max_depth_m, drop.drift, drop.fell_through};
                 });
@@ -250,9 +248,8 @@ struct BatchPlaces {
 };
 
 CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& ground, int threads) {
-    Result<GroundBatch> batch = GroundBatch::create({.worker_count = threads});
-    if (!batch) return pass_on(batch.error());
-    const auto shared = std::make_shared<GroundBatch>(std::move(*batch));
+    TERRANE_TRY(GroundBatch batch, GroundBatch::create({.worker_count = threads}));
+    const auto shared = std::make_shared<GroundBatch>(std::move(batch));
     const auto places = std::make_shared<BatchPlaces>();
     const std::vector<ProbePose> probes = probe_poses(*place.terrain, Sphere{0.01}, 500);
     if (probes.empty()) return failure("no ground at the terrain's centre");
@@ -268,13 +265,11 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
     drop.world.worker_count = threads;
     drop.world.collide_bodies = true;
     const auto measure = [=]() -> CommandResult<TradeSample> {
-        const CommandResult<DropFigures> figures = run_drop_trial(drop, ground);
-        if (!figures) return pass_on(figures.error());
+        TERRANE_TRY(const DropFigures figures, run_drop_trial(drop, ground));
         const Stopwatch watch(Clock::wall);
-        const Result<void> answered = shared->heights(
-            ground, PointArray::separate(places->x, places->y), {.heights = places->heights});
-        if (!answered) return pass_on(answered.error());
-        return TradeSample{static_cast<double>(threads), figures->wall_ms,
+        TERRANE_TRY(shared->heights(ground, PointArray::separate(places->x, places->y),
+                                    {.heights = places->heights}));
+        return TradeSample{static_cast<double>(threads), figures.wall_ms,
                            1e6 * watch.ms() / static_cast<double>(count)};
     };
     return TradeTrial{fmt::format("{}", threads), static_cast<double>(threads), measure};
@@ -282,14 +277,12 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
 
 Dial thread_dial() {
     const auto prepare = [](const TradePlace& place) -> TradeTrials {
-        const CommandResult<Ground> ground = load_contact_ground(*place.terrain, 0.0);
-        if (!ground) return pass_on(ground.error());
+        TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
         const int most = static_cast<int>(std::min(16U, std::thread::hardware_concurrency()));
         std::vector<int> counts;
         for (int threads = 1; threads <= std::max(2, most); threads *= 2) counts.push_back(threads);
-        return make_trials(counts, [&](int threads, std::size_t) {
-            return thread_trial(place, *ground, threads);
-        });
+        return make_trials(
+            counts, [&](int threads, std::size_t) { return thread_trial(place, ground, threads); });
     };
     return {.key = "threads",
             .title = "Threads",

@@ -106,9 +106,8 @@ template <class Value, class MakeTrial>
 TradeTrials make_trials(const std::vector<Value>& values, const MakeTrial& make_trial) {
     std::vector<TradeTrial> trials;
     for (const Value& value : values) {
-        CommandResult<TradeTrial> trial = make_trial(value, trials.size());
-        if (!trial) return pass_on(trial.error());
-        trials.push_back(std::move(*trial));
+        TERRANE_TRY(TradeTrial trial, CommandResult<TradeTrial>(make_trial(value, trials.size())));
+        trials.push_back(std::move(trial));
     }
     return trials;
 }

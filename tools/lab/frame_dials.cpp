@@ -58,27 +58,27 @@ public:
         const HeightSource& source = *place.terrain->source;
         const double altitude =
             std::max(kLeastAltitude, kAltitudeInSpacings * source.lattice().spacing);
-        const Result<CameraPath> path = CameraPath::create(
-            "straight", source, {.speed = 100.0, .altitude = altitude, .seconds = kFlightSeconds});
-        if (!path) return pass_on(path.error());
+        TERRANE_TRY(
+            const CameraPath path,
+            CameraPath::create("straight", source,
+                               {.speed = 100.0, .altitude = altitude, .seconds = kFlightSeconds}));
         FrameMakerSettings settings;
         settings.pager.memory_bytes = std::size_t{2} << 30U;
         settings.pager.worker_count = 0;
         settings.triangulator.triangle_budget = place.is_quick ? kMostQuickBudget : kMostBudget;
         settings.triangulator.max_error_px = kLeastError_px;
-        Result<FrameMaker> maker = FrameMaker::create(place.terrain->source, settings);
-        if (!maker) return pass_on(maker.error());
+        TERRANE_TRY(FrameMaker maker, FrameMaker::create(place.terrain->source, settings));
         std::shared_ptr<FlightGround> ground(new FlightGround(place.terrain->source));
         const View picture = make_view({}, 60.0);
         const int moment_count = place.is_quick ? 2 : 6;
         for (int i = 0; i < moment_count; ++i) {
             if (is_interrupted()) return failure("interrupted before the tables were whole");
             const double time = kFlightSeconds * i / moment_count;
-            Moment moment{.view = view_at(picture, path->at(time)),
-                          .next = view_at(picture, path->at(time + kFrame_s)),
+            Moment moment{.view = view_at(picture, path.at(time)),
+                          .next = view_at(picture, path.at(time + kFrame_s)),
                           .resident = nullptr};
-            maker->load_until_stable(moment.view, {}, time);
-            moment.resident = maker->pager().resident();
+            maker.load_until_stable(moment.view, {}, time);
+            moment.resident = maker.pager().resident();
             ground->moments_.push_back(std::move(moment));
         }
         ground->verified_moments_ = place.is_quick ? 1 : 2;
@@ -190,13 +190,11 @@ TradeTrial flight_trial(std::string label, double value, const TriangulatorSetti
         [settings, ground,
          truth = std::make_shared<std::optional<FlightTruth>>()]() -> CommandResult<TradeSample> {
         if (!*truth) {
-            const Result<FlightTruth> verified = ground->verify(settings);
-            if (!verified) return pass_on(verified.error());
-            *truth = *verified;
+            TERRANE_TRY(const FlightTruth verified, ground->verify(settings));
+            *truth = verified;
         }
-        const Result<TradeSample> sample = ground->fly(settings, **truth);
-        if (!sample) return pass_on(sample.error());
-        return *sample;
+        TERRANE_TRY(const TradeSample sample, ground->fly(settings, **truth));
+        return sample;
     };
     return {std::move(label), value, measure};
 }
@@ -211,13 +209,12 @@ Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, Dial dial, const 
     dial.columns = kPixelColumns;
     dial.cost = "update_ms";
     dial.prepare = [grounds, of](const TradePlace& place) -> TradeTrials {
-        const auto ground = find_flight_ground(*grounds, place);
-        if (!ground) return pass_on(ground.error());
+        TERRANE_TRY(const auto ground, find_flight_ground(*grounds, place));
         return make_trials(
             place.is_quick ? of.quick_values : of.values, [&](double value, std::size_t) {
                 TriangulatorSettings settings{.triangle_budget = 1'000'000};
                 of.set(value, settings);
-                return flight_trial(fmt::format("{:.6g}", value), value, settings, *ground);
+                return flight_trial(fmt::format("{:.6g}", value), value, settings, ground);
             });
     };
     return dial;
@@ -231,10 +228,8 @@ TriangulatorSettings triangulator_of(const Preset& preset) {
 }
 
 TradeTrials prepare_presets(FlightGrounds& grounds, const TradePlace& place) {
-    const auto flight = find_flight_ground(grounds, place);
-    if (!flight) return pass_on(flight.error());
-    const CommandResult<Ground> ground = load_contact_ground(*place.terrain, 0.0);
-    if (!ground) return pass_on(ground.error());
+    TERRANE_TRY(const auto flight, find_flight_ground(grounds, place));
+    TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
     const std::vector known(presets().begin(), presets().end());
     return make_trials(known, [&](const Preset& preset, std::size_t index) {
         const DropTrial drop{.count = place.is_quick ? std::size_t{40} : std::size_t{200},
@@ -243,13 +238,11 @@ TradeTrials prepare_presets(FlightGrounds& grounds, const TradePlace& place) {
                              .world = {.max_substep = preset_value(preset, "--substep").value(),
                                        .collide_bodies = false}};
         TradeTrial trial = flight_trial(std::string(preset.name), static_cast<double>(index),
-                                        triangulator_of(preset), *flight);
-        trial.measure = [fly = trial.measure, drop,
-                         ground = *ground]() -> CommandResult<TradeSample> {
+                                        triangulator_of(preset), flight);
+        trial.measure = [fly = trial.measure, drop, ground]() -> CommandResult<TradeSample> {
             TERRANE_TRY(TradeSample sample, fly());
-            const CommandResult<DropFigures> dropped = run_drop_trial(drop, ground);
-            if (!dropped) return pass_on(dropped.error());
-            sample.insert(sample.end(), {dropped->ms, dropped->max_depth_m, dropped->drift});
+            TERRANE_TRY(const DropFigures dropped, run_drop_trial(drop, ground));
+            sample.insert(sample.end(), {dropped.ms, dropped.max_depth_m, dropped.drift});
             return sample;
         };
         return trial;

@@ -45,19 +45,18 @@ WorldRect trade_area(const Terrain& terrain) {
 }
 
 CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact_spacing) {
-    Result<Pager> pager = Pager::create(terrain.source, {.memory_bytes = std::size_t{1} << 30U,
-                                                         .worker_count = 0,
-                                                         .contact_spacing = contact_spacing});
-    if (!pager) return pass_on(pager.error());
-    pager->update({}, {}, 0.0);
+    TERRANE_TRY(Pager pager, Pager::create(terrain.source, {.memory_bytes = std::size_t{1} << 30U,
+                                                            .worker_count = 0,
+                                                            .contact_spacing = contact_spacing}));
+    pager.update({}, {}, 0.0);
     const WorldRect area = trade_area(terrain);
-    RequiredRegion required = pager->require(
+    RequiredRegion required = pager.require(
         {area.west - kAround, area.south - kAround, area.east + kAround, area.north + kAround},
         0.0);
-    pager->update({}, {}, 0.0);
-    pager->finish();
+    pager.update({}, {}, 0.0);
+    pager.finish();
     if (!required.is_ready()) return failure("the terrain's heights could not be read");
-    return pager->ground();
+    return pager.ground();
 }
 
 std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere,
@@ -103,40 +102,36 @@ double energy_of(const BodyState& state) {
 }
 
 CommandResult<World> make_trial_world(const DropTrial& trial, const Ground& ground) {
-    Result<World> world = World::create(trial.world);
-    if (!world) return pass_on(world.error());
-    const Result<World> obstacles = World::create({});
-    if (!obstacles) return pass_on(obstacles.error());
+    TERRANE_TRY(World world, World::create(trial.world));
+    TERRANE_TRY(const World obstacles, World::create({}));
     std::vector<PlacedBody> bodies =
         lay_out({.shape = DropShape::sphere, .count = trial.count, .speed = trial.speed}, ground,
-                *obstacles);
+                obstacles);
     if (bodies.empty()) return failure("no body finds ground at the terrain's centre");
     for (PlacedBody& body : bodies) body.settings.contact_tolerance = trial.contact_tolerance;
-    const Result<std::vector<BodyId>> added = add_bodies(bodies, *world);
-    if (!added) return pass_on(added.error());
-    return std::move(*world);
+    TERRANE_TRY(add_bodies(bodies, world));
+    return world;
 }
 
 }  // namespace
 
 CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& ground) {
-    CommandResult<World> world = make_trial_world(trial, ground);
-    if (!world) return pass_on(world.error());
+    TERRANE_TRY(World world, make_trial_world(trial, ground));
     const auto steps =
         static_cast<std::size_t>(std::max(1.0, std::round(trial.seconds / trial.dt)));
     DropFigures figures;
     std::vector<double> energies;
-    for (const BodyState& state : world->states()) energies.push_back(energy_of(state));
+    for (const BodyState& state : world.states()) energies.push_back(energy_of(state));
     double gained = 0.0, lost = 0.0;
     for (std::size_t step = 0; step < steps; ++step) {
         const Stopwatch wall(Clock::wall), thread(Clock::thread);
-        const StepReport report = world->step(ground, trial.dt);
+        const StepReport report = world.step(ground, trial.dt);
         figures.ms += thread.ms();
         figures.wall_ms += wall.ms();
         figures.max_depth_m = std::max(figures.max_depth_m, report.max_depth_m);
         figures.fell_through += static_cast<double>(report.too_deep);
         for (std::size_t i = 0; i < energies.size(); ++i) {
-            const double after = energy_of(world->states()[i]);
+            const double after = energy_of(world.states()[i]);
             (after > energies[i] ? gained : lost) += std::abs(after - energies[i]);
             energies[i] = after;
         }

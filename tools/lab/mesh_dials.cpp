@@ -148,10 +148,8 @@ private:
 };
 
 CommandResult<TradeTrial> extreme_trial(std::size_t vertices) {
-    const Result<ConvexHull> hull = ConvexHull::create(sphere_points(vertices));
-    if (!hull) return pass_on(hull.error());
-    const auto measure = [search = std::make_shared<const ExtremeSearch>(*hull),
-                          shape = Shape(*hull),
+    TERRANE_TRY(const ConvexHull hull, ConvexHull::create(sphere_points(vertices)));
+    const auto measure = [search = std::make_shared<const ExtremeSearch>(hull), shape = Shape(hull),
                           directions = sphere_points(256)]() -> CommandResult<TradeSample> {
         const auto time_ns = [&](const auto& of) {
             return time_call_ns(directions.size(),
@@ -208,13 +206,12 @@ Dial extreme_dial() {
 
 CommandResult<TradeTrial> proxy_trial(const TriangleMesh& mesh, double share, std::size_t index) {
     const Stopwatch making(Clock::wall);
-    const Result<CollisionProxy> proxy = make_collision_proxy(mesh, {.proxy_error = share});
-    if (!proxy) return pass_on(proxy.error());
+    TERRANE_TRY(const CollisionProxy proxy, make_collision_proxy(mesh, {.proxy_error = share}));
     const double make_ms = making.ms();
     const auto measure =
-        [shape = Shape(proxy->shape), ways = sphere_points(200), make_ms,
-         distance_m = proxy->distance_m,
-         parts = static_cast<double>(proxy->shape.parts().size())]() -> CommandResult<TradeSample> {
+        [shape = Shape(proxy.shape), ways = sphere_points(200), make_ms,
+         distance_m = proxy.distance_m,
+         parts = static_cast<double>(proxy.shape.parts().size())]() -> CommandResult<TradeSample> {
         const double contact_ns = time_call_ns(ways.size(), [&](std::size_t i) {
             Pose pose;
             pose.translation = 1.25 * ways[i];
@@ -257,18 +254,16 @@ Dial culling_dial() {
         const auto field =
             std::make_shared<const RodField>(make_rod_mesh(80), Aabb{{-10, -1, -1}, {10, 1, 1}},
                                              place.is_quick ? 2000 : 20'000, 300.0, place.is_quick);
-        const Result<FieldFrame> exact = field->make_frame(CullTest::triangles);
-        if (!exact) return pass_on(exact.error());
+        TERRANE_TRY(const FieldFrame exact, field->make_frame(CullTest::triangles));
         const std::vector tests(kCullTests.begin(), kCullTests.end());
         return make_trials(tests, [&](CullTest test, std::size_t index) {
             const auto measure = [field, test,
-                                  in_view = exact->kept]() -> CommandResult<TradeSample> {
-                const Result<FieldFrame> frame = field->make_frame(test);
-                if (!frame) return pass_on(frame.error());
-                const auto kept = static_cast<double>(frame->kept);
+                                  in_view = exact.kept]() -> CommandResult<TradeSample> {
+                TERRANE_TRY(const FieldFrame frame, field->make_frame(test));
+                const auto kept = static_cast<double>(frame.kept);
                 const double surplus =
                     kept > 0.0 ? (kept - static_cast<double>(in_view)) / kept : 0.0;
-                return TradeSample{frame->cull_ms + frame->draw_ms, frame->cull_ms, frame->draw_ms,
+                return TradeSample{frame.cull_ms + frame.draw_ms, frame.cull_ms, frame.draw_ms,
                                    surplus, kept};
             };
             return TradeTrial{name_of(test), static_cast<double>(index), measure};
@@ -296,10 +291,9 @@ TradeTrials prepare_object_meshes(const TradePlace& place) {
     for (std::size_t count = full.triangles.size(); count >= 8; count /= 4) {
         levels.push_back({.triangles = count});
     }
-    const auto simplified =
-        simplify({.vertices = full.positions, .triangles = full.triangles}, levels);
-    if (!simplified) return pass_on(simplified.error());
-    return make_trials(*simplified, [&](const SimplifiedMesh& level, std::size_t) {
+    TERRANE_TRY(const auto simplified,
+                simplify({.vertices = full.positions, .triangles = full.triangles}, levels));
+    return make_trials(simplified, [&](const SimplifiedMesh& level, std::size_t) {
         TriangleMesh mesh = full;
         mesh.triangles = level.triangles;
         const auto triangles = static_cast<double>(level.triangles.size());
@@ -308,9 +302,8 @@ TradeTrials prepare_object_meshes(const TradePlace& place) {
             place.is_quick ? std::size_t{300} : std::size_t{2000}, 60.0, place.is_quick);
         const auto measure = [field, triangles,
                               error_m = level.error_m]() -> CommandResult<TradeSample> {
-            const Result<FieldFrame> frame = field->make_frame(CullTest::spheres);
-            if (!frame) return pass_on(frame.error());
-            return TradeSample{frame->draw_ms, error_m, triangles};
+            TERRANE_TRY(const FieldFrame frame, field->make_frame(CullTest::spheres));
+            return TradeSample{frame.draw_ms, error_m, triangles};
         };
         return TradeTrial{fmt::format("{}", level.triangles.size()), triangles, measure};
     });

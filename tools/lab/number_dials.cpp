@@ -242,8 +242,7 @@ std::vector<Pose> random_poses(std::size_t count) {
 }
 
 TradeTrials prepare_ground_measures(const TradePlace& place) {
-    const CommandResult<Ground> loaded = load_contact_ground(*place.terrain, 0.0);
-    if (!loaded) return pass_on(loaded.error());
+    TERRANE_TRY(const Ground loaded, load_contact_ground(*place.terrain, 0.0));
     std::vector<ProbePose> probes =
         probe_poses(*place.terrain, Sphere{1.0}, place.is_quick ? 100 : 600);
     if (probes.empty()) return failure("no ground at the terrain's centre");
@@ -251,7 +250,7 @@ TradeTrials prepare_ground_measures(const TradePlace& place) {
     for (std::size_t i = 0; i < probes.size(); ++i) probes[i].pose.rotation = turns[i].rotation;
     const auto poses = std::make_shared<const std::vector<ProbePose>>(std::move(probes));
     const Shape box = Box{{0.6, 0.9, 0.4}};
-    const Ground& ground = *loaded;  // copied by the measures
+    const Ground& ground = loaded;  // copied by the measures
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const std::vector<NamedMeasure> measures{
         {"test",

@@ -59,22 +59,20 @@ const std::vector<TradeColumn> kPagingColumns{
 CommandResult<TradeTrial> paging_trial(ChunkCaches& caches, const TradePlace& place, double value,
                                        const PageOptions& options) {
     const std::shared_ptr<const HeightSource>& source = place.terrain->source;
-    const Result<CameraPath> path = open_path(
-        options.paths[0], *place.terrain, {.speed = options.speeds[0], .seconds = options.seconds});
-    if (!path) return pass_on(path.error());
+    TERRANE_TRY(const CameraPath path,
+                open_path(options.paths[0], *place.terrain,
+                          {.speed = options.speeds[0], .seconds = options.seconds}));
     std::shared_ptr<ChunkCache>& chunks = caches[place.terrain];
     if (chunks == nullptr) chunks = std::make_shared<ChunkCache>(source, std::size_t{512} << 20U);
     PagingRow row{.cell = list_cells(options).front()};
     PagingRunSettings settings = run_settings(options, row.cell, row.policy, row.radius);
-    const CommandResult<std::size_t> frames = count_frames(options.fps, path->duration());
-    if (!frames) return pass_on(frames.error());
-    settings.frame_count = *frames;
-    const auto measure = [=, path = *path]() mutable -> CommandResult<TradeSample> {
+    TERRANE_TRY(const std::size_t frames, count_frames(options.fps, path.duration()));
+    settings.frame_count = frames;
+    const auto measure = [=, path = path]() mutable -> CommandResult<TradeSample> {
         const Stopwatch watch(Clock::wall);
-        Result<PagingRun> run = run_paging(source, *chunks, path, settings);
-        if (!run) return pass_on(run.error());
+        TERRANE_TRY(PagingRun run, run_paging(source, *chunks, path, settings));
         TradeSample sample{watch.ms() / static_cast<double>(settings.frame_count)};
-        row.run = std::move(*run);
+        row.run = std::move(run);
         const nlohmann::ordered_json figures = to_json(row);
         for (std::size_t i = 1; i < kPagingColumns.size(); ++i) {
             sample.push_back(figures[kPagingColumns[i].key].get<double>());

@@ -211,9 +211,8 @@ Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& he
 CommandResult<void> run_comparison(const ComparisonOptions& options) {
     std::vector<Json> documents;
     for (const std::string& path : options.files) {
-        CommandResult<Json> document = read_trade_document(path);
-        if (!document) return pass_on(document.error());
-        documents.push_back(std::move(*document));
+        TERRANE_TRY(Json document, read_trade_document(path));
+        documents.push_back(std::move(document));
     }
     const Json compared = compare_documents(documents[0], documents[1]);
     if (compared["figures_in_both"] == 0) {
@@ -223,18 +222,14 @@ CommandResult<void> run_comparison(const ComparisonOptions& options) {
     Json summary = compared;
     summary.erase("figures");
     if (!options.out.empty()) {
-        const auto folder = OutputFolder::open(options.out, {kReportName}, false);
-        if (!folder) return pass_on(folder.error());
-        if (const Result<void> cleared = (*folder)->clear(); !cleared) {
-            return pass_on(cleared.error());
-        }
-        const Result<void> written = write_trade_report(OutputPlace(*folder, kReportName),
-                                                        {.title = "Trade-offs of two runs",
-                                                         .command_line = own_command_line(),
-                                                         .film = "",
-                                                         .summary = summary},
-                                                        documents);
-        if (!written) return pass_on(written.error());
+        TERRANE_TRY(const auto folder, OutputFolder::open(options.out, {kReportName}, false));
+        TERRANE_TRY(folder->clear());
+        TERRANE_TRY(write_trade_report(OutputPlace(folder, kReportName),
+                                       {.title = "Trade-offs of two runs",
+                                        .command_line = own_command_line(),
+                                        .film = "",
+                                        .summary = summary},
+                                       documents));
     }
     if (options.json) {
         print_summary(compared, true);

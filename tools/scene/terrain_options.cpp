@@ -206,13 +206,12 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
             lay_out_world(options.world_m, options.start, options.world, settings);
         !laid_out)
         return pass_on(laid_out.error());
-    Result<std::shared_ptr<const HeightSource>> source = FractalHeights::create(settings);
-    if (!source) return pass_on(source.error());
+    TERRANE_TRY(std::shared_ptr<const HeightSource> source, FractalHeights::create(settings));
     std::string name = fmt::format("seed {}", settings.seed);
     if (settings.kind != FractalKind::fbm) {
         name += fmt::format(" ({})", kFractalKinds[static_cast<std::size_t>(settings.kind)]);
     }
-    return Terrain{.source = *source,
+    return Terrain{.source = source,
                    .dem = std::nullopt,
                    .name = std::move(name),
                    .is_endless = !options.world_m,
@@ -286,23 +285,21 @@ CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene,
     terrain.objects = std::move(scene.objects);
     terrain.water_m = scene.water_m;
     if (scene.imagery) {
-        auto imagery = open_imagery(*scene.imagery, terrain.dem ? &*terrain.dem : nullptr);
-        if (!imagery) return pass_on(imagery.error());
-        terrain.imagery = *std::move(imagery);
+        TERRANE_TRY(auto imagery,
+                    open_imagery(*scene.imagery, terrain.dem ? &*terrain.dem : nullptr));
+        terrain.imagery = std::move(imagery);
     }
     if (scene.volumes != nullptr) {
         auto placed = place_volumes(*scene.volumes, *terrain.source);
         if (!placed) return failure(fmt::format("scene '{}': {}", path, placed.error().message));
         terrain.volumes = *std::move(placed);
         terrain.heightfield = terrain.source;
-        auto source = with_volumes(terrain, terrain.heightfield);
-        if (!source) return pass_on(source.error());
-        terrain.source = *std::move(source);
+        TERRANE_TRY(auto source, with_volumes(terrain, terrain.heightfield));
+        terrain.source = std::move(source);
     }
     if (!scene.surface) return terrain;
-    auto surface = open_surface(*scene.surface, terrain.dem ? &*terrain.dem : nullptr);
-    if (!surface) return pass_on(surface.error());
-    terrain.surface = *std::move(surface);
+    TERRANE_TRY(auto surface, open_surface(*scene.surface, terrain.dem ? &*terrain.dem : nullptr));
+    terrain.surface = std::move(surface);
     return terrain;
 }
 
@@ -437,9 +434,8 @@ WorldVec2 start_of(const Terrain& terrain) {
 CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield) {
     if (terrain.volumes == nullptr) return heightfield;
-    auto source = add_volumes(std::move(heightfield), *terrain.volumes);
-    if (!source) return pass_on(source.error());
-    return *std::move(source);
+    TERRANE_TRY(auto source, add_volumes(std::move(heightfield), *terrain.volumes));
+    return source;
 }
 
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
@@ -520,19 +516,17 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
             fmt::format("--detail-m must be a number above 0, got {:.6g}", *options.detail_m));
     }
     if (!options.scene.empty()) {
-        const CommandResult<std::string> text = read_text(options.scene);
-        if (!text) return pass_on(text.error());
-        CommandResult<TerrainOptions> scene = parse_scene(*text, options.scene);
-        if (!scene) return pass_on(scene.error());
-        if (options.detail_m) scene->detail_m = options.detail_m;
-        scene->world_m = options.world_m;
-        scene->world = options.world;
-        scene->start = options.start;
-        scene->dig_spacing = options.dig_spacing;
-        scene->dem_memory_mb = options.dem_memory_mb;
-        scene->cache = options.cache;
-        TERRANE_TRY(Terrain terrain, open_terrain(*scene));
-        return play_scene(options.scene, *std::move(scene), std::move(terrain));
+        TERRANE_TRY(const std::string text, read_text(options.scene));
+        TERRANE_TRY(TerrainOptions scene, parse_scene(text, options.scene));
+        if (options.detail_m) scene.detail_m = options.detail_m;
+        scene.world_m = options.world_m;
+        scene.world = options.world;
+        scene.start = options.start;
+        scene.dig_spacing = options.dig_spacing;
+        scene.dem_memory_mb = options.dem_memory_mb;
+        scene.cache = options.cache;
+        TERRANE_TRY(Terrain terrain, open_terrain(scene));
+        return play_scene(options.scene, std::move(scene), std::move(terrain));
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");
@@ -578,9 +572,8 @@ std::string note_of(const Terrain& terrain) {
 
 CommandResult<Terrain> open_baked(const std::string& path) {
     StoreInfo info;
-    Result<std::shared_ptr<const HeightSource>> source = ChunkStore::open(path, &info);
-    if (!source) return pass_on(source.error());
-    Terrain terrain{.source = *source, .dem = std::nullopt, .name = path, .store = info};
+    TERRANE_TRY(std::shared_ptr<const HeightSource> source, ChunkStore::open(path, &info));
+    Terrain terrain{.source = source, .dem = std::nullopt, .name = path, .store = info};
     if (info.note.empty()) return terrain;
     try {
         const nlohmann::json note = nlohmann::json::parse(info.note);

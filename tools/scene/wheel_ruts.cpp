@@ -61,13 +61,12 @@ CommandResult<std::unique_ptr<WheelRuts>> WheelRuts::create(Terrain& terrain, in
             kMostRutSpacing, spacing));
     }
     const std::shared_ptr<const HeightSource> undisturbed = heightfield_of(terrain);
-    const auto diggable = make_diggable(undisturbed, terrain.volumes.get());
-    if (!diggable) return pass_on(diggable.error());
-    Result<VolumeEditor> editor = VolumeEditor::create(*diggable, {.worker_count = worker_count});
-    if (!editor) return pass_on(editor.error());
-    terrain.source = *diggable;
+    TERRANE_TRY(const auto diggable, make_diggable(undisturbed, terrain.volumes.get()));
+    TERRANE_TRY(VolumeEditor editor,
+                VolumeEditor::create(diggable, {.worker_count = worker_count}));
+    terrain.source = diggable;
     return std::unique_ptr<WheelRuts>(
-        new WheelRuts(std::make_unique<State>(State{undisturbed, *std::move(editor)})));
+        new WheelRuts(std::make_unique<State>(State{undisturbed, std::move(editor)})));
 }
 
 void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Ground& ground) {
