@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -242,6 +244,24 @@ TEST(WorldSave, NamesWhatIsWrongWithBytes) {
     for (std::size_t i = 0; i < 8; ++i) changed[14 + i] = std::byte{0xff};  // gravity.x: NaN
     repair_checksum(changed);
     expect_error(changed, "gravity must be");
+}
+
+TEST(WorldSave, ReadsTheFormerKindsOfBroadphaseAsSap) {
+    const Bytes sap = World::create({}).value().save();
+    const Bytes grid = World::create({.broadphase = BroadphaseKind::grid}).value().save();
+    ASSERT_EQ(sap.size(), grid.size());
+    const auto kind = std::mismatch(sap.begin(), sap.end(), grid.begin()).first - sap.begin();
+    ASSERT_EQ(grid[static_cast<std::size_t>(kind)], std::byte{1});
+    for (const int former : {2, 3, 4}) {
+        Bytes changed = sap;
+        changed[static_cast<std::size_t>(kind)] = std::byte(former);
+        repair_checksum(changed);
+        if (former < 4) {
+            EXPECT_EQ(load(changed).save(), sap) << former;
+        } else {
+            EXPECT_FALSE(World::load(changed)) << former;
+        }
+    }
 }
 
 TEST(WorldSave, RefusesEveryTruncation) {
