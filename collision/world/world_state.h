@@ -31,23 +31,23 @@ struct KinematicTarget {
 };
 }  // namespace internal
 
-/// The bodies of a world and what steps and queries need of them.
+/// The bodies of a world, with the data of steps and queries.
 struct World::State {
-    /// What the world alone keeps of a body.
+    /// Data of a body that neither solver nor gate reads.
     struct BodyRecord {
         Shape shape;                                       // centred: RigidBody::shape points to it
         Pose body_from_centred;                            // the frame of the settings' shape
-        Eigen::Vector3d force = Eigen::Vector3d::Zero();   // of the next step, N
-        Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // of the next step, N m
+        Eigen::Vector3d force = Eigen::Vector3d::Zero();   // applied in the next step, N
+        Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // applied in the next step, N m
         std::optional<internal::KinematicTarget> target;   // none: the body keeps its velocity
         double quiet_time = 0.0;                           // slow and supported for so long, s
         bool is_placed_anew = false;                       // since the last step
         std::unique_ptr<internal::Vehicle> vehicle;        // null: not a vehicle
         std::unique_ptr<internal::Character> character;    // null: not a character
     };
-    /// A body's part in the last step.
+    /// Result of the last step for one body.
     struct BodyStep {
-        internal::BodyMotion before;  // to which a body that parks returns
+        internal::BodyMotion before;  // restored if the body parks
         internal::GateAnswer total;
         double lift = 0.0;  // after the step, metres
         bool is_parked = false;

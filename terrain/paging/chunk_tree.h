@@ -83,7 +83,7 @@ public:
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
-    /// @param source of that lattice; outlives the tree, which queries it for extents of volumes
+    /// @param source has this lattice, and outlives the tree, which reads the extents of volumes from it
     ChunkTree(const Lattice& lattice, const ChunkSource& source);
 
     /// Requires a chunk that is not resident, and a resident parent unless it is a root.

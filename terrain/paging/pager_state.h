@@ -35,9 +35,9 @@ struct Orphan {
     double arrived_s = 0.0;
 };
 
-/// What loads, and how loading has gone.
+/// Loads in flight, and the record of past ones.
 struct Loads {
-    std::map<ChunkKey, LoadInProgress> in_flight;  ///< begun and not taken
+    std::map<ChunkKey, LoadInProgress> in_flight;  ///< begun, and not yet collected
     std::map<ChunkKey, Orphan> orphans;
     std::map<ChunkKey, double> missing_since_s;  ///< contact chunks that are touched and absent
     LoadTimes times;
@@ -78,7 +78,7 @@ struct RequiredRegions {
     std::uint64_t next_id = 1;
 };
 
-/// The root window that the clients' position asks for.
+/// The root window around the clients.
 struct NextWindow {
     Lattice lattice;
     std::map<ChunkKey, Orphan> roots;  ///< loaded ones outside of the present window
@@ -93,7 +93,7 @@ struct Evictions {
 /// Exchanges by replace_chunks().
 struct Replacements {
     std::vector<ChunkKey> keys;    ///< replaced since the last set
-    std::size_t wanted_bytes = 0;  ///< of the last call, where it did not fit
+    std::size_t wanted_bytes = 0;  ///< of the last call that did not fit
     bool is_wanted = false;        ///< called since the last update()
 };
 

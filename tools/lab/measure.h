@@ -103,7 +103,7 @@ double time_call_ns(std::size_t count, const Call& call) {
     return 1e6 * taken_ms / static_cast<double>(calls);
 }
 
-/// What times depend on beside the code.
+/// Machine and build: measured times depend on them.
 struct Machine {
     std::string processor = "unknown processor";
     unsigned threads = std::thread::hardware_concurrency();

@@ -60,7 +60,7 @@ struct StudySeries {
     std::string name;  ///< of the scheme, or of the kind of bodies
     CrowdScheme scheme = CrowdScheme::sap;
     bool is_dented = false;
-    /// Above 0: the series has its own room, filled by the spheres to this share.
+    /// Share of the room's volume that the spheres fill; above 0, the series has a room of its own.
     double own_room_share = 0.0;
 };
 

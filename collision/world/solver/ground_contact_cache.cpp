@@ -289,7 +289,7 @@ std::optional<OffsetSurface> GroundContactCache::highest_clear_surface(
     for (int index = 0; index < kOffsetCount; ++index) {
         const double extra_offset = offset_depth(body, index) - offset_depth(body, 0);
         if (lift() > extra_offset) continue;
-        // If the steps to all later surfaces are smaller than the required gap, this one serves.
+        // Accepts a smaller gap if the next surface is too close to provide the required one.
         if (index + 1 == kOffsetCount || least_gap(extra_offset, clear) >= clear ||
             offset_depth(body, index + 1) - offset_depth(body, index) < 2.0 * clear) {
             return surface(body, index);

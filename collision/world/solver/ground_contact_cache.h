@@ -44,7 +44,7 @@ struct MeshOffset {
     int index = 0;          ///< first offset at which the shrunk body is clear; kOffsetCount: none
     double distance = 0.0;  ///< lower bound of its distance from all triangles, metres
 
-    /// Gap at which a cast of a body at that distance stops, metres.
+    /// Gap above the volumes at which a cast stops a body whose distance is `distance`, metres.
     double stop_gap(double tolerance) const {
         return std::max(kLeastStopGap, 0.5 * std::min(distance, 2.0 * kStopGap * tolerance));
     }
@@ -70,12 +70,12 @@ class GroundContactCache {
 public:
     static constexpr std::size_t kMaxCount = 64;
 
-    /// What contacts are found for.
+    /// Parameters of a search for contacts.
     struct Search {
         int offset_index = 0;  ///< of the surface
         /// Gap beyond the contact margin, metres: distance that the body may move until the next refresh.
         double reach = 0.0;
-        /// Triangles of volumes are included up to this distance farther, metres.
+        /// Additional search distance for triangles of volumes, metres.
         double travel = 0.0;
         bool is_clear = false;  ///< known not to penetrate the surface: the lift is not computed
     };
@@ -124,7 +124,8 @@ public:
 
     /// The highest offset surface that the body does not penetrate; none if it penetrates all. Refreshed for surface 0.
     std::optional<OffsetSurface> highest_clear_surface(const RigidBody& body) const;
-    /// An offset surface not above the refreshed one; near volumes the first from it on at which the body is clear.
+    /// Offset surface `index`, at or below the refreshed one. Near volumes, the first surface at or below it that the
+    /// body does not penetrate.
     OffsetSurface surface(const RigidBody& body, int index) const;
 
     /// Gap of contact i, metres.

@@ -34,7 +34,7 @@ struct GateAnswer {
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
     double lost_time = 0.0;
-    /// Of the ground, beyond the contacts that the island solved, N s.
+    /// Impulse of the ground on the body, without the contacts that the island solved, N s.
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
 
     void add(const GateAnswer& later) {
@@ -80,7 +80,7 @@ public:
     State state() const { return state_; }
     /// Pose at begin().
     const Pose& start() const { return start_; }
-    /// Closes the gate of a body that cannot be stepped for want of other ground.
+    /// Sets State::not_resident, for a body whose wheels or feet lack resident ground.
     void set_not_resident() { state_ = State::not_resident; }
     /// Moves a body from its start to its current pose along one motion. If only part of it is proved clear, the body
     /// stops there and is simulated alone for the remaining time. A body that is too deep recovers instead.

@@ -23,8 +23,8 @@ struct SolidExtent {
 };
 
 /// Implemented by height sources that have chunks of their own beside their heights: a baked store, a heightfield with
-/// volumes. The functions here are those of a source whose chunks are all made from its heights; a source overrides
-/// those in which it differs.
+/// volumes. The defaults suit a source all of whose chunks are computed from its heights; a source overrides the
+/// functions in which it differs.
 ///
 /// Threads: any number at once, as HeightSource
 class ChunkSource {
