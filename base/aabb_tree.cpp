@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Sources: I. Wald. On fast construction of SAH-based bounding volume hierarchies. 2007 (centres of
-//          boxes). B. Smits. Efficiency issues for ray tracing. 1998 (depth-first order, skip links).
+// Sources: I. Wald. On fast construction of SAH-based bounding volume hierarchies. 2007 (splits by centres of boxes).
+//          B. Smits. Efficiency issues for ray tracing. 1998 (depth-first order, skip links).
 //          G. van den Bergen. Efficient collision detection of complex deformable models using AABB trees. Journal of
-//          Graphics Tools 1997 (refitting). C. Ericson. Real-time collision detection. 2005, section 5.3.3 (slabs).
-// Deviations: splits into halves of equal count instead of by a cost model: this bounds the depth, so that traversals
-//             do not allocate.
+//          Graphics Tools 1997 (refitting).
+//          C. Ericson. Real-time collision detection. 2005, section 5.3.3 (slabs).
+// Deviation: splits into halves of equal count instead of by a cost model. This bounds the depth, so that traversals do
+//            not allocate.
 #include "base/aabb_tree.h"
 
 #include "base/vector_math.h"

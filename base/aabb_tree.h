@@ -54,9 +54,9 @@ struct AabbNode {
     std::uint32_t item = kInner;  ///< index of a leaf's box
 };
 
-/// Splits recursively into halves of equal count along the axis on which the boxes' centres extend farthest.
-/// Deterministic, including ties. Empty boxes, from +infinity to -infinity, sort after all others and count as
-/// contained in every box.
+/// Builds a tree: splits recursively into halves of equal count along the axis on which the boxes' centres extend
+/// farthest. Deterministic, including ties. Empty boxes, from +infinity to -infinity, sort after all others and count
+/// as contained in every box.
 ///
 /// @param bounds    [items] at most 2^31; the empty box, or finite and low <= high
 /// @param order_out [items] the order of the leaves
@@ -67,7 +67,7 @@ struct AabbNode {
 void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
                      std::vector<AabbNode>& nodes_out);
 
-/// Builds the same tree with temporary memory of its own, for trees that are built once. Cost: about half of that
+/// Returns the same tree in about half the time, but allocates temporary memory; for trees that are built once.
 std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds);
 
 /// Recomputes the bounds of all nodes and keeps the tree's structure. Queries become more expensive as items move

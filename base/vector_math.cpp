@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Source: C. Ericson. Real-Time Collision Detection. 2005, 5.1.5. Deviation: the nearest of the plane and the three
-//         edges.
+// Source:    C. Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (closest point on a triangle).
+// Deviation: without the regions of vertices; a point that is not over the triangle is compared with all three edges.
 #include "base/vector_math.h"
 
 #include <algorithm>

@@ -22,8 +22,8 @@ SimdLevel best_simd_level() {
 
 namespace {
 
-// Number of times that a worker spins before it sleeps: within one update(), loops follow each other within
-// microseconds, and waking a thread takes longer.
+// Number of polls before a worker sleeps. The loops of one update() follow each other within microseconds, and waking a
+// thread takes longer.
 constexpr int kSpins = 2'000;
 
 }  // namespace

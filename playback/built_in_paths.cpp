@@ -20,8 +20,8 @@ namespace terrane::internal {
 
 /// A polyline in the plane along low ground: through the valleys of the roughest part of a region of a terrain.
 ///
-/// Smoothed so that a turn takes about `turn_length` metres. If the region is shorter than `length`, both ends are
-/// extended straight.
+/// The polyline is smoothed: a turn takes about `turn_length` metres. If the region is shorter than `length`, both ends
+/// are extended straight.
 ///
 /// @param length metres, > 0
 /// @return equidistant points, at least turn_length / 100 apart
@@ -32,9 +32,9 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
                                                        const WorldRect& region, double length,
                                                        double turn_length);
 
-// Sources: E. W. Dijkstra. A note on two problems in connexion with graphs. 1959.
-//          A. Weiss. Topographic position and landforms analysis. ESRI user conference 2001: ground
-//          is a valley where it is below the mean of its surroundings.
+// Sources: E. W. Dijkstra. A note on two problems in connexion with graphs. 1959 (cheapest route).
+//          A. Weiss. Topographic position and landforms analysis. ESRI user conference 2001 (valleys are lower than
+//          the mean of their surroundings).
 
 namespace {
 
@@ -255,7 +255,7 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
         line.emplace_back(grid.west + static_cast<double>(column) * grid.spacing,
                           grid.south + static_cast<double>(row) * grid.spacing);
     }
-    // Paths on the grid have corners: smooths over the turn length.
+    // Smoothing over the turn length removes the corners of the path on the grid.
     const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
     const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
     line = resampled(extended(line, 0.5 * length + turn_length), spacing);
@@ -265,8 +265,7 @@ Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& sourc
     return cheapest_section(line, static_cast<std::size_t>(length / spacing) + 2, grid, cost);
 }
 
-// Sources: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (targets of
-//          teleports).
+// Source: M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018 (targets of teleports).
 
 namespace {
 

@@ -43,7 +43,7 @@ public:
     ///
     /// @param start    seconds of the track to skip; less than its duration
     /// @param duration of the leg from `start`, seconds
-    /// @param altitude above the smoothed ground, instead of the track's heights; required if it has none
+    /// @param altitude above the smoothed ground, replaces the track's heights; required if the track has none
     static Result<CameraLeg> create(Track track, const HeightSource& source, double start,
                                     double duration, std::optional<double> altitude);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: C. de Boor. A Practical Guide to Splines. 1978 (uniform B-splines, parabolic end slopes).
-//          P. J. Barry, R. N. Goldman. A recursive evaluation algorithm for a class of Catmull-Rom
-//          splines. SIGGRAPH 1988 (uneven knots).
+//          P. J. Barry, R. N. Goldman. A recursive evaluation algorithm for a class of Catmull-Rom splines.
+//          SIGGRAPH 1988 (uneven knots).
 #include "curve.h"
 
 #include <terrane/base/result.h>

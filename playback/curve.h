@@ -16,7 +16,7 @@ struct CurvePoint {
 };
 
 /// A uniform cubic B-spline: twice continuously differentiable and inside the convex hull of its control points, which
-/// it approximates rather than interpolates. Constant before the first and after the last control point.
+/// it approximates rather than interpolates. Constant from one step beyond its first and last control points.
 class SmoothCurve {
 public:
     SmoothCurve() = default;
@@ -35,9 +35,9 @@ private:
     std::vector<Eigen::Vector3d> control_;
 };
 
-/// Interpolates the points of a track by cubic Hermite segments. The rate at a point is that of the parabola through it
-/// and its neighbours (Catmull-Rom for non-uniform times), and zero where the track stands still. Constant before the
-/// first and after the last point.
+/// Interpolates the points of a track by cubic Hermite segments. The rate at a point is the slope of the parabola
+/// through this point and its two neighbours (Catmull-Rom for non-uniform times); zero where the track stands still.
+/// Constant before the first and after the last point.
 class TrackCurve {
 public:
     TrackCurve() = default;

@@ -17,7 +17,7 @@ namespace terrane::python {
 /// Fails: ValueError for a margin that is negative or not finite, or for zero or more than 2^20 contacts
 void check_margin(double margin, std::size_t max_contacts);
 
-/// Growing arrays of terrane.Contacts. Threads: without the interpreter lock, except for answer().
+/// Growing arrays of terrane.Contacts. Threads: only answer() requires the interpreter lock.
 class ContactColumns {
 public:
     explicit ContactColumns(std::size_t pose_count);

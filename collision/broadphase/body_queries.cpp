@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: C. Ericson. Real-time collision detection. 2005, sections 4.2.3 to 4.2.6.
+// Sources: C. Ericson. Real-time collision detection. 2005, sections 4.2.3 to 4.2.6 (AABBs of rotated shapes).
 #include "broadphase/body_queries.h"
 
 #include "base/aabb_tree.h"
@@ -19,7 +19,7 @@
 namespace terrane::internal {
 namespace {
 
-// Exceeds the touching distance of shapes, the errors of distances, and rounding.
+// Amount by which boxes are widened: exceeds the touching distance of shapes, the errors of distances, and rounding.
 double outward(const Shape& shape, const WorldPos& origin) {
     return 4.0 * kTouchShare * bounding_radius(shape) + 4e-15 * length(origin);
 }
@@ -113,7 +113,7 @@ Aabb widened(const Aabb& box, double margin) {
     return {box.low - wider, box.high + wider};
 }
 
-/// Rounding of a sweep and the errors of fractions, as a distance; the boxes of bodies include their own margin.
+/// Bound of the rounding of a sweep and the errors of its fractions, metres; the bodies' boxes have their own margin.
 double sweep_margin(const WorldPos& from, const Eigen::Vector3d& displacement) {
     return 4.0 * kTouchShare * length(displacement) + 4e-15 * length(from);
 }
@@ -164,7 +164,7 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
         return best.value;
     });
     if (below.status != QueryStatus::not_resident) return answer;
-    // Absent ground precedes any hit of the ground, but possibly not the hit of a body.
+    // Absent ground comes before any hit of the ground, but the hit of a body may come before it.
     const bool is_known =
         answer.hit && (answer.fraction == 0.0 ||
                        ground->ray(from, answer.point_world).status != QueryStatus::not_resident);
@@ -186,7 +186,7 @@ CastQueryAnswer query_cast(const QueryScene& scene, const Shape& shape, const Mo
         const CastAnswer below = cast(shape, motion, *ground, settings);
         answer.status = below.status;
         answer.hit = below.hit;
-        answer.fraction = below.fraction;  // of the absent ground, if that comes first
+        answer.fraction = below.fraction;  // up to absent ground, if that comes first
         if (below.hit) {
             answer.point_world = below.contact.point_world;
             answer.normal = below.contact.normal;
@@ -254,7 +254,7 @@ OverlapQueryAnswer query_overlaps(const QueryScene& scene, const Shape& shape,
 NearestQueryAnswer query_nearest(const QueryScene& scene, const Shape& shape,
                                  const Pose& world_from_shape, double max_distance,
                                  const QueryFilter& filter) {
-    // Distances are below the separation of boxes by no more than their errors.
+    // A distance may be smaller than the separation of the boxes, but only by its error.
     constexpr double kLess = 1.0 - 4.0 * kTouchShare;
     NearestQueryAnswer answer;
     if (!is_valid_query(shape, world_from_shape) || !(max_distance >= 0.0)) return answer;

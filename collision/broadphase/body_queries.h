@@ -114,7 +114,7 @@ struct QueryBody {
 /// The bodies and the ground of a query.
 struct QueryScene {
     std::span<const QueryBody> bodies;  ///< [slots]
-    const BodyTree* tree = nullptr;     ///< over their compute_aabb() or larger boxes; not null
+    const BodyTree* tree = nullptr;     ///< over boxes that contain compute_aabb(); not null
     const Ground* ground = nullptr;     ///< null: none
     const RayFan* fan = nullptr;        ///< casts rays against the ground; null: none
 };

@@ -47,15 +47,15 @@ private:
     std::vector<Aabb> fat_;
     std::vector<std::uint32_t> moved_;
     std::size_t count_ = 0;  ///< of the last update
-    bool is_kept_ = false;   ///< whether the enlarged boxes are those of the last update
+    bool is_kept_ = false;   ///< whether there are enlarged boxes
     int age_ = 0;            ///< updates since all enlarged boxes were new
     int wait_ = 0;           ///< updates until skins are tried again
     int next_wait_ = 0;
     std::uint64_t operations_ = 0;
 };
 
-/// Caches the pairs of a method while the bodies stay inside enlarged boxes: meanwhile only the boxes of these pairs
-/// are compared, and their order is kept.
+/// Caches the candidate pairs of a method while the bodies stay inside enlarged boxes. Meanwhile only the boxes of
+/// these pairs are compared, and no sorting is needed.
 ///
 /// @tparam Method update(boxes), visit_pairs(take), candidate_count() and update_operations() of SweepAndPrune
 template <class Method>
@@ -182,9 +182,9 @@ constexpr double kSkin = 0.125;
 // Largest number of bodies that get new boxes individually: each is compared with all others, at a few percent of the
 // cost of a new list.
 constexpr std::size_t kMostMoved = 8;
-// A list that lasts for fewer updates than this costs more than it saves.
+// A list of pairs that lasts for fewer updates than this costs more than it saves.
 constexpr int kLeastAge = 3;
-// Updates without skins after such a list; twice as many after the next one, up to the limit.
+// Updates without skins after such a short-lived list; doubled after each further one, up to kMostWait.
 constexpr int kFirstWait = 2;
 constexpr int kMostWait = 64;
 
@@ -270,7 +270,7 @@ namespace {
 
 using namespace internal;
 
-// Broadphase that compares the boxes of a method's pairs.
+// A Broadphase that takes its candidates from a method.
 template <class Method>
 class Boxes final : public Broadphase {
 public:

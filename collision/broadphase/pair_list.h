@@ -53,8 +53,8 @@ private:
     std::vector<std::uint32_t> first_;  ///< of each body's pairs
 };
 
-/// A widened box for a sweep along one axis, in floats rounded outwards: if two of these do not overlap, nor do the
-/// boxes.
+/// A widened box for a sweep along one axis, in floats rounded outwards: boxes whose SweepBoxes do not overlap do not
+/// overlap either.
 struct SweepBox {
     float start, end;  ///< along the axis
     float low_u, high_u, low_v, high_v;
@@ -69,7 +69,7 @@ struct SweepBox {
 /// @param origin of the float coordinates, near the boxes
 inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
                                const Eigen::Vector3d& origin) {
-    // Exceeds the rounding to float and that of the differences.
+    // Exceeds the rounding of the differences and of the conversion to float.
     constexpr double kOut = 0x1p-23;
     constexpr double kLeast = 0x1p-126;
     constexpr double kFarthest = 0x1p126;

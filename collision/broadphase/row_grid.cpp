@@ -9,10 +9,10 @@ namespace {
 
 constexpr std::uint32_t kSide = 8;  // rows along a side of a block
 constexpr std::uint32_t kBlock = kSide * kSide;
-constexpr std::uint32_t kNoBucket = 0xffffffffu;  // of empty boxes
-// Relative excess of the cells over the largest box; exceeds the rounding of quotients.
+constexpr std::uint32_t kNoBucket = 0xffffffffu;  // for empty boxes
+// Share by which cells are larger than the largest box; exceeds the rounding of quotients.
 constexpr double kRoundingMargin = 0x1p-18;
-// Largest number of cells along an axis: coordinates fit 32 bits, and quotients keep the digits of the rounding margin.
+// Largest number of cells along an axis, so that cell indices fit 32 bits and quotients are precise to kRoundingMargin.
 constexpr double kMostCells = 0x1p28;
 
 void prefetch(const Aabb& box) {

@@ -5,10 +5,10 @@
 
 namespace terrane::internal {
 
-/// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (sweep-and-prune,
-///             insertion sort on nearly sorted lists). J. Cohen et al. I-COLLIDE. 1995.
-/// Deviations: boxes are sorted and swept along the axis of the largest spread only; the other two axes are compared
-///             for many boxes at a time, instead of maintaining sorted lists and overlaps for every axis.
+/// Finds overlapping boxes by sweep-and-prune along the axis of largest spread.
+/// Sources:    D. Baraff. Dynamic simulation of nonpenetrating rigid bodies. 1992, section 5.1 (insertion sort).
+///             J. Cohen et al. I-COLLIDE. 1995 (sweep-and-prune of boxes).
+/// Deviations: the other two axes are compared for many boxes at a time, without sorted lists or stored overlaps.
 class SweepAndPrune {
 public:
     explicit SweepAndPrune(double margin) : margin_(margin) {}
@@ -49,7 +49,7 @@ private:
     double margin_;
     int axis_ = -1;
     std::size_t body_count_ = 0;  ///< of the last update
-    std::size_t box_count_ = 0;   ///< of these, non-empty
+    std::size_t box_count_ = 0;   ///< bodies of these with a non-empty box
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<Entry> order_;
     BoxColumns columns_;

@@ -52,13 +52,13 @@ public:
     }
     /// Minimum of n . p over the points p of the shrunk part, for a unit direction.
     double lowest(const Eigen::Vector3d& n) const;
-    /// Excess of the whole part over the shrunk one against a unit direction, metres, at most the offset.
+    /// How much farther the whole part extends than the shrunk one against a unit direction, metres: up to the offset.
     double shift(const Eigen::Vector3d& n) const;
     /// Derivative of shift() with respect to the offset, 0 to 1.
     double opening(const Eigen::Vector3d& n) const;
 
-    /// Whether an axis of the box around a box or capsule proves a triangle farther than `distance` from the part;
-    /// false for other parts.
+    /// Whether a face normal of the part's oriented box proves that a triangle is farther away than `distance`. Only
+    /// for boxes and capsules; false for other parts.
     bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
     /// Lower bound of the distance from a triangle, from a few separating planes, metres.
     /// @param enough the search may stop at a bound of at least this, with `front` unset
@@ -77,7 +77,7 @@ private:
     const LocalShape& shape_;
     std::uint32_t index_;
     double radius_ = 0.0;                             // round
-    Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // box; of the box around a capsule
+    Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // half extents of a box or a capsule's box
     std::array<Eigen::Vector3d, 3> axes_{};           // of that box
     bool has_axes_ = false;
     double reach_ = 0.0;                              // hull: from the mean of its vertices

@@ -16,9 +16,9 @@ namespace {
 
 /// Distances below this are exact and count as touching, metres.
 constexpr double kMeshTouch = 1e-9;
-/// Relative tolerances of the search for offsets: for contacts, where only directions matter, and for distances.
+/// Relative tolerances of find_overlap_offset(): for contacts and distances (any separating offset will do); for lifts.
 constexpr double kRoughly = 1.0, kFine = 0.01;
-/// The same for depths: finer than the fraction of the contact tolerance beyond the deepest offset surface.
+/// The same for depths. Finer than the share of the contact tolerance that remains below the deepest offset surface.
 constexpr double kExact = 1e-4;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
@@ -77,8 +77,8 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     return answer;
 }
 
-/// Finds the nearest triangle of a body that is separated once shrunk by an offset of the order of rounding. Searches
-/// in increasing distances.
+/// Finds the nearest triangle to a body that is separated after shrinking by an offset: 0 or of the order of rounding.
+/// Searches in increasing distances.
 void find_distance(const MeshQuery& query, double max_distance, double offset,
                    DistanceAnswer& answer) {
     constexpr double kMostCells = 1e4;  // farther triangles are not searched for
@@ -312,8 +312,7 @@ PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_s
     return answer;
 }
 
-// cast() of ground_queries.h: against the columns of the heightfield or, beside volumes, against the triangles of the
-// joined surface.
+// cast() of ground_queries.h, against the same obstacles as the other queries.
 
 namespace internal {
 namespace {

@@ -102,7 +102,7 @@ struct MeshTranslation {
 /// Finds a short separating translation: out along the contacts of a shallow overlap; otherwise through the nearest
 /// points of the surface, then along the contacts there; otherwise up above everything.
 ///
-/// @param overlap of the body
+/// @param overlap find_overlap_offset() of the body
 /// Cost: up to some milliseconds
 MeshTranslation find_separating_translation(const MeshQuery& query, const MeshOverlap& overlap);
 
@@ -120,7 +120,7 @@ struct MeshSweepAnswer {
 };
 
 /// Casts a shrunk body along a motion against all triangles, from either side. If the body is not separated at the
-/// start, the fraction is 0. Near triangles that the body does not approach do not stop it.
+/// start, the fraction is 0. The body passes triangles that it is near but does not approach.
 ///
 /// @param stop_gap a hit is at a distance of at most this, metres, > 0
 MeshSweepAnswer sweep_mesh(const Shape& shape, const Motion& motion, const Ground& ground,
@@ -141,7 +141,7 @@ struct MeshContactAnswer {
     std::array<double, 64> openings;
 };
 
-/// find_mesh_contacts() in world axes: complete, or truncated to the deepest.
+/// find_mesh_contacts() of a shape at a pose, in world coordinates: complete, or truncated to the deepest.
 MeshContactAnswer find_contacts_at_offset(const Shape& shape, const Pose& world_from_shape,
                                           const Ground& ground, double offset, double margin,
                                           double exact_below, std::span<Contact> contacts_out);
@@ -154,8 +154,8 @@ MeshNearness find_nearness_at(const Shape& shape, const Pose& world_from_shape,
 MeshDepth measure_mesh_depth(const Shape& shape, const Pose& world_from_shape,
                              const Ground& ground);
 
-/// Whether the bounding sphere of a body that moves by a displacement may meet triangles of volumes: is_near_volume()
-/// for the box around its sweep.
+/// Whether a bounding sphere that moves by `displacement` may meet triangles of volumes: is_near_volume() of the box
+/// around its sweep.
 bool may_meet_volume(const Ground& ground, const WorldPos& centre, double radius,
                      const Eigen::Vector3d& displacement = Eigen::Vector3d::Zero());
 

@@ -242,8 +242,8 @@ void FaceContacts::add_inner(const Contact& contact) {
     }
 }
 
-// Sources:    C. Ericson. Real-Time Collision Detection. 2005, section 9.5. J. Baerentzen, H. Aanaes. Signed distance
-//             computation using the angle weighted pseudonormal. 2005 (the side of a mesh on which a point lies).
+// Sources:    C. Ericson. Real-Time Collision Detection. 2005, section 9.5 (GJK).
+//             J. Baerentzen, H. Aanaes. Signed distance computation using the angle weighted pseudonormal. 2005 (side).
 // Deviations: features are paired for a shrunk, separated body, so that distances have a direction; the normal cone of
 //             an edge or vertex is found from the triangles that touch the point, so that meshes need no adjacency and
 //             join across chunks and with the heightfield.
@@ -266,8 +266,8 @@ struct NearestTriangle {
     bool is_front = false;  ///< on the outer side of the triangle
 };
 
-/// Test whether a triangle excludes a direction from the normal cone at a point: it touches the point and rises above
-/// the plane through it.
+/// Tests whether a triangle excludes a direction n from the normal cone at a point: whether it touches the point and
+/// rises above the plane of normal n through it.
 struct ConeTest {
     ConeTest(const Eigen::Vector3d& point_in, const Eigen::Vector3d& n_in, double spacing)
         : point(point_in), n(n_in), near(kTouchesPoint * spacing) {}

@@ -99,7 +99,7 @@ void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, doubl
     });
 }
 
-/// Rise above everything over and under the body; 0 if there is nothing, infinity if it is unknown.
+/// Upward distance to above everything over and under the body; 0 if there is nothing, infinity if it is unknown.
 double rise_over_all(const MeshQuery& query) {
     const LocalGround& local = query.local();
     const Aabb box = query.box(0.0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources:    B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3 (conservative
-//             advancement). S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid
-//             bodies. 2002 (separation of a whole interval).
+// Sources:    B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, 2.3 (conservative advancement).
+//             S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
+//             (separation of a whole interval).
 // Deviations: each triangle is its own obstacle. A plane that separates at both ends of an interval separates
 //             throughout, up to the sagitta of the rotation; halved intervals are tried before the bound of the speed.
 #include "ground/joined_queries.h"

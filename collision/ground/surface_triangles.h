@@ -57,12 +57,12 @@ public:
         return !field.is_missing;
     }
 
-    /// Whether no triangle and no ground that is not resident can overlap a box. Stops at the first found.
+    /// Whether a box is clear of triangles and of ground that is not resident. Stops at the first found.
     bool is_empty(const Aabb& box) const;
 
-    /// The side of the surface on which a convex set lies that no triangle crosses.
+    /// Which side of the surface a convex set lies on. No triangle may cross the set.
     ///
-    /// @param inside a point of it
+    /// @param inside a point of the set
     /// @param reach  the set contains a ball of this radius around the point, metres
     SurfaceSide side_of(const Eigen::Vector3d& inside, double reach) const;
 
@@ -86,7 +86,7 @@ private:
         for (std::size_t count = found.size(); count == found.size();) {
             count = solid.find_overlaps(box_world, cursor, found);
             for (std::size_t i = 0; i < count; ++i) {
-                if (solid.is_kept_neighbour(found[i])) continue;  // the heightfield has it
+                if (solid.is_kept_neighbour(found[i])) continue;  // part of the heightfield
                 std::array<Eigen::Vector3d, 3> v = solid.corners_world(found[i]);
                 for (Eigen::Vector3d& corner : v) corner = local_.to_local(corner);
                 if (!wants(v)) continue;

@@ -202,8 +202,8 @@ public:
         return translation;
     }
 
-    // Length of the first free translation along a direction, where `far` is free. If it exceeds `enough`, any free
-    // length.
+    // Length of the first free translation along a direction. `far` must be free; returned if the first is longer than
+    // `enough`.
     double first_free(const Eigen::Vector3d& direction, double far, double enough) const {
         constexpr int kRounds = 64;
         double at = 0.0;
@@ -219,7 +219,7 @@ public:
         return far;
     }
 
-    /// Length of a translation along a direction that separates the bounds of the shapes.
+    /// Distance along a direction after which the shapes' bounding boxes are separated.
     double bound_distance(const Eigen::Vector3d& direction) const {
         return support(a_, -direction) + support(b_, direction) +
                dot(b_.centre - a_.centre, direction);
@@ -254,8 +254,8 @@ private:
             shortest = translation;
             best = spaces;
         };
-        // Candidates: the pair's separating plane at this translation, that at the start, or else the one at the exit
-        // along the translation.
+        // Candidates: the plane that separates the pair at this translation, at the start, or else at the exit along
+        // the translation.
         add_plane(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));

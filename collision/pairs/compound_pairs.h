@@ -142,7 +142,7 @@ struct SeparatingTranslation {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     double least = 0.0;  ///< lower bound: no shorter translation separates the shapes, metres
 
-    /// The constraints, with plane i between the pair parts[i]; empty if the translation came from another start.
+    /// The constraints; plane i separates the pair parts[i]. Empty if the translation came from another start.
     HalfSpaces spaces;
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };

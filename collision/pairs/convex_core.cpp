@@ -137,9 +137,9 @@ Core make_core(const PlacedHull& hull, CoreStorage&) {
     return {hull.shape, hull.rotation, hull.centre, 0.0, hull.reach};
 }
 
-// Sources: E. Gilbert, D. Johnson, S. Keerthi. A fast procedure for computing the distance between
-//          complex objects in three-dimensional space. 1988. C. Ericson. Real-time collision detection.
-//          2005, sections 5.1.5 and 9.5.
+// Sources: E. Gilbert, D. Johnson, S. Keerthi. A fast procedure for computing the distance between complex objects in
+//          three-dimensional space. 1988 (GJK).
+//          C. Ericson. Real-time collision detection. 2005, sections 5.1.5 (nearest point of a triangle), 9.5 (GJK).
 // Deviations: the nearest point of a simplex is the best over all its corners, edges and faces, so that a degenerate
 //             simplex gives at worst a farther point, never a wrong one. The iteration stops by a certified lower bound
 //             from a separating plane.
@@ -360,7 +360,8 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
 }
 
 // Sources: D. Gregorius. The separating axis test between convex polyhedra. GDC 2013 (edges form a facet if their arcs
-//          on the Gauss map cross). F. Ramos, S. Gottschalk et al. on separating axes. 1996.
+//          on the Gauss map cross).
+//          S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
 // Deviations: instead of testing all pairs of arcs, each arc of one polyhedron is traced through the normal cones of
 //             the other, from vertex to neighbour, so that only crossing arcs are visited.
 

@@ -101,7 +101,7 @@ struct Closest {
     double lower = 0.0;            ///< lower bound certified by a separating plane
 };
 
-/// GJK.
+/// Finds the nearest points of two cores (GJK).
 /// @param enough stops once the distance is proved larger
 Closest find_closest(const Core& a, const Core& b,
                      double enough = std::numeric_limits<double>::infinity());

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
-//          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
-//          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
+// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, 2.3 (conservative advancement).
+//          X. Zhang, M. Lee, Y. Kim. Interactive continuous collision detection for non-convex polyhedra. The Visual
+//          Computer 2006 (bounds along the normal).
 // Deviations: the speeds of the points along the normal are exact at the start of a step, so that only their change is
 //             bounded. The step is the largest one found for which this bound proves a gap.
 #include "base/vector_math.h"
@@ -215,8 +215,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
     return answer;
 }
 
-// Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid
-//          bodies. 2002 (trees of bounds over pieces of the motion).
+// Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002 (trees
+//          of bounds over pieces of the motion).
 // Deviations: within a piece of the motion, bounds move along a line and are widened by the displacement due to
 //             rotation.
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: C. Ericson. Real-time collision detection. 2005, section 5.3. M. Cyrus, J. Beck.
-//          Generalized two- and three-dimensional clipping. 1978.
+// Sources: C. Ericson. Real-time collision detection. 2005, section 5.3 (rays against spheres and capsules).
+//          M. Cyrus, J. Beck. Generalized two- and three-dimensional clipping. 1978 (a ray clipped by half-spaces).
 #include "base/vector_math.h"
 #include "pairs/compound_pairs.h"
 #include "pairs/convex_core.h"

@@ -78,9 +78,9 @@ Polyhedron box_polyhedron(const Eigen::Vector3d& half_extents, BoxStorage& stora
     return {storage_out.vertices, storage_out.faces, kLoops, kEdges, kFirstNeighbour, kNeighbours};
 }
 
-// Sources: E. G. Gilbert, D. W. Johnson, S. S. Keerthi. A fast procedure for computing the distance
-//          between complex objects. IEEE J. Robotics and Automation 1988; S. Cameron. Enhancing GJK.
-//          ICRA 1997 (hill climbing).
+// Sources: E. G. Gilbert, D. W. Johnson, S. S. Keerthi. A fast procedure for computing the distance between complex
+//          objects. IEEE J. Robotics and Automation 1988 (support vertices).
+//          S. Cameron. Enhancing GJK. ICRA 1997 (hill climbing).
 // Deviations: the start comes from a table of directions instead of the previous query, so that the cost does not
 //             depend on earlier queries. A local maximum caused by rounding does not end the climb: it continues over
 //             all vertices within rounding of the maximum, which are connected on a convex surface.

@@ -38,7 +38,7 @@ struct Cell {
     std::optional<ProxyPart> part;
 };
 
-/// A plane along two axes, at a coordinate of the third.
+/// The cutting plane p[axis] = at.
 struct Cut {
     int axis = 0;
     double at = 0.0;
@@ -72,7 +72,7 @@ std::array<Eigen::Vector3d, 8> corners_of(const Aabb& box) {
 }
 
 /// Whether a polygon belongs to the side above a cut (`sign` 1) or below it (-1): it has points there, or it lies in
-/// the plane with the solid on that side. So the hull of the other side does not contain it.
+/// the plane with the solid on that side. In the latter case the hull of the other side does not need it.
 bool is_of_side(const Polygon& polygon, const Cut& cut, double sign, double winding) {
     bool is_in_plane = true;
     for (const Eigen::Vector3d& p : polygon) {

@@ -2,9 +2,9 @@
 //
 // Rotation matrices from and to rotation vectors, without the C library's trigonometric functions.
 //
-// Sources:    O. Rodrigues. Des lois geometriques... 1840 (the rotation formula). S. W. Shepperd. Quaternion from
-//             rotation matrix. J. Guidance and Control 1978. W. J. Cody, W. Waite. Software manual for the elementary
-//             functions. 1980, chapter 8 (range reduction).
+// Sources:    O. Rodrigues. Des lois geometriques... 1840 (the rotation formula).
+//             S. W. Shepperd. Quaternion from rotation matrix. J. Guidance and Control 1978 (rotation vectors).
+//             W. J. Cody, W. Waite. Software manual for the elementary functions. 1980, chapter 8 (range reduction).
 // Deviations: sine, cosine and arc tangent are Taylor sums over a small range instead of minimax polynomials: they need
 //             a few more terms, but every coefficient can be verified by inspection.
 #include "base/vector_math.h"

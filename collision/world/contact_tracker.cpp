@@ -11,7 +11,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Ground contacts touch up to this gap beyond the rest gap, in tolerances.
+/// A ground contact counts as touching up to this gap beyond the rest gap, in tolerances.
 constexpr double kTouchingGroundGap = 1.0 / 8.0;
 
 bool has_moved(Mobility mobility) {
@@ -109,7 +109,7 @@ void ContactTracker::find_sensors(const IslandSolver& islands, const Bodies& bod
     }
 }
 
-/// Merges the entries of each pair in the order in which they were added.
+/// Merges the entries of each pair, in the order in which they were added, and drops pairs that do not touch.
 void ContactTracker::merge_contacts() {
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         contacts_[i].order = static_cast<std::uint32_t>(i);
@@ -151,7 +151,7 @@ void ContactTracker::make_events(const Bodies& bodies) {
              ++before) {
             const bool exists = bodies.ids.contains(before->a) &&
                                 (!before->b.is_valid() || bodies.ids.contains(before->b));
-            // Contacts of bodies at rest are not redetected; those of sensors are.
+            // Contacts of bodies at rest are not detected again, so they last; those of sensors are.
             if (exists && !before->is_sensor && !moved(before->a) && !moved(before->b)) {
                 touching_.push_back(*before);
             } else {

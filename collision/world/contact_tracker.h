@@ -34,7 +34,7 @@ public:
     void begin_step();
     /// Adds the impulses of a collision step.
     void add_impulses(const IslandSolver& islands, std::span<const Mobility> mobility);
-    /// Adds an impulse of the ground on a body that was solved outside its island, N s.
+    /// Adds an impulse of the ground on a body, N s, that was not solved by the body's island.
     void add_ground_impulse(std::uint32_t body, const Eigen::Vector3d& impulse);
     /// Ends a step: finds touching pairs and generates the events.
     void end_step(const IslandSolver& islands, const Bodies& bodies);
@@ -57,7 +57,7 @@ private:
         Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
         double least_gap = kInfinity;
         std::uint32_t first_point = 0, point_count = 0;
-        std::uint32_t order = 0;  // in which the entries of a pair were added
+        std::uint32_t order = 0;  // position among all entries as they were added
     };
     void find_pairs(const IslandSolver& islands, const Bodies& bodies);
     void find_ground(const Bodies& bodies);

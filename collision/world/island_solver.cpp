@@ -103,8 +103,8 @@ namespace {
 constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Threads take pairs in blocks of this size.
 constexpr std::size_t kBodyBlock = 32;
-/// A scene with more pairs per body, and more pairs in all, is a crowd, in which the number of pairs per body is
-/// limited.
+/// A scene with more pairs per body and in all than these is a crowd. In a crowd, kMaxPartnersInCrowd limits the pairs
+/// of each body.
 constexpr std::size_t kCrowdPairsPerBody = 32;
 constexpr std::size_t kLeastCrowdPairs = 4096;
 constexpr std::uint8_t kMaxPartnersInCrowd = 64;
@@ -150,7 +150,7 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     bounds_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        // Excludes dynamic bodies that are parked or recover from the ground: their state may change.
+        // A dynamic body that is `fixed`, such as a parked one, is not still: its state may change.
         const bool is_still = mobility[i] == Mobility::asleep ||
                               (is_moved_by_none(mobility[i]) &&
                                !(is_dynamic(bodies[i]) && mobility[i] == Mobility::fixed));
@@ -176,7 +176,7 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     }
 }
 
-/// Whether one of the bodies already has too many pairs. Counts the pair if not.
+/// Whether one of the bodies already has the most pairs allowed in a crowd. If not, counts the pair.
 bool IslandSolver::is_crowded(const BodyPair& pair, bool is_limited) {
     if (!is_limited) return false;
     std::uint8_t &a = partner_count_[pair.a], &b = partner_count_[pair.b];
@@ -238,7 +238,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     }
 }
 
-/// Removes pairs without contacts and records their distances. Other pairs keep all manifolds, including empty ones.
+/// Removes pairs without contacts and records their distances. Other pairs keep all their manifolds, even empty ones.
 void IslandSolver::remove_separated() {
     std::size_t kept = 0;
     bool has_contacts = false;
@@ -331,7 +331,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     find_drivers(bodies, mobility, span);
 }
 
-/// Computes the poses of the prescribed bodies of links in each substep.
+/// Computes the poses in later substeps of the prescribed bodies that links contain.
 void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
                                 std::span<const Mobility> mobility, const StepSpan& span) {
     later_prescribed_.clear();

@@ -21,12 +21,12 @@ namespace terrane::internal {
 /// No body, island or manifold.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-/// Connected components of touching moving bodies, which are solved and fall asleep together. A body that touches no
-/// other is an island of one. Islands are ordered by their lowest body; bodies and links within them ascend.
+/// Connected components of touching moving bodies. The bodies of an island are solved and fall asleep together; a body
+/// that touches no other is an island of one. Islands ascend by their lowest body, and bodies and links within them.
 class Islands {
 public:
     /// @param links touching pairs
-    /// @param moves [bodies] 0: the body connects nothing and belongs to no island
+    /// @param moves [bodies] 0: the body belongs to no island and does not connect its neighbours
     void build(std::span<const BodyPair> links, std::span<const std::uint8_t> moves);
 
     std::size_t count() const { return body_starts_.size() - 1; }
@@ -47,7 +47,7 @@ private:
 enum class Mobility : std::uint8_t {
     absent,      ///< no body has this index
     fixed,       ///< does not move, even if touched
-    prescribed,  ///< moves unaffected by contacts, or was placed anew: wakes sleepers that it touches
+    prescribed,  ///< contacts do not affect it; moves or was placed anew: wakes touched sleepers
     asleep,      ///< at rest until a moving or prescribed body touches it
     moving,
 };
@@ -61,13 +61,13 @@ struct BodyActuators {
     std::span<const FootDrive* const> feet;
 };
 
-/// Finds touching bodies and steps each island on its contacts. A body that touches no other is an island of one. All
-/// orders follow the bodies' indices, so that results are bit-identical for any number of threads.
+/// Finds touching bodies and steps each island on its contacts. All loops run in the order of the bodies' indices, so
+/// that results are bit-identical for any number of threads.
 class IslandSolver {
 public:
-    /// @param collide_bodies false: each body is an island of one
-    /// @param pair_filter    empty: all pairs permitted by the bodies' filters
-    /// @param records_impulses record pair_impulses() and ground_impulses()
+    /// @param collide_bodies   false: each body is an island of one
+    /// @param records_impulses whether to record pair_impulses() and ground_impulses()
+    /// @param pair_filter      empty: all pairs that the bodies' filters permit
     IslandSolver(BroadphaseKind kind, bool collide_bodies, bool records_impulses,
                  PairFilter pair_filter)
         : broadphase_(make_broadphase(kind, 0.0)),
@@ -86,8 +86,8 @@ public:
 
     /// Steps the islands of the last find() in substeps, and separates overlapping bodies. The resulting poses are not
     /// yet proved clear of the ground.
-    /// @param gates  [bodies] begun, for the ground contacts
-    /// @param actuators of the bodies that have wheels or feet
+    /// @param gates     [bodies] after GroundGate::begin(); their ground contacts are read and updated
+    /// @param actuators wheels and feet of the bodies
     void step(std::span<RigidBody> bodies, std::span<GroundGate> gates,
               const BodyActuators& actuators, const StepSpan& span, WorkerTeam& team);
 
@@ -109,9 +109,9 @@ public:
     }
     /// Contacts between bodies, ascending by pair; includes pairs of sleepers.
     std::span<const PairManifold> manifolds() const { return manifolds_; }
-    /// [manifolds] impulse on body a in the last step(), N s.
+    /// [manifolds] Impulse on body a in the last step(), N s.
     std::span<const Eigen::Vector3d> pair_impulses() const { return pair_impulses_; }
-    /// [bodies] impulse of the ground in the last step(), N s.
+    /// [bodies] Impulse of the ground on the body in the last step(), N s.
     std::span<const Eigen::Vector3d> ground_impulses() const { return ground_impulses_; }
     /// Sensors and dynamic bodies whose boxes overlapped in the last find(), ascending.
     std::span<const BodyPair> sensor_pairs() const { return sensor_pairs_; }
@@ -127,7 +127,7 @@ public:
     }
     /// Whether a contact of a moving body with the ground closed fast enough to bounce in the last step().
     bool has_struck_ground(std::size_t body) const { return struck_[body] != 0; }
-    /// Number of touching pairs with at least one moving body.
+    /// Number of pairs that have contacts and at least one moving body.
     std::size_t touching_pair_count() const { return pair_count_; }
 
 private:
@@ -200,7 +200,7 @@ private:
     bool collide_bodies_, records_impulses_;
     PairFilter pair_filter_;
     std::vector<Aabb> bounds_;
-    std::vector<std::uint8_t> has_bounds_;     // [bodies] the box of a still body is valid
+    std::vector<std::uint8_t> has_bounds_;     // [bodies] the body is still and its box valid
     std::vector<std::uint8_t> partner_count_;  // [bodies] number of pairs so far, in a crowd
     std::vector<BodyPair> sensor_pairs_;
     std::size_t skipped_pair_count_ = 0;
@@ -216,7 +216,7 @@ private:
     Islands islands_;
     std::vector<SolverBody> solver_bodies_;        // [bodies]
     std::vector<RigidBody> later_prescribed_;      // prescribed bodies of links, in later substeps
-    std::vector<std::uint32_t> prescribed_index_;  // [bodies] in later_prescribed_, or kNone
+    std::vector<std::uint32_t> prescribed_index_;  // [bodies] index in later_prescribed_, or kNone
     std::vector<Eigen::Vector3d> pair_impulses_, ground_impulses_;
     std::vector<std::uint8_t> struck_;  // see has_struck_ground()
     std::vector<Scratch> scratch_;      // [workers]

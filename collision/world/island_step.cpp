@@ -15,36 +15,36 @@
 namespace terrane::internal {
 namespace {
 
-/// Small islands are solved until no velocity changes by more than the tolerance, m/s, which is larger for moving
-/// islands. Large islands stop after kMaxRowSolves contact updates (fewer above kManyContacts contacts), but not before
-/// kLeastIterations sweeps: warm-started stacks converge over several substeps.
+/// Small islands are solved until no velocity changes by more than the tolerance, m/s, which grows with the speed of
+/// the island. Large islands stop after kMaxRowSolves contact updates (fewer above kManyContacts contacts), but not
+/// before kLeastIterations sweeps: warm-started stacks converge over several substeps.
 constexpr double kTolerance = 1e-5;
 constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
 constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
-/// Piles converge by less than a hundredth per sweep. Stalled: less than a tenth in this many sweeps; then treated as
-/// infeasible.
+/// Sweeps in which a converging solve must improve by a tenth; else it has stalled, and its targets are taken as
+/// infeasible. Piles improve by less than a hundredth per sweep.
 constexpr int kPatience = 100;
 /// Islands with a mass ratio of heaviest to lightest body above kWideMassRatio are solved along conjugate directions,
-/// because sweeps alone reduce the error by about the inverse of this ratio, and stall. Not above kWidestMassRatio:
-/// rounding of the heaviest body's impulses would accelerate the lightest.
+/// because sweeps alone reduce the error by about the inverse of this ratio, and stall. Above kWidestMassRatio they are
+/// not, because the rounding of the heaviest body's impulses would accelerate the lightest.
 constexpr double kWideMassRatio = 100.0;
 constexpr double kWidestMassRatio = 1e7;
-/// One body on the ground: a box on four corners converges by about a third per sweep. The targets of a body that rolls
-/// on two points may be infeasible for a rigid body; then `patience` stops the solver.
+/// Rule for an island of one body. A box on four corners converges by about a third per sweep. A body that rolls on
+/// two points may have infeasible targets; then `patience` stops the solver.
 constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .patience = 8};
-/// Nothing else damps rolling and rocking: an island below this speed, m/s, gets angular damping at this rate, 1/s, so
-/// that it can sleep.
+/// An island below the speed kSlow, m/s, gets angular damping at the rate kRollingLoss, 1/s, so that it can sleep:
+/// nothing else damps rolling and rocking.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
-/// Relative rounding error of energies and heights: without it the sum could grow by rounding in each step.
+/// Relative rounding error of energies and heights. Subtracted, so that the total cannot grow by rounding in each step.
 constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
-/// @param mean_speed mean over bodies of the speed of the fastest point, m/s
-/// @param is_conjugate solved along conjugate directions, which do not converge steadily
+/// @param mean_speed   mean over bodies of the speed of the fastest point, m/s
+/// @param is_conjugate whether it is solved along conjugate directions, which do not converge steadily
 StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed,
                            bool is_conjugate) {
     if (body_count == 1) return kLoneBodyRule;
@@ -68,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundGate> gates
         pair_impulses_.assign(manifolds_.size(), Eigen::Vector3d::Zero());
         ground_impulses_.assign(bodies.size(), Eigen::Vector3d::Zero());
     }
-    // Bodies not moved by islands may have contacts in several islands, so no island writes them.
+    // A body outside all islands may have contacts in several of them, so no island writes it.
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
@@ -155,7 +155,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                // Closing speed caused by wheels does not bounce.
+                // Only the closing speed that wheels did not cause bounces.
                 const double bouncing = approach - impact.pushed_speed;
                 if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
@@ -209,7 +209,7 @@ void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint
     if (const FootDrive* const feet = scene.actuators.feet[b]) feet->drive(contact, -1.0, substep);
 }
 
-/// Closing speed of a contact due to wheel forces of the substep, m/s, >= 0.
+/// The closing speed that wheel forces of the substep cause at a contact, m/s, >= 0.
 double IslandSolver::pushed_speed(std::size_t contact, const Impact& impact,
                                   const ContactSolver& solver, const Scene& scene) const {
     const auto before = [&](std::uint32_t body) {
@@ -242,7 +242,7 @@ double IslandSolver::apply_wheels(std::span<const std::uint32_t> members, int su
     return added;
 }
 
-/// A body of a link in a substep; islands do not step prescribed bodies.
+/// A body of a link, at its pose in a substep: for a prescribed body, which islands do not step, the precomputed pose.
 const RigidBody& IslandSolver::body_at(std::uint32_t body, int substep, const Scene& scene) const {
     const bool is_later = substep > 0 && moves_[body] == 0 && prescribed_index_[body] != kNone;
     if (!is_later) return scene.bodies[body];
@@ -318,7 +318,7 @@ void IslandSolver::follow(std::size_t island, int substep, ContactSolver& solver
     }
 }
 
-/// Initialises the impacts of a substep. Returns whether a contact needs separation.
+/// Sets gap and pushed_speed of the impacts for a substep. Returns whether a contact needs separation.
 bool IslandSolver::begin_impacts(std::size_t contact_count, const ContactSolver& solver,
                                  Scratch& scratch, const Scene& scene) const {
     bool overlaps = false;
@@ -393,7 +393,7 @@ void IslandSolver::bounce(std::size_t island, ContactSolver& solver, Scratch& sc
     }
 }
 
-/// Removes growth of the total energy from the velocities: contacts that follow their planes over a curved surface may
+/// Scales the velocities down if the total energy has grown: contacts that keep their planes over a curved surface may
 /// lift bodies.
 void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const Scene& scene,
                                 const WorldPos& origin, double most) {
@@ -416,7 +416,7 @@ void IslandSolver::limit_energy(std::size_t island, ContactSolver& solver, const
     }
 }
 
-/// Kinetic energy plus potential energy of the acceleration relative to an origin, J.
+/// Kinetic energy of an island plus the potential energy of its bodies' accelerations relative to an origin, J.
 double IslandSolver::total_energy(std::size_t island, const WorldPos& origin,
                                   const Scene& scene) const {
     double energy = 0.0;

@@ -22,8 +22,8 @@ struct Turn {
     double cosine, sine;
 };
 
-/// Cosine and sine for |angle| up to slightly above pi: the tangent of a quarter of the angle, where it is accurate,
-/// gives both for half the angle, and these both for the angle.
+/// Cosine and sine of an angle, |angle| up to slightly above pi. The tangent of a quarter of the angle, where tangent()
+/// is accurate, gives those of half the angle; doubling gives those of the angle.
 Turn turn_of(double angle) {
     const double t = internal::tangent(0.25 * angle);
     const double share = 1.0 / (1.0 + t * t);

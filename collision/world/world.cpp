@@ -23,7 +23,7 @@ using internal::RigidBody;
 constexpr double kReachTime = 0.1;  // seconds: longest step assumed by needs()
 constexpr double kMostImpulse = 1e18;
 constexpr double kMostArmPlace =
-    2.0 * internal::kMaxPlace;  // metres, of a force's point of application
+    2.0 * internal::kMaxPlace;  // largest coordinate of a point of application, metres
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
     hash = (hash ^ value) * 0x9e3779b97f4a7c15u;

@@ -9,7 +9,7 @@ namespace {
 
 using internal::RigidBody;
 
-/// Largest rotation of a piece of a move to a pose, radians, because casts have constant spin.
+/// Largest rotation of one piece of move_to(), radians: within a piece the spin is constant.
 constexpr double kMaxTurn = 0.5;
 
 internal::MassProperties mass_of(const BodySettings& settings, const Shape& shape) {

@@ -30,7 +30,7 @@ inline constexpr double kMostStoredLength = 1e15;   // metres
 inline constexpr double kMostStoredSpeed = 1e12;    // m/s, m/s^2
 inline constexpr double kMostStoredSpin = 1e15;     // rad/s
 inline constexpr double kMostStoredImpulse = 1e24;  // N s
-inline constexpr double kStoredUnitSlack = 1e-6;    // of unit vectors and rotations
+inline constexpr double kStoredUnitSlack = 1e-6;    // deviation of unit vectors and rotations
 
 /// Appends fields to bytes.
 class FieldWriter {
@@ -203,7 +203,7 @@ private:
     std::string error_;
 };
 
-/// FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo).
+/// Hash of bytes: FNV-1a (G. Fowler, L. C. Noll, K.-P. Vo).
 inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const std::byte byte : bytes) {
@@ -212,8 +212,8 @@ inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     return hash;
 }
 
-// Settings of vehicles and characters. Fields also in BodySettings are stored only there. check_vehicle() and
-// check_character() check the ranges.
+// Settings of vehicles and characters. Fields that BodySettings has too are stored only with those. check_vehicle()
+// and check_character() check the ranges.
 
 /// Additional role of a body.
 enum class BodyRole : std::uint8_t { plain, vehicle, character };
@@ -227,7 +227,7 @@ void list_axle(Stream& stream, auto& axle) {
     stream.length("anti_roll", axle.anti_roll);
 }
 
-/// Without the shapes, which are the first parts of the chassis' compound.
+/// Serialises all but the shapes: the compound of the chassis has them as its first parts.
 template <class Stream>
 void list_vehicle_settings(Stream& stream, auto& settings) {
     constexpr std::size_t kAxleBytes = 33;
@@ -251,8 +251,8 @@ void list_character_settings(Stream& stream, auto& settings) {
     }
 }
 
-// Shapes. Hulls are stored as vertices and compounds as parts, from which create() recreates identical bits. Hulls and
-// compounds with shared data are written once.
+// Shapes. Hulls are stored as vertices and compounds as parts, from which create() recreates identical bits. Data that
+// several shapes share is written once.
 
 /// Writes shapes, and tracks the hulls and compounds already written.
 class ShapeWriter {

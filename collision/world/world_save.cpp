@@ -164,7 +164,7 @@ void list_callbacks(Stream& stream, auto& callbacks) {
     stream.flag("may_collide", callbacks.may_collide);
 }
 
-/// Without the callbacks and the number of threads.
+/// Serialises the settings of a world without the callbacks and the number of threads.
 template <class Stream>
 void list_world_settings(Stream& stream, auto& settings) {
     stream.vector("gravity", settings.gravity, internal::kMostStoredSpeed);
@@ -177,7 +177,7 @@ void list_world_settings(Stream& stream, auto& settings) {
     stream.choice("broadphase", settings.broadphase, BroadphaseKind{3});
 }
 
-/// Without the shape. Ranges are those of check_body().
+/// Serialises the settings of a body without the shape. The ranges are those of check_body().
 template <class Stream>
 void list_body_settings(Stream& stream, auto& settings) {
     stream.choice("type", settings.type, BodyType::dynamic_body);
@@ -191,7 +191,7 @@ void list_body_settings(Stream& stream, auto& settings) {
     stream.flag("rotates", settings.rotates);
 }
 
-/// All other state of a body that steps change. Add new state of bodies here.
+/// Serialises all other state of a body that steps change. Add new state of bodies here.
 template <class Stream>
 void list_body_state(Stream& stream, auto& world, std::size_t index) {
     auto& body = world.bodies[index];

@@ -36,12 +36,12 @@ struct World::State {
     /// Data of a body that neither solver nor gate reads.
     struct BodyRecord {
         Shape shape;                                       // centred: RigidBody::shape points to it
-        Pose body_from_centred;                            // the frame of the settings' shape
+        Pose body_from_centred;                            // body: the frame of BodySettings::shape
         Eigen::Vector3d force = Eigen::Vector3d::Zero();   // applied in the next step, N
         Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // applied in the next step, N m
         std::optional<internal::KinematicTarget> target;   // none: the body keeps its velocity
-        double quiet_time = 0.0;                           // slow and supported for so long, s
-        bool is_placed_anew = false;                       // since the last step
+        double quiet_time = 0.0;                           // time spent slow and supported, s
+        bool is_placed_anew = false;                       // placed since the last step
         std::unique_ptr<internal::Vehicle> vehicle;        // null: not a vehicle
         std::unique_ptr<internal::Character> character;    // null: not a character
     };
@@ -55,12 +55,12 @@ struct World::State {
     /// Vehicles and characters, and their wheels and feet in a collision step.
     struct Actuators {
         std::vector<std::uint32_t> vehicles, characters;  // slots, ascending
-        // [slots], empty without vehicles, or without characters; null: exerts no forces.
+        // [slots] null: the body exerts no forces. `wheels` is empty without vehicles, `feet` without characters.
         std::vector<internal::WheelSet*> wheels;
         std::vector<const internal::FootDrive*> feet;
-        std::vector<BodyPair> wheel_links;  // vehicles and bodies under their wheels
+        std::vector<BodyPair> wheel_links;  // pairs of a vehicle and a body under its wheels
     };
-    /// The bodies as queries see them, built by the first query after a change.
+    /// The queries' copy of the bodies, rebuilt by the first query after a change.
     struct QueryCache {
         void update(const internal::SlotIds& slots, std::span<const internal::RigidBody> of_world);
 
@@ -90,8 +90,8 @@ struct World::State {
     BodyMove move_to(std::size_t index, const Pose& world_from_shape, const Ground& ground);
     /// Wakes the body and its sleep group.
     void wake(std::size_t index);
-    /// Radius around the centre of mass within which a dynamic body at rest can touch the ground, including wheels and
-    /// steps.
+    /// Radius around the centre of mass within which a dynamic body at rest can touch the ground; includes suspension
+    /// travel and step height.
     double reach(std::size_t index) const;
     /// Copies a body's motion into its state.
     void publish(std::size_t index);
@@ -143,8 +143,8 @@ struct World::State {
     WorldSettings settings;
     internal::SlotIds ids;
 
-    // [slots], each an array of its own for speed: callers and the island solver get it as a span, and loops over all
-    // bodies read few of them.
+    // [slots] Separate arrays, because callers and the island solver get spans of them, and because loops over all
+    // bodies read only a few.
     std::vector<BodyState> states;
     std::vector<BodySettings> body_settings;
     std::vector<internal::RigidBody> bodies;
@@ -152,7 +152,7 @@ struct World::State {
     std::vector<internal::Mobility> mobility;  // in the last collision step
     std::vector<std::uint32_t> sleep_groups;   // lowest body of the group that fell asleep together
     // [slots]
-    std::deque<BodyRecord> records;  // which keeps the addresses of shapes
+    std::deque<BodyRecord> records;  // a deque, because bodies point to its shapes
     std::vector<BodyStep> steps;
 
     Actuators actuators;
@@ -163,7 +163,7 @@ struct World::State {
     std::vector<BodyNeed> needs;            // the answer of needs()
     std::uint64_t failed_callbacks = 0;     // in the last step
     std::optional<Ground> ground_before;    // of the last collision step; keeps its chunks alive
-    std::optional<StepReport> idle_report;  // of every step until something moves or changes
+    std::optional<StepReport> idle_report;  // the report of all steps until something changes
 
     // ---- Helpers of steps ----
 

@@ -94,7 +94,7 @@ class Lattice(NamedTuple):
 
     origin: Tuple[float, float]  # world x and y of lattice point (0, 0), metres
     spacing: float  # between neighbours of the finest level, metres
-    quantum: float  # heights are multiples, metres
+    quantum: float  # heights are multiples of this, metres
     finest_level: int  # level 0 is a root square
     root_size: float  # side of a root square, metres
     first_root: Tuple[int, int]  # column and row of the south-western root square
@@ -178,7 +178,7 @@ class Heights(NamedTuple):
 class Rays(NamedTuple):
     """Where rays first meet the surface."""
 
-    fraction: np.ndarray  # float64 (S), of the way from from_world to to_world, 0 to 1
+    fraction: np.ndarray  # float64 (S), of the segment from from_world to to_world, 0 to 1
     point_world: np.ndarray  # float64 (S, 3), metres
     normal: np.ndarray  # float64 (S, 3), unit, out of the solid
     error_m: np.ndarray  # float64 (S), bound of the true surface's vertical distance, metres
@@ -194,7 +194,7 @@ class Contacts(NamedTuple):
     normal: np.ndarray  # float64 (m, 3), unit, out of the ground, or of b towards a
     depth: np.ndarray  # float64 (m,), metres; negative: a gap
     part: np.ndarray  # uint32 (m,), index of the part of a compound, else 0
-    part_b: np.ndarray  # uint32 (m,), the same of the other shape; of the ground 0
+    part_b: np.ndarray  # uint32 (m,), the same for the other shape; 0 for the ground
     lift: np.ndarray  # float64 (n,), vertical overlap, metres; between shapes NaN
     error_m: np.ndarray  # float64 (n,), largest bound of the cells tested, metres; between shapes 0
     status: np.ndarray  # int8 (n,), QueryStatus
@@ -232,7 +232,7 @@ class PairDistances(NamedTuple):
     point_a_world: np.ndarray  # float64 (S, 3), metres
     point_b_world: np.ndarray  # float64 (S, 3), metres
     normal: np.ndarray  # float64 (S, 3), unit, out of b, towards a
-    part_a: np.ndarray  # uint32 (S), of a compound: the part of the point
+    part_a: np.ndarray  # uint32 (S), part of a compound that has the point, else 0
     part_b: np.ndarray  # uint32 (S)
     status: np.ndarray  # int8 (S), QueryStatus
 
@@ -324,7 +324,7 @@ class WorldRays(NamedTuple):
     """Where rays first meet a body or the ground."""
 
     hit: np.ndarray  # bool (S)
-    fraction: np.ndarray  # float64 (S), of the way, 0 to 1
+    fraction: np.ndarray  # float64 (S), of the segment, 0 to 1
     body: np.ndarray  # uint64 (S), id; NO_BODY where it is the ground, or nothing
     point_world: np.ndarray  # float64 (S, 3), metres; NaN without a hit
     normal: np.ndarray  # float64 (S, 3), unit; NaN without a hit

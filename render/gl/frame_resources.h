@@ -50,10 +50,9 @@ private:
 
 /// A buffer rewritten by the CPU every frame while the device may still read the previous ones.
 ///
-/// Triple buffering with persistent mapping and fences: begin() waits only if the device is two frames behind. CPU time
-/// of a frame relative to a single plain draw, measured on a software rasteriser with a million triangles and 150
-/// morphing chunks (16 MB a frame): 1.03 to 1.05; with one buffer reallocated every frame (glNamedBufferData) 1.08 to
-/// 1.10.
+/// Triple buffering with persistent mapping and fences: begin() waits only if the device is two frames behind. On
+/// a software rasteriser, with a million triangles and 150 morphing chunks (16 MB a frame), a frame took 1.03 to 1.05
+/// times the CPU time of a single plain draw; with one buffer reallocated every frame (glNamedBufferData) 1.08 to 1.10.
 class StreamBuffer {
 public:
     StreamBuffer() = default;
@@ -88,7 +87,7 @@ using GlQuery = GlObject<QueryKind>;
 
 /// Measures the device time of a frame's commands without waiting for the result.
 ///
-/// Cycles through three queries: a frame whose query is still pending when it is needed again is not measured.
+/// Cycles through three queries. A frame is not measured if the query to be reused has no result yet.
 class GpuTimer {
 public:
     /// Call around the commands of a frame; no other time query may be active.

@@ -39,7 +39,7 @@ Result<EyeFrame> make_eye_frame(const Lattice& lattice, const WorldPos& eye_worl
 
 namespace {
 
-// Distance of the near plane over View::near_distance.
+// Ratio of the near plane's distance to View::near_distance.
 constexpr double kNearShare = 0.1;
 // Periods of the ground noise, metres. The coarse noise is rotated by (3, 4), which divides its period by 5.
 constexpr double kFineNoise = 56.0;

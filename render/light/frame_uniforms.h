@@ -11,7 +11,7 @@
 namespace terrane::internal {
 
 /// An integer as high * 2^bits + low with low in [-2^(bits - 1), 2^(bits - 1)). A shader has no 64-bit
-/// integers; near zero the high part is zero, so that conversion to float is exact.
+/// integers; near zero the high part is zero, and conversion to float is exact.
 struct SplitInteger {
     std::int32_t high = 0;
     std::int32_t low = 0;

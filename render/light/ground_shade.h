@@ -24,9 +24,9 @@ public:
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye);
 
-    /// Binds slopes to texture unit 0, nodes to unit 4, the table to unit 5, and its uniform block to 1.
+    /// Binds slopes, nodes and table to texture units 0, 4 and 5, and the uniform block to binding 1.
     void bind() const;
-    /// Call after the last command of a frame that reads them.
+    /// Call after the frame's last command that reads the table or the uniform block.
     void finish();
 
     /// Bytes of the slope maps of resident chunks.

@@ -17,7 +17,7 @@ namespace terrane::internal {
 // The slope map of a chunk: shading normals at its samples for baselines of 1, 2, 4 ... 128 samples, so that a pixel is
 // lit with the slope at its own footprint, whichever triangle covers it.
 //
-// Layer k: samples at multiples of 2^k, central differences of heights 2^k samples apart. Because a coarse sample
+// Layer k: samples at multiples of 2^k, central differences over 2^k samples to either side. Because a coarse sample
 // equals the fine sample at that point, layer k of a chunk and layer k - 1 of its parent agree bit for bit where they
 // overlap, and so do neighbours along their shared edge: lighting has no seams between chunks of any levels.
 
@@ -64,8 +64,8 @@ struct LitChunk {
 /// Each level contributes 0 to 1, bilinear between nodes half a chunk apart; the value of a node is the smallest
 /// presence of the chunks of that level that touch it. A chunk that is not resident has presence 0; presence changes in
 /// kFadeFrames steps as chunks are loaded and evicted. Hence the field is continuous across all borders, between any
-/// two levels, and in time. The sum over all coarser levels is bilinear between the same nodes, so that a shader needs
-/// only the nine values of a chunk: see shade.frag.
+/// two levels, and in time. The sum over all coarser levels is bilinear between the same nodes: a shader needs only
+/// the nine values of a chunk, see shade.frag.
 ///
 /// Chunks whose spacing is below a pixel at their nearest point are omitted: their parents give the same lighting
 /// there.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: R. Dimitrov. Cascaded Shadow Maps. NVIDIA 2007 (cascades). M. Valient. Stable Rendering of Cascaded Shadow
-//          Maps. ShaderX 6, 2008 (a map around a bounding sphere, moved by whole texels).
-// Deviations: cascades are split by distance from the eye, not by depth along the view, so that turning the view
-//          changes neither the map nor the cascade of a point.
+// Sources:   R. Dimitrov. Cascaded Shadow Maps. NVIDIA 2007 (cascades).
+//            M. Valient. Stable Rendering of Cascaded Shadow Maps. ShaderX 6, 2008 (sphere, moved by whole texels).
+// Deviation: cascades are split by distance from the eye, not by depth along the view, so that the cascade of a point
+//            does not change when the view turns.
 #include "light/shadow_maps.h"
 
 #include <algorithm>

@@ -26,7 +26,7 @@ inline constexpr double kCascadeRatio = 4.0;
 struct SunCascade {
     Eigen::Matrix3d axes;    ///< rows: right, up and towards the sun, world axes
     Eigen::Vector3d centre;  ///< along these axes, metres
-    double half_side = 0.0;  ///< metres, of the depths too
+    double half_side = 0.0;  ///< half the side, and half the range of depths, metres
     double reach = 0.0;      ///< largest distance of its receivers from the eye, metres
 
     /// Whether a caster with this bounding volume can cast a shadow into the map. Conservative: the map's volume is
@@ -90,7 +90,7 @@ public:
 
     /// Fits the maps to the receivers in a view.
     void prepare(const View& view);
-    /// Those of the last prepare(), nearest first.
+    /// The cascades of the last prepare(), nearest first.
     std::span<const SunCascade, kCascades> cascades() const { return cascades_; }
 
     /// Draws the casters of each cascade with draw(cascade number), then binds the maps for lit_at(). Rebinds the

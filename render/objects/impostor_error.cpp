@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFieldOfView = 0.7;
 constexpr int kSides = 8;
-// No multiple of the angle between two views.
+// Azimuth between successive sides, radians: no multiple of the angle between two views.
 constexpr double kTurn = 0.77;
 constexpr int kVisibleLevels = 8;
 

@@ -27,7 +27,7 @@ struct OpaqueDraw {
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
     const MeshClusters* clusters = nullptr;        ///< of the triangles; null: all are drawn
     bool has_parts = false;                        ///< drawn by commands of OpaqueParts
-    std::uint32_t first_part = 0, part_count = 0;  ///< of these commands
+    std::uint32_t first_part = 0, part_count = 0;  ///< range of these commands
 };
 
 /// The billboards of an impostor, copied to a separate range with the small ones first.

@@ -58,9 +58,9 @@ public:
     /// Drawn objects, excluding casters out of view.
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }
-    /// Those of triangle_count() in back-facing clusters: not submitted.
+    /// Part of triangle_count(): triangles in back-facing clusters, not submitted.
     std::size_t culled_triangle_count() const { return parts_.culled_triangles(); }
-    /// Of meshes and impostors on the device.
+    /// Bytes of meshes and impostors on the device.
     std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
 
 private:
@@ -97,7 +97,7 @@ private:
     std::vector<OpaqueDraw> solid_;              // visible ones, then casters out of view
     std::vector<BillboardDraw> impostor_draws_;  // in the same order
     std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
-    std::vector<const StreamedDraw*> streamed_;  // of the last of the solids that are drawn
+    std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn solids, in their order
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::size_t command_byte_ = 0;

@@ -11,8 +11,8 @@ float dither(ivec2 pixel) {
     return (float(rank) + 0.5) / 64.0;
 }
 
-// The limit of a coverage, 0 to 1. c - 1 is rounded, and so is its sum with 1: c is rounded in the same way, so that c
-// and c - 1 have the same limit.
+// The threshold between drawn and undrawn pixels for a coverage, 0 to 1. A negative coverage is c - 1, rounded; a
+// positive one is rounded in the same way, so that c and c - 1 have the same limit.
 float limit_of(float coverage) {
     precise float below_one = coverage > 0.0 ? coverage - 1.0 : coverage;
     precise float limit = below_one + 1.0;

@@ -6,7 +6,7 @@
 layout(std140, binding = 0) uniform Frame {
     mat4 clip_from_eye;
     vec4 right;      // xyz: half the picture's width at distance 1
-    vec4 up;         // xyz: half its height
+    vec4 up;         // xyz: half the picture's height at distance 1
     vec4 forward;    // xyz
     vec4 sun;        // xyz: towards the sun, unit
     vec4 horizon;    // rgb as displayed

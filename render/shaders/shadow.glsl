@@ -17,8 +17,8 @@ layout(binding = 6) uniform sampler2DArrayShadow shadow_maps;
 const float kAway = 0.4;
 // Distance of the filter's samples from its centre, texels; each is bilinear.
 const float kFilter = 0.5;
-// Share of a cascade's reach beyond which it fades to the next one, and of the last one's beyond which it fades to full
-// light.
+// kBlendFrom: share of a cascade's reach from which it fades to the next one. kFadeFrom: share of the last cascade's
+// reach from which it fades to full light.
 const float kBlendFrom = 0.9, kFadeFrom = 0.75;
 
 // Share of sunlight by one map, 0 to 1.

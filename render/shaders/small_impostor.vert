@@ -64,7 +64,7 @@ void main() {
     sun_object = rotated(back, frame.sun.xyz);
     up_object = rotated(back, vec3(0.0, 0.0, 1.0));
 #ifdef CASCADES
-    // sampled at the object's centre, moved towards the sun by its radius so that it does not shadow itself
+    // sampled at the object's centre, moved towards the sun by the object's radius to avoid self-shadowing
     vec3 middle = place.xyz + rotated(rotation, place.w * centre);
     sun_part = sun_share(middle + frame.sun.xyz * (place.w * length(half_box)), frame.sun.xyz);
 #endif

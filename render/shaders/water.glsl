@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Attenuates the light of a surface on its way to the eye: by haze and, if WATER is defined, by water up to a level.
 //
-// Sources: R. Pope, E. Fry. Absorption spectrum (380-700 nm) of pure water. Applied Optics 36(33), 1997. C. Schlick. An
-// Inexpensive BRDF Model for Physically-based Rendering. Eurographics 1994 (Fresnel reflection).
+// Sources: R. Pope, E. Fry. Absorption spectrum (380-700 nm) of pure water. Applied Optics 36(33), 1997 (absorption).
+//          C. Schlick. An Inexpensive BRDF Model for Physically-based Rendering. Eurographics 1994 (reflection).
 // Deviations: light is not refracted, and reflections show only the sky.
 
 #ifdef WATER

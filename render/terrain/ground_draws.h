@@ -83,8 +83,8 @@ static_assert(sizeof(ChunkAttributes) == 32);
 
 /// Which chunks of a mesh are submitted.
 enum class GroundCulling : std::uint8_t {
-    view,  ///< chunks in view: pictures of triangles do not change
-    none,  ///< all chunks: lines are a pixel wide and reach into the picture from chunks beyond its edge
+    view,  ///< only chunks in view, which suffice for pictures of triangles
+    none,  ///< all chunks: the pixel-wide lines of a chunk out of view can reach into the picture
 };
 
 /// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.

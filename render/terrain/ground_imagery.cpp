@@ -13,7 +13,7 @@
 namespace terrane::internal {
 namespace {
 
-// Squares uploaded per frame: 1.33 MiB.
+// Squares uploaded per frame: 1.31 MiB.
 constexpr std::size_t kUploadsAFrame = 4;
 // Squares queued for the loader: more would be out of date by the time they are read.
 constexpr std::size_t kRequests = 32;

@@ -31,9 +31,9 @@ public:
     /// Requests the squares that a view needs and uploads those that have been read, a few per frame. Call once a
     /// frame, before bind(). Fails with device_unavailable if the device is out of memory.
     Result<void> prepare(const ResidentSet& resident, const View& view);
-    /// Binds table and squares to texture units 8 and 9, and the uniform block to 3.
+    /// Binds table and squares to texture units 8 and 9, and the uniform block to binding 3.
     void bind() const;
-    /// Call after the last command of a frame that reads them.
+    /// Call after the frame's last command that reads the table or the uniform block.
     void finish() { stream_.end(); }
 
     /// Squares on the device.

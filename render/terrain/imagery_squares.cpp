@@ -58,7 +58,7 @@ ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels) {
 
 namespace {
 
-// Root squares farther than this many from the eye's are ignored.
+// Root squares that are more than this many root squares from the eye's one are ignored.
 constexpr std::int64_t kMostRoots = 16;
 
 bool do_meet(const WorldRect& a, const WorldRect& b) {
@@ -169,7 +169,7 @@ ImageryLoader::~ImageryLoader() = default;
 void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
     {
         const std::lock_guard lock(mutex_);
-        // skips squares being read, or read and not taken
+        // skips the square that is being read, and read ones that have not been taken
         std::erase_if(wanted, [&](const ImageryRequest& request) {
             return request == loading_ ||
                    std::ranges::find(loaded_, request, &ImageryLoad::request) != loaded_.end();

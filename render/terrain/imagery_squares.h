@@ -62,10 +62,10 @@ int finest_imagery_level(const Lattice& lattice, double texel_size);
 /// around the eye that become visible by turning.
 ///
 /// @param resident heights of the ground
-/// @param rect     of the imagery
+/// @param rect     rectangle with imagery
 /// @param most     largest number of squares; beyond it the finest are omitted
 ///
-/// Cost: linear in the squares, plus the root squares within 16 of the eye's
+/// Cost: linear in the squares, plus the root squares at most 16 from the eye's root square
 std::vector<ImagerySquare> select_imagery(const ResidentSet& resident, const View& view,
                                           const WorldRect& rect, double texel_size,
                                           std::size_t most);

@@ -76,7 +76,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
     return vertices;
 }
 
-// Indices: all levels from the finest on, then the caps of all sides.
+// Uploads a surface. Order of the indices: all levels from the finest on, then the caps of all sides.
 const VolumeDraws::Uploaded& VolumeDraws::upload(const Lattice& lattice, const Chunk& chunk) {
     const auto [found, is_new] = uploaded_.try_emplace(chunk.solid.get());
     Uploaded& made = found->second;

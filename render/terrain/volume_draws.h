@@ -14,11 +14,11 @@
 
 namespace terrane::internal {
 
-/// A vertex of a solid surface on the device: attributes 0 to 3 of solid.vert. A sample of the heightfield has no
-/// offset, so that its position has the bits of terrain.vert.
+/// A vertex of a solid surface on the device: attributes 0 to 3 of solid.vert. The offset of a heightfield sample is 0:
+/// its position equals the one that terrain.vert computes bit for bit.
 struct SolidVertex {
     std::int32_t column = 0, row = 0, height = 0;  ///< nearest sample of the chunk; quanta
-    float offset[3] = {};                          ///< from there, metres
+    float offset[3] = {};                          ///< from that point, metres
     float normal[3] = {};                          ///< unit, out of the solid
     float depth = 0.0f;                            ///< below the heightfield, metres
 };
@@ -30,7 +30,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
 /// Keeps the triangles of volumes on the device while their chunks are resident, and draws those of a mesh.
 class VolumeDraws {
 public:
-    /// Uploads the surfaces that a mesh draws for the first time, and frees the buffers of surfaces without a chunk.
+    /// Uploads the surfaces that a mesh draws for the first time, and frees buffers whose surface no longer exists.
     ///
     /// Fails: device_unavailable if OpenGL reports an error
     Result<void> prepare(const TerrainMesh& mesh, const EyeFrame& eye);
@@ -44,7 +44,7 @@ public:
         Program() = default;
         explicit Program(GlProgram made);
     };
-    /// Selects triangles: what remains of the heightfield, shaded as ground, or walls.
+    /// The triangles to draw: the remaining ones of the heightfield, shaded as ground, or the walls of volumes.
     enum class Part { ground, walls };
     /// Draws with a program, which becomes current.
     void draw(Part part, const Program& program) const;

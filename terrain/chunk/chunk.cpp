@@ -227,8 +227,8 @@ using internal::kWideSamples;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
-// Size of a chunk without the memory of its vectors. The 32 bytes of linkage and padding between the two structures are
-// excluded: simulated loads transfer max_bytes(), which must not depend on the layout.
+// Size of a chunk without the memory of its vectors. The 48 bytes that link and pad the two structures are excluded:
+// simulated loads transfer max_bytes(), which must not depend on the layout.
 constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 48;
 
 // Sum, rounded up.
@@ -240,7 +240,7 @@ float add_up(float bound, double half_quantum) {
                : rounded;
 }
 
-// 1 / bound^2 rounded down, with a margin for the rounding of products with it.
+// 1 / bound^2 rounded down, with a margin for the rounding of products in which it is used.
 float inverse_square(float bound) {
     const double wide = static_cast<double>(bound);
     return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
@@ -334,7 +334,7 @@ void store_bound(ChunkVertices& vertices, int column, int row, float bound) {
     }
 }
 
-// Raises the bound of all areas that a vertex belongs to: on a line between areas it belongs to all of them.
+// Raises the bound of all areas that a vertex belongs to. A vertex between areas belongs to all of them.
 void raise_areas(Chunk& chunk, int column, int row, float bound) {
     const int last = kChunkAreas - 1;
     for (int y = std::max(0, (row - 1) / kAreaCells); y <= std::min(last, row / kAreaCells); ++y) {
@@ -346,7 +346,7 @@ void raise_areas(Chunk& chunk, int column, int row, float bound) {
     }
 }
 
-// Stores the bounds of the vertices of one spacing, without those in the margin.
+// Stores the bounds of the vertices of one spacing, except vertices in the margin.
 Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> bounds,
                                  double half_quantum, ChunkVertices& vertices, Chunk& chunk) {
     const auto stride = static_cast<int>(grid.step / chunk.step);
@@ -366,8 +366,8 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
     return {};
 }
 
-// Reads and stores the bounds of own vertices: those of the chunk's spacing, and for a root also all coarser ones. Also
-// reads the bounds of cells.
+// Reads and stores the bounds of the chunk's own vertices: all of its spacing, and for a root also of coarser spacings.
+// Also reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
                                 Surroundings& wide, ChunkVertices& vertices, Chunk& chunk) {
     TERRANE_TRY(check_not_cancelled(stop));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Height intervals of the reaches of vertices. The key of a vertex uses the distance from the eye to its reach, which
-// must not be smaller for a child than for its parent. The reach of a centre covers three cells around it, that of a
-// midpoint two, so that reaches are nested in the plane (see screen_error.cpp). To nest the intervals in height as
-// well, the certified bounds of cells are doubled, because bounds shrink by about half from level to level. Where this
-// does not suffice, the triangulator raises keys to the parents' (kNestMargin). The source's rise bound limits the
-// intervals.
+// Height intervals of the reaches of vertices. The key of a vertex depends on the distance from the eye to its reach.
+// This distance must not be smaller for a child than for its parent, so reaches must be nested. In the plane they are:
+// the reach of a centre covers three cells around it, the reach of a midpoint two (see screen_error.cpp). To nest them
+// in height as well, the certified bounds of cells are doubled, because bounds shrink by about half from level to
+// level. If this does not suffice, the triangulator raises a child's key to its parent's (kNestMargin). The source's
+// rise bound limits the intervals.
 #include "chunk/chunk_vertices.h"
 
 #include <algorithm>
@@ -24,8 +24,8 @@ std::size_t wide_index(int column, int row) {
     return static_cast<std::size_t>(row) * kWideCells + static_cast<std::size_t>(column);
 }
 
-// Enlarges the squares of cells over which minima are taken by `more` cells; at most doubles them. Minima are stored at
-// the square's south-western cell. Entries whose squares extend beyond the chunk's surroundings are not used.
+// Takes minima over squares of cells that are larger by `more` cells, at most twice as large. A minimum is stored at
+// its square's south-western cell. Entries whose squares extend beyond the chunk's surroundings are not used.
 std::vector<float> widen(const std::vector<float>& squares, int more) {
     std::vector<float> across(squares);
     for (int row = 0; row < kWideCells; ++row) {
@@ -187,7 +187,7 @@ void fill_reaches(std::span<const double> heights, std::span<const float> bounds
     while (depths.most > kLargest * vertices_out.reach_unit) vertices_out.reach_unit *= 2;
     const Lowest down(depths.down), up(depths.up);
     const float per_unit = 1.0f / vertices_out.reach_unit;
-    // truncates and subtracts two units: rounds down, with a margin for the rounding of sums with the eye's height
+    // truncating and subtracting two units rounds down, with a margin for the rounding of sums with the eye's height
     const auto to_units = [&](float depth) {
         return static_cast<std::int16_t>(static_cast<int>(depth * per_unit) - 2);
     };

@@ -54,8 +54,8 @@ struct AreaVertices {
     /// 1 / e(v)^2, rounded down to the upper half of a float: see upper_half(). e(v) is the certified bound, metres,
     /// including half a quantum.
     alignas(64) PerVertex<std::uint16_t> inverse_square_bounds;
-    /// Heights of the vertex's reach relative to reach_base, in ChunkVertices::reach_unit, rounded outward: they
-    /// enclose the true surface over its diamond, with a margin for the reaches of its descendants.
+    /// Limits of the vertex's reach, rounded outward: heights relative to ChunkVertices::reach_base, in reach_unit.
+    /// They enclose the true surface over the vertex's diamond, with a margin for the reaches of its descendants.
     PerVertex<std::int16_t> low, high;
     /// Height of the vertex above the middle of the edge that it splits, in rise_unit.
     PerVertex<std::int16_t> rise;
@@ -73,8 +73,8 @@ struct ChunkVertices {
     static constexpr std::size_t kCoarseStrides = 6;  ///< 1, 2, 4 .. kChunkSquares / 2
     /// Row by row from the south-west.
     std::array<AreaVertices, std::size_t{kChunkAreas} * kChunkAreas> areas;
-    /// Heights of the reaches of an area's vertices, including those on the chunk's eastern and northern side; units as
-    /// for AreaVertices::low and high.
+    /// Limits of the reaches of all vertices of an area, including those on the chunk's eastern and northern side;
+    /// units as for AreaVertices::low and high.
     struct AreaReach {
         std::int16_t low = 0;
         std::int16_t high = 0;
@@ -87,11 +87,11 @@ struct ChunkVertices {
     /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, at every second sample of
     /// every second row; infinite at the corners. Empty for other chunks.
     std::vector<float> coarse_bounds;
-    /// Root chunks: the largest of these bounds e(v), metres, rounded up, by log2 of the vertices' stride in even
+    /// Root chunks: the largest bounds e(v) of these vertices, metres, rounded up, by log2 of their stride in even
     /// samples.
     std::array<float, kCoarseStrides> largest_coarse_bounds{};
 
-    /// Height interval of the reaches of an area's vertices, world z, metres.
+    /// Union of the height intervals of the reaches of an area's vertices, world z, metres.
     HeightInterval reach_of_area(int area) const {
         const AreaReach& reach = area_reaches[static_cast<std::size_t>(area)];
         return metres(reach.low, reach.high);
@@ -107,9 +107,9 @@ struct ChunkVertices {
 /// Converts a stored inverse square to its bound, rounded up.
 float bound_of(float inverse_square_bound);
 
-/// Completes a chunk from its other fields: pyramid, low and high, areas except max_vertex_bound, quadrant_bound,
-/// vertex_reach, and in `vertices` the reaches of areas, rises and largest coarse bounds; then moves `vertices` into
-/// the chunk. These fields need not be stored with a chunk.
+/// Computes the fields of a chunk that need not be stored, because they follow from others: pyramid, low and high,
+/// areas except max_vertex_bound, quadrant_bound, vertex_reach; in `vertices` the reaches of areas, rises and largest
+/// coarse bounds. Then moves `vertices` into the chunk.
 ///
 /// Requires: heights, cell_bounds and max_vertex_bound (also of areas) of the chunk; bounds, low and high of all
 ///           vertices and both sides, reach_base and reach_unit
@@ -117,28 +117,28 @@ float bound_of(float inverse_square_bound);
 /// @param quantum Lattice::quantum, metres
 void complete_chunk(double quantum, std::shared_ptr<ChunkVertices> vertices, Chunk& chunk);
 
-/// Margin around a chunk, in cells of its spacing, that the reaches of its vertices cover. The reach of a vertex is the
-/// box that encloses the true surface over its diamond and the reaches of its descendants: see screen_error.h.
+/// Margin around a chunk, in cells of its spacing, into which the reaches of its vertices extend. The reach of a vertex
+/// is a box that encloses the true surface over its diamond and the reaches of its descendants: see screen_error.h.
 inline constexpr int kReachCells = 2;
 inline constexpr int kWideCells = kChunkCells + 2 * kReachCells;
 inline constexpr int kWideSamples = kWideCells + 1;
 
-/// Upper bounds of half the height of a vertex's reach, metres, from the source's rise bound. A centre's includes those
-/// of its midpoints, a midpoint's those of the centres of half the spacing.
+/// Bounds of half the height of a vertex's reach, metres, from the source's rise bound. The bound of a centre includes
+/// the bounds of its midpoints; the bound of a midpoint includes the bounds of its centres of half the spacing.
 struct ReachHeights {
     double of_centre = 0.0;
     double of_midpoint = 0.0;
 };
 ReachHeights reach_heights(const HeightSource& source, double spacing);
 
-/// Sets the low and high of the vertices' reaches, reach_base and reach_unit.
+/// Sets reach_base, reach_unit, and low and high of all vertices.
 ///
 /// @param heights [kWideSamples^2] metres, of the chunk and a margin of kReachCells
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
                   const HeightSource& source, const Chunk& chunk, ChunkVertices& vertices_out);
 
-/// Computes the reaches of areas and of the chunk from those of the vertices, and the rises of the vertices.
+/// Computes the reaches of the areas and the chunk from the reaches of the vertices, and the rises of the vertices.
 void derive_reaches(double quantum, ChunkVertices& vertices, Chunk& chunk);
 
 }  // namespace terrane::internal

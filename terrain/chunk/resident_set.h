@@ -20,8 +20,8 @@ namespace terrane {
 inline std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
 /// A block of slots that own chunks; free slots are null. A new set copies the blocks that change and shares the others
-/// with the previous set: updating the reference count of every chunk for every set would dominate the cost, because
-/// the counts are scattered in memory.
+/// with the previous set. Otherwise the reference counts of all chunks, which are scattered in memory, would dominate
+/// the cost of a new set.
 struct ResidentSet::Owners {
     static constexpr std::size_t kSlots = 32;
     std::array<std::shared_ptr<const Chunk>, kSlots> slots;
@@ -63,8 +63,8 @@ private:
     std::vector<std::int32_t> arrived_;  // indices of the arrived chunks
 };
 
-// Index of a key in the table, or of the free entry for it. Multiplicative (Fibonacci) hashing: keys form rows and
-// squares, which it distributes over the upper bits more evenly than a random hash.
+// Index of a key's entry in the table, or of the free entry for it. Multiplicative (Fibonacci) hashing distributes
+// keys, which form rows and squares, over the upper bits more evenly than a random hash.
 inline std::size_t ResidentSet::Structure::bucket_of(const ChunkKey& key) const {
     const std::uint64_t packed =
         static_cast<std::uint32_t>(key.x) | std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
@@ -99,8 +99,8 @@ inline std::int32_t first_in_window(double place, double origin, double side, st
 
 /// The root window of a world for a client at a position, as a lattice of the window's root squares
 /// (ResidentSet::window()): the previous window, moved by the fewest root squares that bring the client's root square
-/// into its middle two. So a client that repeatedly crosses the edge between two root squares moves it only once. The
-/// whole lattice if it has no window.
+/// into its middle two. A client that repeatedly crosses the edge between two root squares therefore moves it only
+/// once. Returns the whole lattice if it has no window.
 ///
 /// @param place finite, metres
 inline Lattice moved_root_window(const Lattice& world, const Lattice& before,

@@ -74,8 +74,8 @@ struct SolidSurface::Tree {
     static constexpr int kGroupBits = 2;
     static_assert(kGroup == 1u << kGroupBits);
 
-    /// Boxes of a group's triangles relative to the low corner of all, rounded outward; boxes beyond the last triangle
-    /// are empty.
+    /// Boxes of a group's triangles relative to origin_world, rounded outward; boxes beyond the last triangle are
+    /// empty.
     struct GroupBoxes {
         std::array<std::array<float, kGroup>, 3> low, high;
         std::uint32_t first = 0;  ///< first triangle of the group
@@ -102,7 +102,7 @@ struct SolidSurface::Tree {
     std::vector<GroupBoxes> groups;         // in the order of the leaves
     Eigen::Vector3d origin_world;
 
-    /// Bit i: the box of triangle i of a group overlaps or touches that of triangle 0 of `with`, up to rounding.
+    /// Bit i is set if box i of a group overlaps or touches box 0 of `with`, up to rounding.
     std::uint32_t overlaps(std::uint32_t group, const GroupBoxes& with) const {
         const GroupBoxes& own = groups[group];
         std::array<std::uint32_t, kGroup> is;
@@ -184,7 +184,7 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
 std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, double at_most) const {
     const double highest = std::min(at_most, bounds_.high.z());
     if (!(highest >= bounds_.low.z())) return std::nullopt;
-    // starts slightly higher, so that a surface at this height is hit; a metre longer, so that the length is not 0
+    // starts slightly higher, to hit a surface at this height, and is a metre longer, so that its length is not 0
     const double top = highest + kHeightSlack * (1.0 + std::abs(highest));
     const double length = top - bounds_.low.z() + 1.0;
     std::optional<Hit> hit = ray({x, y, top}, {0.0, 0.0, -length}, 0.0, 1.0);

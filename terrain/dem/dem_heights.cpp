@@ -27,8 +27,8 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
 
 namespace {
 
-/// Amplitude of the first octave relative to the mean second difference of the samples: that of a sine of half the
-/// shortest wavelength that they resolve, continued as a fractal with a gain of 1/2.
+/// Amplitude of the first octave relative to the samples' mean second difference: the amplitude of a sine of half the
+/// shortest wavelength that samples resolve, if the raster is continued as a fractal with a gain of 1/2.
 constexpr double kAmplitudeOverBend = 0.5;
 constexpr int kMaxOctaves = 24;
 

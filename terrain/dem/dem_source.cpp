@@ -19,7 +19,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Sum over all levels, each with half the resolution of the previous one.
+/// Ratio of the number of points on all levels to that on the finest one; each level has half the resolution.
 constexpr double kAllLevels = 4.0 / 3.0;
 constexpr double kMebibyte = 1024.0 * 1024.0;
 
@@ -45,7 +45,7 @@ double opening_bytes(const BilinearGrid& grid, double held_bytes) {
 
 namespace {
 
-/// Incremented with every change of the bounds that are computed from the same samples.
+/// The version is incremented when the bounds that are computed from the same samples change.
 constexpr SealedKind kKind{{'B', 'N', 'D', 'S'}, 1};
 constexpr std::int64_t kFewSamples = std::int64_t{1} << 16;
 
@@ -193,7 +193,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     const std::string& path, double finest_spacing, const StoreSettings& settings,
     std::function<bool(double)> report_progress, double spacing_tolerance) {
     TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s));
-    // Refuses a spacing out of range and a raster that is too large before reading it.
+    // A spacing out of range and a raster that is too large are refused before the samples are read.
     const DemInfo& raster = reader->info();
     TERRANE_TRY(const auto first_grid, make_grid(raster, finest_spacing, spacing_tolerance));
     const double all_samples = sizeof(float) * static_cast<double>(raster.columns) * raster.rows;
@@ -312,8 +312,8 @@ Result<void> DemSource::cell_flags(const SampleGrid& grid,
                                    std::span<std::uint8_t> flags_out) const {
     const BilinearGrid& g = fine_->grid();
     const DemInfo& raster = info();
-    // The samples of the bilinear surface over a cell, and whether the cell lies entirely beyond the raster's
-    // outer edges, half a cell from its outermost samples.
+    // The samples that determine the surface over a cell, and whether the cell lies entirely beyond the raster's outer
+    // edges, which are half a raster cell beyond its outermost samples.
     struct Span {
         int first = 0, last = 0;
         bool beyond = false;

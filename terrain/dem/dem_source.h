@@ -17,9 +17,9 @@
 
 namespace terrane::internal {
 
-/// Upper bound of the memory during and after opening a raster, bytes, without that for its nodata and GDAL's cache.
+/// Upper bound of the memory during and after opening a raster, bytes, excluding its nodata and GDAL's cache.
 ///
-/// @param held_bytes of samples: all of them, or the cache of a raster read by window
+/// @param held_bytes bytes of the samples that are held: all, or the cache of a raster that is read by window
 double opening_bytes(const BilinearGrid& grid, double held_bytes);
 
 /// Bounds that opening a raster computes from its samples.
@@ -34,8 +34,8 @@ struct CacheUse {
     std::string note;
 };
 
-/// Stores the bounds of a raster in a file. The key is a hash of all samples, the lattice and the format's version, so
-/// that bounds of other heights are never used. Several programs may open one raster at once: files appear atomically.
+/// Stores the bounds of a raster in a file. Its key is a hash of all samples, their rounding and the lattice, so that
+/// bounds of other heights are never used. Several programs may open one raster at once: files appear atomically.
 class OpeningCache {
 public:
     /// Computes the key: one pass over the samples, unless the cache is off.

@@ -30,7 +30,7 @@ struct ChunkCells {
     int west, south, east, north;
 };
 
-// Adds the ranges of the blocks of one square of the pyramid that overlap the cells.
+// Adds the ranges of those blocks in a square of the pyramid that overlap the cells.
 void add_blocks(const SamplePyramid& pyramid, int log2_side, int column, int row,
                 const ChunkCells& cells, SampleRange& range) {
     const int last = (1 << log2_side) - 1;
@@ -101,7 +101,7 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
     extent_ = resident_->extent();
     in_extent_ = {column_at(extent_.west), row_at(extent_.south), column_at(extent_.east),
                   row_at(extent_.north)};
-    // excludes cells that only touch the extent's edge, and clips to the root squares
+    // cells that only touch the extent's edge are excluded, and cells outside the root squares
     if (columns_.at(in_extent_.east) >= extent_.east) --in_extent_.east;
     if (rows_.at(in_extent_.north) >= extent_.north) --in_extent_.north;
     in_extent_.west = std::max(in_extent_.west, lattice.west() / step_);
@@ -214,7 +214,7 @@ struct Ground::CellPoint {
 
 namespace {
 
-// Selects the higher of the heightfield's answer, unless replaced, and the joined solid's triangles.
+// Answers with the higher of two surfaces at or below at_most: the heightfield, unless replaced, and the joined solid.
 void answer_from_solid(const SolidSurface& solid, bool is_replaced, double x, double y,
                        double at_most, HeightAnswer& answer) {
     const bool has_field = !is_replaced && answer.height <= at_most;
@@ -297,7 +297,7 @@ inline HeightAnswer Ground::height_at_most(double x, double y, double at_most) c
     };
     const CellPoint point = over(0, 0);
     if (height_over(point, at_most, answer)) return answer;
-    // cells are closed: on a line the western or southern cell answers if the other one is not ground
+    // cells are closed: on a line, the western or southern cell answers if its neighbour is not ground
     const bool is_on_column = point.x == 0.0, is_on_row = point.y == 0.0;
     if (is_on_column && height_over(over(1, 0), at_most, answer)) return answer;
     if (is_on_row && height_over(over(0, 1), at_most, answer)) return answer;

@@ -102,7 +102,7 @@ GroundBatch& GroundBatch::operator=(GroundBatch&&) noexcept = default;
 GroundBatch::~GroundBatch() = default;
 
 // Batches of heights. Points are processed in blocks: the cells of a block are found and their samples prefetched, then
-// the heights are computed, so that the memory accesses of a block overlap. The arithmetic is vectorised over the
+// the heights are computed. The memory accesses of a block thus overlap. The arithmetic is vectorised over the
 // points of a block (height_kernels.h). Sorting scattered points by chunk was measured and does not pay: it only moves
 // the scattered accesses from samples to points and answers (docs/batch.md).
 

@@ -21,7 +21,7 @@ namespace terrane::internal {
 struct ChunkEntry {
     std::int64_t column = 0, row = 0;  ///< of the chunk on its level
     std::uint64_t call = 0;            ///< number of the call that wrote the entry
-    /// Null if points of the chunk are answered individually: it is absent, has volumes, or is not certified.
+    /// Null if the chunk is absent, has volumes, or is not certified: its points are then answered individually.
     const std::int32_t* heights = nullptr;
     const float* cell_bounds = nullptr;
     const std::uint8_t* cell_flags = nullptr;  ///< null: all cells are ground
@@ -73,8 +73,8 @@ public:
         double origin_x, origin_y, inverse_side;
     };
 
-    /// The indices of places 0 to count - 1 sorted by chunk; empty if sorting does not pay, because most successive
-    /// places already share a chunk, or all lie in few chunks.
+    /// The indices of places 0 to count - 1, sorted by chunk. Empty if sorting does not pay, because most successive
+    /// places share a chunk already, or all places lie in few chunks.
     ///
     /// @param count   at most kMost
     /// @param bucket_of called with an index, returns Grid::bucket() of its place
@@ -138,7 +138,7 @@ struct GroundBatch::State {
         internal::ChunkOrder order;
     };
 
-    /// Calls job(begin, end, worker) for slices of items 0 to count - 1 with at least `least` items each, if there are
+    /// Calls job(begin, end, worker) for slices of items 0 to count - 1. Each has at least `least` items, if there are
     /// that many.
     template <class Job>
     void run_slices(std::size_t count, std::size_t least, const Job& job) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// A toroidal array of heights, like a level of a geometry clipmap. Source: F. Losasso and H. Hoppe. Geometry clipmaps:
-// terrain rendering using nested regular grids. ACM Transactions on Graphics 23(3), 2004. Deviations: one level, chunks
-// that arrive and are evicted, and cells without height.
+// A toroidal array of heights, like one level of a geometry clipmap.
+// Source: F. Losasso, H. Hoppe. Geometry clipmaps: terrain rendering using nested regular grids. ACM TOG 23(3), 2004.
+// Deviations: one level; chunks arrive and are evicted; samples may have no height.
 #include "base/settings_check.h"
 
 #include <terrane/base/result.h>
@@ -155,7 +155,7 @@ void GroundWindow::read_entered(GroundReader& reader, const SampleRect& kept) {
     read(reader, {kept.west, kept.north + 1, kept.east, now.north});
 }
 
-// Whether a sample has a height depends on the four cells around it, so the chunks of those count.
+// Rereads changed chunks, also those next to the kept samples: a sample's height depends on the four cells around it.
 void GroundWindow::read_changed_chunks(GroundReader& reader, const Ground& last,
                                        const SampleRect& kept) {
     const CellRange around{kept.west - 1, kept.south - 1, kept.east, kept.north};

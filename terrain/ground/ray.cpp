@@ -65,10 +65,10 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
 }
 
 // Sources:
-//   J. Amanatides, A. Woo. A Fast Voxel Traversal Algorithm for Ray Tracing. Eurographics 1987.
-//   F. K. Musgrave. Grid Tracing: Fast Ray Tracing for Height Fields. 1988. (skipping by intervals)
-//   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field
-//   Rendering. I3D 2008. (a pyramid of intervals)
+//   J. Amanatides, A. Woo. A Fast Voxel Traversal Algorithm for Ray Tracing. Eurographics 1987. (steps between cells)
+//   F. K. Musgrave. Grid Tracing: Fast Ray Tracing for Height Fields. 1988. (skipping by height intervals)
+//   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field Rendering.
+//     I3D 2008. (a pyramid of height intervals)
 // Deviations: within a cell the ray's height above the surface is evaluated as a function of the ray parameter, linear
 // over each triangle and continuous across cells. The hit is its first change of sign, so a ray cannot slip through an
 // edge or a corner. Squares are skipped by both ends of their height interval, from above and below, but never if that
@@ -155,10 +155,10 @@ bool Ground::RayWalk::open_chunk(std::int64_t column, std::int64_t row) {
     return false;
 }
 
-// A chunk with a joined solid: finds the first of its triangles along the ray, unless a cell is hit earlier. Cells are
-// not skipped by height, because the ray may pass through replaced triangles and change its side.
+// Finds the first hit in a chunk with a joined solid, on one of its triangles or on a cell. Cells are not skipped by
+// height, because the ray may pass through replaced triangles and change its side.
 bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
-    // Slightly beyond both borders of the chunk, because the parameters of triangles there round differently.
+    // extends the interval slightly beyond both borders of the chunk, where the t of triangles rounds differently
     const double slack =
         kSpanSlack * (1.0 + start_world_.cwiseAbs().maxCoeff() / displacement_.norm());
     std::optional<SolidSurface::Hit> met =

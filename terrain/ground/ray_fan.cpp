@@ -11,8 +11,8 @@
 
 namespace terrane::internal {
 
-/// Upper bounds of the slopes from a point to the surrounding ground by azimuth and distance, which determine the part
-/// of a ray from this point that certainly lies above the ground.
+/// Upper bounds of the slopes from a point to the surrounding ground, by azimuth and distance. They tell up to where a
+/// ray from this point certainly lies above the ground.
 class HorizonProfile {
 public:
     HorizonProfile() : bin_slopes_(kEntries), most_slopes_(kEntries) {}
@@ -259,9 +259,9 @@ RayAnswer RayFan::ray(const WorldPos& from_world, const WorldPos& to_world) cons
     if (state_->ground == nullptr) return {};
     const Ground& ground = *state_->ground;
     const Eigen::Vector3d displacement = to_world - from_world;
-    // A hit is bit-identical if the walk starts in a cell before the one hit, so the walk starts a diagonal earlier.
-    // For a ray nearly parallel to the lines, rounding at a later start might select the neighbouring column, so its
-    // walk starts at the start of the ray.
+    // A hit is bit-identical if the walk starts in a cell before the cell that is hit: it starts a diagonal earlier.
+    // The walk of a ray nearly parallel to the lines starts at the ray's start, because rounding at a later start might
+    // select the neighbouring column.
     constexpr double kSlowest = 1e-6, kEarlierCells = 1.5;
     const double spacing = ground.spacing();
     const auto is_slow = [&](double d) { return d != 0.0 && std::abs(d) < kSlowest * spacing; };

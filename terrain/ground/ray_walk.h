@@ -47,7 +47,7 @@ inline CellHeight height_in_cell(const std::int32_t* south_west, double u, doubl
     };
     const double slope_x = rise_of(north + 1, north);
     const double slope_y = rise_of(east + kChunkSamples, east);
-    // from the south-west corner, or from the north-east one if the triangle lacks the former
+    // from the south-west corner, or from the north-east one if the triangle does not have the south-west corner
     const auto far = static_cast<double>(!is_south & !cut);
     const double to_north_east = rise_of(1, 0) + rise_of(kChunkSamples + 1, 1);
     const double rise = far * to_north_east + slope_x * (u - far) + slope_y * (v - far);
@@ -98,7 +98,7 @@ inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std
 namespace internal {
 
 // One coordinate of a ray as a function of the parameter t, in cells from the line before its start. The t at a line is
-// bit-identical for squares of all sizes, so the span over a square is exactly the union of its parts' spans.
+// bit-identical for squares of all sizes; the span over a square is therefore exactly the union of its parts' spans.
 struct RayAxis {
     double p, d;                 // position at t = 0, and its derivative
     std::int64_t origin;         // index of the line that p counts from
@@ -128,8 +128,7 @@ struct Plane {
     double z0, slope_x, slope_y;
 };
 
-// A square of cells and the interval of t over it. By rounding the end may be less than the beginning; then the
-// interval is empty.
+// A square of cells and the interval of t over it. The interval is empty if rounding makes its end less than its begin.
 struct SquareSpan {
     std::int64_t column, row;
     double begin, end;
@@ -137,7 +136,7 @@ struct SquareSpan {
 
 }  // namespace internal
 
-// Traverses a ray chunk by chunk; in chunks whose height interval it overlaps, square by square of the pyramid; and in
+// Traverses a ray chunk by chunk. Chunks whose height interval it overlaps are traversed by squares of the pyramid, and
 // the smallest squares cell by cell.
 class Ground::RayWalk {
     using RayAxis = internal::RayAxis;
@@ -280,7 +279,7 @@ private:
     double base_, z_, dz_;  // quanta
     WorldPos start_world_;
     Eigen::Vector3d displacement_;
-    int side_;  // of the surface: 1 above, -1 below, 0 unknown
+    int side_;  // of the surface on which the ray is: 1 above, -1 below, 0 unknown
 
     const Chunk* chunk_ = nullptr;
     bool is_whole_ = false;  // all cells of the chunk are ground inside the extent

@@ -111,7 +111,7 @@ private:
     std::uint16_t* end_;
 };
 
-// Emits the triangles that are not replaced of a square of the finest level.
+// Emits those triangles of a square of the finest level that volumes do not replace.
 void emit_remaining(const ReplacedTriangles::OfArea& replaced, int square, unsigned word,
                     std::uint16_t centre, Writer& writer) {
     const auto at = [&](int x, int y) {
@@ -168,7 +168,7 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
     }
 }
 
-// Calls use(word, column, row, stride) for a root's active centres of spacings coarser than its samples'.
+// Calls use(word, column, row, stride) for a root's active centres of coarser spacings.
 template <typename Use>
 void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
     const auto is_active = [&](int column, int row) {

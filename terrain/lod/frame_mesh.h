@@ -11,21 +11,21 @@
 
 namespace terrane::internal {
 
-/// Sets the bits of a chunk's active vertices: those with keys below the threshold.
+/// Sets the bits of a chunk's active vertices, whose keys are below the threshold.
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold);
 
-/// Bits of the active midpoints on an area's eastern side, in the first column, or northern side, in the first row.
-/// These belong to the adjacent area, except at the world's border.
+/// Bits of the active midpoints on an area's eastern side (in the first column of the word) or northern side (in the
+/// first row). These midpoints belong to the adjacent area, except at the world's border.
 std::uint64_t east_side_bits(const OpenChunk& chunk, int area);
 std::uint64_t north_side_bits(const OpenChunk& chunk, int area);
 
-/// Squares of an area, bit i for square i: those with an active centre, those with split sides, and those with quarters
-/// that are divided by a child's centre.
+/// How the squares of an area are drawn: bit i of each word is for square i.
 struct AreaBits {
-    std::uint64_t centre = 0;
-    /// South, east, north, west.
+    std::uint64_t centre = 0;  ///< the square's centre is active
+    /// The side has an active midpoint: south, east, north, west.
     std::uint64_t split[4] = {};
-    /// South-west, south-east, north-east, north-west; divided quarters have both sides split.
+    /// A child's centre divides the quarter (then both its sides are split): south-west, south-east, north-east,
+    /// north-west.
     std::uint64_t divided[4] = {};
 };
 /// Requires mark_active() of the chunk, its neighbours and its open children. All zero if the area has no active
@@ -36,15 +36,14 @@ AreaBits area_bits(const OpenChunk& chunk, int area);
 ///
 ///   mean of its displayed ends + share * (its height - mean of its ends' heights),
 ///   share = clamp(full * (1 - (threshold_px / priority_px)^2), 0, 1),
-///   full = ratio^2 / (ratio^2 - 1):
+///   full = ratio^2 / (ratio^2 - 1).
 ///
-/// on its edge when it becomes active, and at its height once its priority is at least `ratio` thresholds. The share is
-/// linear in the key.
+/// So it lies on its edge when it becomes active, and at its own height once its priority is at least `ratio`
+/// thresholds. The share is linear in the key.
 ///
-/// Every set {share above some value} is closed under parents, so the displayed surface is an average of conforming
-/// meshes. Its error is at most the integral of the priority p over the share, along the vertices that split the
-/// triangles at a point: between the shares s(p) and s(q) 2 full threshold^2 (1 / p - 1 / q); over all shares threshold
-/// * 2 ratio / (ratio + 1).
+/// The vertices whose share exceeds a value are closed under parents, so the displayed surface is an average of
+/// conforming meshes. Its error at a point is at most the integral, over the share s, of the priority p of the next
+/// vertex there: 2 full threshold^2 (1 / p - 1 / q) from s(p) to s(q), and threshold * 2 ratio / (ratio + 1) in total.
 class Morph {
 public:
     /// @param ratio >= 1; 1: vertices do not morph
@@ -61,12 +60,11 @@ public:
     /// Bound of the displayed surface's error, in thresholds, if no active vertex is missing.
     double error_factor() const { return error_factor_; }
 
-    /// The same bound if a vertex with a priority of `excess` thresholds is missing: vertices that are split before it
-    /// have at least its priority, and so at least its share.
+    /// The same bound if a vertex with a priority of `excess` thresholds is missing: the vertices split before it have
+    /// at least this priority, and so at least its share.
     double error_with_missing(double excess) const;
 
-    /// The same bound if the vertex is present, but morphs with the smaller priority of its parents, `shown`
-    /// thresholds.
+    /// The same bound if the vertex is present, but morphs with its parents' smaller priority of `shown` thresholds.
     double error_with_held(double excess, double shown) const;
 
     /// The same bound if the vertex is present, but its chunk and all chunks below have a fade of `fade`.
@@ -101,7 +99,7 @@ void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indi
 /// Largest screen errors in view, pixels, that are caused by missing vertices.
 struct ResidualError {
     double absent = 0.0;    ///< vertices of absent chunks, and vertices with absent parents
-    double held = 0.0;      ///< vertices that are held by inactive parents
+    double held = 0.0;      ///< vertices that inactive parents keep inactive
     double finest = 0.0;    ///< detail finer than the lattice
     double finest_m = 0.0;  ///< the same as a vertical distance, metres
     /// Error of the displayed surface, in thresholds, from vertices that morph late because of their parents' keys.
@@ -119,7 +117,7 @@ struct ResidualError {
 /// Merges the residual errors of the triangles drawn with one chunk. Requires mark_active() of the chunk and its
 /// children.
 ///
-/// @param residual in and out: errors below it are skipped early
+/// @param residual in and out: errors below its values are skipped early
 void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
                          float threshold, const Morph& morph, ResidualError& residual);
 

@@ -9,14 +9,13 @@
 
 namespace terrane::internal {
 
-// Priorities outside the view are reduced, but not to 0, so that a turning camera finds some detail: down to this
-// factor,
+// Least factor on priorities outside the view: not 0, so that a turning camera finds some detail.
 inline constexpr float kLeastWeight = 1.0f / 16.0f;
-// linearly over a margin of about a quarter of the distance.
+// Decrease of the factor per (distance outside the view) / (distance from the eye).
 inline constexpr float kWeightSlope = 6.0f;
 
-/// A vertex whose key is raised to its parents' by at most this factor does not count as held: reaches are nested up to
-/// rounding, which reported errors include.
+/// A vertex whose key is raised by at most this factor does not count as held: reaches are nested only up to rounding,
+/// which reported errors include.
 inline constexpr float kNestMargin = 1.0f + 0x1p-9f;
 
 /// Converts stored heights of reaches to metres above the eye: unit * height + base.
@@ -26,15 +25,15 @@ struct EyeHeights {
     float near_squared = 1.0f;  ///< of the view
 };
 
-/// Inward normals of those side planes of the view, through the eye, that some vertices may be outside of.
+/// Inward normals of side planes of the view, which pass through the eye: only of planes that cut some vertices off.
 struct KeyPlanes {
     int count = 0;
     float x[4] = {}, y[4] = {}, z[4] = {};
     float near_distance = 1.0f;
 };
 
-// Functions of one vertex (Number is float) or of a row of vertices (a vector of float). Internal linkage, also where
-// this header is included: see simd_level.h.
+// Functions for one vertex (Number is float) or a row of vertices (a vector of float). They have internal linkage
+// wherever this header is included: see simd_level.h.
 namespace {
 
 template <typename Number, typename Height>
@@ -78,7 +77,7 @@ inline Number over_eye(Height height, const EyeHeights& eye) {
     return to_number<Number>(height) * eye.unit + eye.base;
 }
 
-/// The key: the squared distance from the eye to a vertex's reach, over the square of its bound.
+/// The key of a vertex: (distance from the eye to the vertex's reach)^2 / bound^2.
 /// @param flat_squared  the horizontal part of the squared distance
 /// @param low, high     heights of the reach, above the eye
 template <typename Number>
@@ -88,8 +87,8 @@ inline Number vertex_key(Number flat_squared, Number low, Number high, Number in
            inverse_square_bound;
 }
 
-/// Divisor of keys outside the view: the square of a weight that decreases with the distance from the view to the
-/// reach, relative to the distance from the eye.
+/// Divisor of keys outside the view: the square of a weight that decreases with the reach's distance from the view,
+/// relative to its distance from the eye.
 template <typename Number>
 inline Number squared_weight(Number x, float y, Number low, Number high, float half_width,
                              const KeyPlanes& planes) {
@@ -110,14 +109,13 @@ inline Number squared_weight(Number x, float y, Number low, Number high, float h
 
 }  // namespace
 
-/// Share of its rise that a vertex is displayed with, as a function of its key: clamp(full - slope * key, 0, 1). See
-/// Morph.
+/// Share of a vertex's rise that is displayed, as a function of its key: clamp(full - slope * key, 0, 1). See Morph.
 struct MorphShare {
     float full = 1.0f;
     float slope = 0.0f;
 };
 
-// Functions of one vertex or of a row of vertices. Internal linkage, as above.
+// Functions for one vertex or a row of vertices, with internal linkage as above.
 namespace {
 
 /// share - 1: in [-1, 0], 0 at the vertex's final height.
@@ -179,29 +177,29 @@ struct AreaMorph {
 
 /// Loops over the vertices of an area, compiled once per vector width; all give the same bits.
 struct KeyKernels {
-    /// Keys from bounds and distances, before they are raised to the parents'.
+    /// Keys from bounds and distances, before they are raised to the parents' keys.
     void (*own)(const VertexGroup& group, const EyeHeights& eye, float* keys_out);
     /// Raises the keys of vertices outside the view.
     void (*weigh)(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes,
                   float* keys);
-    /// Raises the keys of centres to their parents': the midpoints of the two sides of the coarser square that bound
-    /// the centre's quarter.
+    /// Raises the keys of centres to the keys of their parents: the midpoints of the two sides of the coarser square
+    /// that bound the centre's quarter.
     /// @return whether any key below `floor` was raised by more than kNestMargin
     bool (*trim_centres)(const ParentSides& parents, float floor, float* keys);
-    /// Raises the keys of midpoints to those of the two adjacent centres.
+    /// Raises the keys of midpoints to the keys of the two adjacent centres.
     /// @param south [8] the last row of centres in the area to the south
     bool (*trim_along_x)(const float* centres, const float* south, float floor, float* keys);
     /// @param west [64] the centres of the area to the west
     bool (*trim_along_y)(const float* centres, const float* west, float floor, float* keys);
-    /// Returns the number of keys below a window, and appends those inside it.
+    /// Returns the number of keys below a window, and appends the keys inside the window to it.
     std::uint32_t (*count)(const float* keys, int count, KeyWindow& window);
-    /// Bits of the keys, of 64, that are below a threshold.
+    /// Bit i: whether key i of 64 is below a threshold.
     std::uint64_t (*mask)(const float* keys, float threshold);
     /// Offsets of an area's samples, including the even samples on its eastern and northern side.
     void (*morph)(const AreaMorph& area);
 };
 
-/// The kernels of a level, or of the next lower level that is built.
+/// The kernels of a SIMD level, or of the next lower level that is built.
 const KeyKernels& key_kernels(SimdLevel level);
 
 }  // namespace terrane::internal

@@ -105,9 +105,9 @@ AreaBits area_bits(const OpenChunk& chunk, int area) {
 // Sources:
 //   H. Hoppe. Smooth View-Dependent Level-of-Detail Control and its Application to Terrain Rendering.
 //   IEEE Visualization 1998. (geomorphs)
-//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. 2001. (nested errors)
-// Deviations: the share is a function of the priority alone, not of time; vertices morph between the displayed, not the
-//             final positions of their ends; the morphing surface has its own error bound.
+//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. IEEE Visualization 2001. (nested errors)
+// Deviations: the share depends on the priority alone, not on time; a vertex morphs from the mean of its ends'
+//             displayed, not final, positions; the morphing surface has its own error bound.
 
 Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ratio) {
     if (!is_on_) return;
@@ -140,7 +140,7 @@ double Morph::error_with_held(double excess, double shown) const {
 
 double Morph::error_with_fade(double excess, double fade) const {
     if (!is_on_ || excess * fade <= 1.0) return error_with_missing(excess);
-    // missing between its faded share and its own; below the faded share priorities are larger by a factor 1 / fade
+    // the vertex is missing between its faded and its own share; below that, priorities are larger by 1 / fade
     return std::max(error_factor_, integral(excess, ratio_) +
                                        (share(excess) - share(excess * fade)) * excess +
                                        integral(1.0, excess * fade) / fade);

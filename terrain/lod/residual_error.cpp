@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Errors of triangles whose refinement is blocked by missing vertices. If a triangle's next vertex is missing, its
-// error is at most the vertex's bound at the triangle's distance. It is evaluated for one triangle at a time, in double
-// precision, over the part of the triangle that may be in view.
+// Errors of triangles whose refinement is blocked by missing vertices. If the vertex that would split a triangle is
+// missing, the triangle's error is at most the vertex's bound at the triangle's distance. It is evaluated for one
+// triangle at a time, in double precision, over the part of the triangle that may be in view.
 #include "lod/frame_mesh.h"
 
 #include <algorithm>
@@ -44,8 +44,8 @@ private:
     double midpoint_error(int column, int row, int stride, double bound, double most) const;
     bool has_parent(int column, int row, int stride) const;
     bool is_active(int column, int row) const { return chunk_.key_at(column, row) < threshold_; }
-    /// Whether a vertex is displayed with less than the share of its own key: it is inactive or morphing because of its
-    /// parents.
+    /// Whether a vertex is held by its parents: it is displayed with less than the share of its own key, because it is
+    /// inactive or morphs with its parents' key.
     bool is_held(float own_key, float key) const {
         return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
     }
@@ -88,7 +88,7 @@ double ResidualErrorSearch::cell_error(int column, int row, double most) const {
     return error_of_square(column, row, 1, bound, most);
 }
 
-// Largest screen error of a deviation of 1 m over the cells of an area; 0 if none of it is in view.
+// Largest screen error of a deviation of 1 m over the cells of an area; 0 if no part of the area is in view.
 double ResidualErrorSearch::pixels_per_metre(int area) const {
     const Chunk& chunk = *chunk_.chunk;
     const auto at_most =
@@ -152,7 +152,7 @@ void ResidualErrorSearch::visit_finest_cells() {
     });
 }
 
-// Whether a triangle that a centre would split is drawn, with samples of this chunk or coarser ones.
+// Whether a triangle is drawn that a given centre would split.
 bool ResidualErrorSearch::has_parent(int column, int row, int stride) const {
     if (chunk_.is_root() && stride > 1) {
         if (stride == kChunkSquares) return true;
@@ -239,7 +239,7 @@ void ResidualErrorSearch::visit_held_area(int area) {
     }
 }
 
-// Visits vertices that are held by absent parents, or, slightly, by parents whose reaches do not enclose theirs.
+// Visits held vertices: their parents are absent, or have reaches that do not quite enclose theirs.
 void ResidualErrorSearch::visit_held_vertices() {
     for_each_bit(chunk_.held_areas, [&](int area) { visit_held_area(area); });
     if (chunk_.is_side_held) visit_held_sides();

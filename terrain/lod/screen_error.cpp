@@ -77,7 +77,7 @@ constexpr Line filled(float key) {
     for (float& value : line) value = key;
     return line;
 }
-// Keys of absent parents, which exclude their children, and of parents beyond the world's border, which do not.
+// Keys of absent parents, which exclude the children, and of parents beyond the world's border, which do not.
 constexpr Line kAbsent = filled(OpenChunk::kNever);
 constexpr Line kNothing = filled(0.0f);
 

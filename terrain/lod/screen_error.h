@@ -61,21 +61,21 @@ struct OpenChunk {
 
     ChunkAxes axes;
     EyeHeights eye_heights;
-    KeyPlanes planes;  ///< side planes of the view that the chunk is not entirely inside of
+    KeyPlanes planes;  ///< side planes of the view that do not have the whole chunk inside
     std::uint64_t open_areas = 0;  ///< bit per area that may contain a vertex below the floor
     std::uint64_t partly_visible_areas = 0;  ///< open areas that are not entirely in view
-    /// Areas with a held vertex: one whose own key is below the floor and was raised to its parents', so that detail
-    /// may be missing there.
+    /// Areas with a *held* vertex, whose own key is below the floor and was raised to its parents' keys: detail may be
+    /// missing there.
     std::uint64_t held_areas = 0;
-    bool is_side_held = false;    ///< the same for vertices on the eastern and northern side
-    bool is_coarse_held = false;  ///< and for a root's coarser vertices
+    bool is_side_held = false;    ///< whether a vertex on the eastern or northern side is held
+    bool is_coarse_held = false;  ///< whether a root's vertex of a coarser spacing is held
     unsigned open_strides =
         0;  ///< strides, in even samples, of a root's coarser vertices that may be below the floor
 
-    /// [kAreas] keys raised to the parents'; undefined in areas that are not open.
+    /// [kAreas] keys, raised to the parents' keys; undefined in areas that are not open.
     std::vector<AreaKeys> keys;
-    /// Keys of the midpoints on the eastern and northern side, from the south or west. Used only if no neighbour is
-    /// open there; otherwise the neighbour owns these keys.
+    /// Keys of the midpoints on the eastern side, from the south, and on the northern side, from the west. Used only if
+    /// no neighbour is open there; otherwise the neighbour owns these keys.
     std::array<float, kChunkSquares> east_keys, north_keys;
     std::vector<float> coarse_keys;  ///< of a root, indexed like its coarse bounds; else empty
     std::vector<float> offsets;      ///< [kSamples] see MeshChunk
@@ -144,10 +144,9 @@ AreaRef adjacent_area(const OpenChunk& chunk, int area, Side side);
 /// Whether a side of an area lies on the world's border.
 bool is_world_border(const OpenChunk& chunk, int area, Side side);
 
-/// The *reach* of a vertex: a box around it that encloses the true surface over its diamond and the reaches of all its
-/// descendants, so that the eye's distance to it does not decrease from parent to child. This one follows from the
-/// source's rise bound; chunks store tighter height intervals for their own vertices, which are nested up to
-/// kNestMargin.
+/// The *reach* of a vertex is a box around it that encloses the true surface over its diamond and the reaches of its
+/// descendants, so that the eye's distance to the reach does not decrease from parent to child. A Reach follows from
+/// the source's rise bound; chunks store tighter height intervals for their own vertices, nested up to kNestMargin.
 struct Reach {
     float half_width = 0.0f;   ///< metres
     float half_height = 0.0f;  ///< metres
@@ -160,27 +159,27 @@ struct Reaches {
 };
 Reaches make_reaches(const HeightSource& source);
 
-/// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around it: also
-/// valid where chunks are absent.
+/// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around the point;
+/// also valid where chunks are absent.
 double clearance_of(const HeightSource& source, const WorldPos& eye);
 
 /// The screen error of vertical deviations from one eye.
 ///
-/// The *key* of a vertex orders refinement: the squared distance from the eye to the vertex's reach, over the square of
-/// its bound; larger outside the view. Smaller keys refine first. A key is (pixels_per_radian / priority)^2, where the
-/// priority is the screen error in pixels. Keys are floats, computed in a fixed order of operations.
+/// The *key* of a vertex orders refinement, smaller keys first: (distance from the eye to the vertex's reach)^2 /
+/// bound^2, and larger outside the view. It equals (pixels_per_radian / priority)^2, where the priority is the screen
+/// error in pixels. Keys are floats, computed in a fixed order of operations.
 class ScreenError {
 public:
-    /// Factor that makes pixels computed from keys upper bounds: the square root of kNestMargin, and the rounding of
-    /// keys.
+    /// Factor that makes pixels computed from keys upper bounds: it covers the square root of kNestMargin and the
+    /// rounding of keys.
     static constexpr double kRounding = 1.0 + 0x1p-10 + 0x1p-16;
 
-    /// @param clearance  clearance_of() the view's eye, metres
+    /// @param clearance  clearance_of() at the view's eye, metres
     ScreenError(const View& view, const HeightSource& source, double clearance);
 
     float key_of(double error_px) const;
     double error_px_of(float key) const;
-    /// Screen error, pixels, of a vertical deviation, metres, at a distance of the true surface from the eye, metres.
+    /// Screen error, pixels, of a vertical deviation of `bound` metres at a distance of the true surface, metres.
     double error_px_at(double bound, double distance) const;
 
     void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
@@ -194,20 +193,20 @@ public:
     /// Box of the samples of a chunk or an area.
     WorldBox box_of(const Chunk& chunk) const;
     WorldBox box_of_area(const Chunk& chunk, int area) const;
-    /// Box of the reaches, with this half width, of a chunk's or an area's own vertices.
+    /// Box that contains the reaches of a chunk's or an area's own vertices; `half_width` is a reach's.
     WorldBox reach_of(const Chunk& chunk, float half_width) const;
     WorldBox reach_of_area(const Chunk& chunk, int area, float half_width) const;
 
-    /// Lower bound of the keys of vertices whose reaches are in the box and whose bounds are at most this.
+    /// Lower bound of the keys of vertices whose reaches are in a box and whose bounds are at most `largest_bound`.
     /// @param is_in_view  the box is known to be inside the view
     float least_key(const WorldBox& reach, float largest_bound, bool is_in_view = false) const;
 
-    /// The side planes of the view that a box is not entirely inside of; only these affect keys in it.
+    /// The side planes of the view that do not have a whole box inside; only these affect the keys in the box.
     KeyPlanes planes_across(const WorldBox& box) const;
     bool is_inside(const WorldBox& box) const { return planes_across(box).count == 0; }
 
-    /// Largest screen error, pixels, of a vertical deviation by `bound` at a point of a box; 0 if no point of it is
-    /// in view. Rounded up.
+    /// Largest screen error, pixels, of a vertical deviation of `bound` metres at any point of a box, rounded up; 0 if
+    /// no point of the box is in view.
     double error_in_view(const WorldBox& box, double bound) const;
 
     using Triangle = std::array<Eigen::Vector3d, 3>;  ///< world
@@ -225,11 +224,11 @@ private:
 };
 
 /// Keys of the centres of the area to the south or west, which are parents of midpoints: [AreaVertices::kSquares]. All
-/// kNever if that area is not open; all 0 beyond the world's border, where midpoints have one parent.
+/// are kNever if that area is not open, and 0 beyond the world's border, where midpoints have only one parent.
 const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
 
-/// Keys of the parents of an area's centres: midpoints of the parent chunk, or coarser vertices of the root itself.
-/// kNever if not open. Not movable, because sides() may point into it.
+/// Keys of the parents of an area's centres, which are midpoints of the parent chunk, or coarser vertices of the root
+/// itself. Keys in areas that are not open are kNever. Not movable, because sides() may point into the object.
 class CentreParents {
 public:
     CentreParents(const OpenChunk& chunk, int area);

@@ -7,7 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-// Capacity of a worker's windows, in keys. A chunk adds at most as many as it has samples.
+// Capacity of a worker's windows, in keys. A chunk adds at most as many keys as it has samples.
 constexpr std::size_t kWindowCapacity = std::size_t{1} << 17;
 // Half width of the first window, as a factor: 1 % in pixels.
 constexpr float kFirstWidth = 1.02f;
@@ -195,7 +195,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
 // Finds where in the windows the budget ends: first the bin, then the key in this bin.
 float Selection::pick(float low, float high, std::size_t used, std::size_t budget) {
     bins_.fill(0);
-    // in double, so that neither the width of the smallest window nor its inverse is out of range
+    // double, so that neither the width of the smallest window nor its inverse is out of range
     const double per_key =
         static_cast<double>(bins_.size()) / (static_cast<double>(high) - static_cast<double>(low));
     const auto bin_of = [&](float key) {

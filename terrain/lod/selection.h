@@ -21,8 +21,8 @@ struct WeightedKey {
     std::uint32_t weight = 0;
 };
 
-/// Finds the threshold that uses up a budget: an exact order statistic of the keys of all open vertices and of the
-/// other demands on the budget.
+/// Finds the threshold at which a budget is used up: an exact order statistic of the keys of all open vertices and of
+/// the other demands on the budget.
 ///
 /// The weight of a vertex is the number of triangles it adds: 2 inside the world, 1 on its border.
 class Selection {
@@ -77,11 +77,11 @@ private:
     std::array<std::size_t, 1024> bins_{};
 };
 
-/// Keys of all vertices that may be below a floor, for one view of one resident set.
+/// Keys of all vertices whose keys may be below a floor, for one view of one resident set.
 ///
-/// A key is raised to those of the vertex's parents, and is infinite if a parent is not resident. Therefore every set
-/// of vertices below a threshold is closed under parents, and its mesh is conforming. Every vertex has one key, stored
-/// in the chunk that contains the vertex other than on its eastern or northern side.
+/// A key is raised to the keys of the vertex's parents, and is infinite if a parent is not resident. Therefore every
+/// set of vertices below a threshold is closed under parents, and its mesh is conforming. Every vertex has one key: the
+/// key of a vertex between two chunks is stored in the eastern or northern one.
 class VertexKeys {
 public:
     /// @param open_chunks  initial capacity
@@ -102,12 +102,12 @@ public:
     /// The open chunk with an index in the resident set; null if it is not open.
     OpenChunk* find(std::int32_t index) const;
 
-    /// Keys of an area before they are raised to the parents'.
+    /// *Own keys* of an area: keys before they are raised to the parents' keys.
     /// @param keys_out [AreaVertices::kSquares]
     void own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind, float* keys_out) const;
-    /// The same key of the i-th midpoint on the eastern or northern side.
+    /// Own key of the i-th midpoint on the eastern or northern side.
     float own_side_key(const OpenChunk& chunk, Side side, int i) const;
-    /// The same key of a root's vertex of a coarser spacing. Column and row count even samples.
+    /// Own key of a root's vertex of a coarser spacing. Column and row count even samples.
     float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                          int row) const;
 
@@ -115,7 +115,7 @@ public:
     float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
         return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
     }
-    /// Box of the reaches of a chunk's vertices, without the coarser ones of a root.
+    /// Box of the reaches of a chunk's vertices, excluding a root's vertices of coarser spacings.
     ScreenError::WorldBox reach_of(const ScreenError& screen, const Chunk& chunk) const {
         return screen.reach_of(chunk, reach(chunk, 1, true).half_width);
     }

@@ -13,9 +13,9 @@
 
 namespace terrane::internal {
 
-/// The eight triangles of a square of 2 x 2 cells, two per side, counter-clockwise from the south-western corner. Each
-/// has a corner, a midpoint and the centre as its corners, if the square's centre and that midpoint are active. Index:
-/// 2 * side + half.
+/// The eight triangles of a square of 2 x 2 cells, two per side, counter-clockwise from the south-western corner. The
+/// vertices of each are the square's centre, a midpoint of a side and a corner; it exists if centre and midpoint are
+/// active. Index: 2 * side + half.
 inline constexpr std::size_t kSquareTriangles = 8;
 
 /// The triangles of a chunk's heightfield that its solid surface replaces, by areas and squares.
@@ -30,7 +30,7 @@ struct ReplacedTriangles {
             return bits;
         }
     };
-    std::vector<OfArea> areas;  ///< only those with replaced triangles, ascending
+    std::vector<OfArea> areas;  ///< only areas with replaced triangles, ascending
     std::size_t count = 0;
 
     explicit ReplacedTriangles(const SolidSurface& solid);
@@ -39,12 +39,12 @@ struct ReplacedTriangles {
     const OfArea* find(int area) const;
 };
 
-/// Regions where volumes require the heightfield at its finest level: rectangles of lattice points around replaced
-/// triangles, with the priority of drawing the volumes.
+/// Regions where volumes require the heightfield at its finest level. A *pin* is a rectangle of lattice points around
+/// replaced triangles, with the key of drawing the volumes.
 ///
-/// The key of a vertex is lowered to that of every pin that touches the square around the vertex, which extends three
-/// spacings to each side of a centre and two of a midpoint. These squares are nested from parent to child (see
-/// terrain/source/fractal), so that keys stay monotone, and all ancestors of a pinned vertex are pinned.
+/// The key of a vertex is lowered to the key of every pin that touches the square around the vertex. The square extends
+/// three spacings to each side of a centre, and two of a midpoint. Squares are nested from parent to child (see
+/// terrain/source/fractal), so keys stay monotone, and all ancestors of a pinned vertex are pinned.
 class SolidPins {
 public:
     void clear() {
@@ -55,7 +55,8 @@ public:
     void add(const Chunk& chunk, const ReplacedTriangles& replaced, float key);
     bool is_empty() const { return groups_.empty(); }
 
-    /// Whether a pin with a key below the floor may lower the key of one of a chunk's own vertices, or of an area's.
+    /// Whether a chunk (or one of its areas) must be opened for a pin: whether any pin whose key is below `floor` is
+    /// within reach of its vertices. Conservative.
     bool opens(const Chunk& chunk, float floor) const;
     bool opens(const Chunk& chunk, int area, float floor) const;
     /// Lowers the keys of an area.

@@ -15,10 +15,10 @@ constexpr double kHiddenShare = 0.2;
 constexpr double kLevelShare = 0.5;
 /// Share of the budget that volumes may use.
 constexpr double kBudgetShare = 0.5;
-/// If volumes exceed their share of the budget: the factor between successive allowed errors, and the number of tries.
+/// While volumes exceed their share of the budget, the allowed error grows by kCoarser, at most kMostTries times.
 constexpr double kCoarser = 1.2;
 constexpr int kMostTries = 100;
-/// Pinned vertices must not morph: their priority exceeds the required one by this factor.
+/// Pinned vertices must not morph: their priority exceeds the one at which morphing ends by this factor.
 constexpr double kPinMargin = 1.1;
 
 std::size_t level_triangles(const SolidTriangles& solid, std::size_t level) {
@@ -42,14 +42,14 @@ struct Sample {
 constexpr std::array<Sample, 4> kCorners{{{0, 0}, {2, 0}, {2, 2}, {0, 2}}};
 constexpr std::array<Sample, 4> kMiddles{{{1, 0}, {2, 1}, {1, 2}, {0, 1}}};
 
-// Box of a part of a chunk's triangles and the true surface around it.
+// Box that contains a part of a chunk's triangles and the true surface near it.
 ScreenError::WorldBox widened(const SolidErrorBox& part, double error_m) {
     return {part.box_world.low - Eigen::Vector3d::Constant(error_m),
             part.box_world.high + Eigen::Vector3d::Constant(error_m)};
 }
 
-// Pixels per metre where a chunk's surface is nearest to the eye: from the box around the whole surface, or, if that is
-// so near that no coarser level is within `allowed_px`, from the boxes of its parts.
+// Upper bound of the screen error, pixels per metre, over a chunk's volumes: from the box around all of them, or, if
+// that is so near that no coarser level is within `allowed_px`, from the boxes of their parts.
 double nearest_px_per_metre(const SolidTriangles& solid, double in_box, double allowed_px,
                             const ScreenError& screen) {
     if (solid.levels.empty() || solid.error_boxes.empty()) return in_box;
@@ -103,7 +103,7 @@ void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) 
         Solid& made = solids_.emplace_back();
         made.index = index;
         made.chunk = &chunk;
-        // chunks of the previous set are still alive, so that equal pointers are equal surfaces
+        // followed_ keeps the previous chunks alive, so no address was reused: equal pointers mean the same surface
         const auto known = std::ranges::find(
             before, chunk.solid.get(), [](const Solid& solid) { return solid.chunk->solid.get(); });
         made.replaced = known != before.end()
@@ -208,7 +208,7 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
         if (!solid.is_wanted) allowed_px_ = std::max(allowed_px_, solid.hidden_px);
     }
     fit(target_px, budget);
-    // the threshold is the one that the target needs, or the one that the budget allows; then volumes compete with it
+    // volumes whose omission costs kHiddenShare of the target are just in place at the target's threshold
     const double per_hidden_px = kPinMargin * 0.5 * (morph_ratio + 1.0) / kHiddenShare;
     for (const Solid& solid : solids_) {
         if (!solid.is_wanted) continue;
@@ -227,7 +227,7 @@ bool SolidSelection::is_drawn(std::int32_t index) const {
 }
 
 // If two chunks that share only a corner are drawn and the other two chunks there are not, four caps would share the
-// vertical line at the corner: in this case the later chunk is not drawn.
+// vertical line at the corner: one of the two is then not drawn either.
 void SolidSelection::separate_corners() {
     const ResidentSet& resident = *followed_;
     const auto neighbour = [&](std::int32_t index, Side side) {
@@ -284,7 +284,7 @@ void SolidSelection::draw(const Solid& solid) {
     drawn_.push_back(made);
 }
 
-// Error of a chunk that is drawn: of the box around it if that is at most `known_px`, otherwise of its error boxes.
+// Screen error of drawn volumes: from the box around them if the result is at most `known_px`, else from error boxes.
 double SolidSelection::drawn_error_px(const Solid& solid, const ScreenError& screen,
                                       double known_px) const {
     const SolidTriangles& triangles = solid.chunk->solid->triangles();

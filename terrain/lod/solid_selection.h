@@ -19,14 +19,14 @@ namespace terrane::internal {
 
 /// Selects the chunks whose volumes a frame draws, and their levels of detail.
 ///
-/// A chunk's volumes are drawn if omitting them would be visible: if the distance that is then hidden exceeds a share
-/// of the target. The volumes require the heightfield in the mesh at its finest level where they replace it, so these
-/// triangles are pinned. If they are not in the mesh (because of the budget, absent chunks or fades), the heightfield
-/// closes over all volumes of the chunk, and caps close those of its neighbours.
+/// A chunk's volumes are drawn if omitting them would cause a screen error above a share of the target. Where volumes
+/// replace the heightfield, it must be in the mesh at its finest level, so the replaced triangles are pinned. If they
+/// are not in the mesh (because of the budget, absent chunks or fades), all volumes of the chunk are omitted: the
+/// heightfield closes over them, and caps close the volumes of the neighbours.
 ///
 /// The level of detail is the coarsest one whose error is at most a share of the target. If volumes would then take
-/// more than half of the budget, coarser levels are chosen; if that does not suffice, the volumes that hide the least
-/// are omitted.
+/// more than half of the budget, coarser levels are chosen; if that does not suffice, the volumes are omitted whose
+/// omission causes the least error.
 class SolidSelection {
 public:
     explicit SolidSelection(const ChunkSource& source) : source_(&source) {}
@@ -43,8 +43,8 @@ public:
     const SolidPins& pins() const { return pins_; }
     /// Upper bound of triangle_count().
     std::size_t reserved_triangles() const { return reserved_; }
-    /// Largest screen error of volumes that the target allows to omit, pixels: it reduces what is left for the
-    /// heightfield.
+    /// Largest screen error of the volumes that are omitted within the target, pixels: the heightfield's error must be
+    /// smaller by this.
     double allowed_px() const { return allowed_px_; }
 
     /// Decides which volumes are drawn, and sets OpenChunk::replaced of their chunks. Requires mark_active() of all
@@ -57,8 +57,8 @@ public:
     /// Triangles of the heightfield that drawn volumes replace.
     std::size_t replaced_count() const { return replaced_count_; }
 
-    /// Bounds of the screen error of volumes, pixels: of drawn ones, of omitted ones, and of those that are not
-    /// resident.
+    /// Bounds of the screen error of volumes, pixels: of drawn ones; of those omitted because of target or budget; of
+    /// those omitted because chunks are absent or fading.
     double drawn_px() const { return drawn_px_; }
     double left_out_px() const { return left_out_px_; }
     double absent_px() const { return absent_px_; }
@@ -68,8 +68,8 @@ private:
         std::int32_t index = 0;  // in the resident set
         const Chunk* chunk = nullptr;
         std::shared_ptr<const ReplacedTriangles> replaced;
-        ScreenError::WorldBox box;  // of its triangles and those it replaces
-        // of the frame
+        ScreenError::WorldBox box;  // contains its triangles and the triangles it replaces
+        // per frame
         double hidden_px = 0.0;  // screen error if it is omitted
         double px_per_metre = 0.0;
         std::size_t level = 0;  // 0: the finest

@@ -2,15 +2,14 @@
 //
 // Sources:
 //   L. Velho, D. Gomes. Variable Resolution 4-k Meshes. Computer Graphics Forum 19(4), 2000. (the mesh)
-//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. IEEE Visualization 2001.
+//   P. Lindstrom, V. Pascucci. Visualization of Large Terrains Made Easy. IEEE Visualization 2001. (nested errors)
 //   M. Duchaineau et al. ROAMing Terrain. IEEE Visualization 1997. (a triangle budget by priorities)
 // Deviations: no queues and no incremental splits: the threshold is an exact order statistic of all keys. Keys are
-//             raised to those of the parents, and infinite if a parent is not resident, so that every threshold gives a
+//             raised to their parents' keys, and infinite if a parent is not resident, so that every threshold gives a
 //             conforming mesh, whatever is loaded.
 //
-// A chunk owns the vertices of its own spacing (a root also all coarser ones), and draws the triangles of its vertices.
-// Only the start value of the search is kept between frames: a frame is a function of the resident set, the settings
-// and the view.
+// A chunk owns the vertices of its own spacing (a root also those of coarser spacings), and draws their triangles. Only
+// the start value of the search is kept between frames: a frame is a function of resident set, settings and view.
 #include "base/vector_math.h"
 #include "base/worker_team.h"
 #include "lod/frame_mesh.h"
@@ -44,8 +43,7 @@ constexpr double kMostMorphRatio = 16.0;
 
 // Floor of the first search, pixels.
 constexpr double kFirstFloor_px = 4096.0;
-// Factor of the floor over the last threshold, to allow for changes between frames; and over the floor, if it was too
-// low.
+// Factor of the floor over the last threshold, to allow for changes between frames; growth of a floor that was too low.
 constexpr float kFloorMargin = 1.1f;
 constexpr float kFloorStep = 3.0f;
 
@@ -115,7 +113,7 @@ void Triangulator::State::grant(std::span<const TriangleDemand> demands, double 
     }
 }
 
-// Finds the threshold: that of the target, or the smallest that the budget allows.
+// Finds the threshold: the key of the target, or a smaller key if the budget does not suffice.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
     const float target = target_key(screen);
     const std::size_t budget =
@@ -177,7 +175,7 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
         if (chunk.triangle_count > 0) {
             internal::emit_triangles(chunk, threshold, indices.get() + 3 * chunk.first_triangle);
         }
-        // also for chunks without triangles: triangles of a neighbour may lack their vertices
+        // also for chunks without triangles: their vertices may be missing in triangles of a neighbour
         internal::find_residual_error(chunk, keys, screen, threshold, morph,
                                       residual_errors[static_cast<std::size_t>(worker)]);
     });
@@ -192,7 +190,7 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
         double most_px = 0.0;
         float factor = 1.0f;
         for (const OpenChunk* above = chunk; above != nullptr; above = above->parent) {
-            // skips chunks that were opened because of the floor only, not of the threshold
+            // skips chunks that were opened only because the floor exceeds the threshold
             if (above->fade_factor == 1.0f || !(keys.least_key(screen, *above) < threshold))
                 continue;
             factor = std::max(factor, above->fade_factor);

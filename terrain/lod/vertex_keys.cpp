@@ -34,7 +34,7 @@ void for_stride(int stride, const Use& use) {
     }
 }
 
-// Raises a key to its parents', and records whether this holds the vertex.
+// Raises a key to its parents' keys, and records whether this holds the vertex.
 void trim(OpenChunk& root, float& key, float parents, float floor) {
     root.is_coarse_held |= key < floor && key < parents;
     key = std::max(key, parents);
@@ -354,8 +354,8 @@ void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
     find_sides(floor, chunk);
 }
 
-// Computes keys of midpoints on sides without an open neighbour: at the world's border they have one parent; elsewhere
-// the missing neighbour would own them, and they are inactive.
+// Computes keys of midpoints on sides without an open neighbour. At the world's border these midpoints have one parent;
+// elsewhere the missing neighbour would own them, and they are inactive.
 void VertexKeys::find_sides(float floor, OpenChunk& chunk) const {
     for (const Side side : {east, north}) {
         if (chunk.neighbour[side] != nullptr) continue;

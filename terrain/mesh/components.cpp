@@ -100,7 +100,7 @@ std::optional<Reduction> Components::find_reduction(std::uint32_t component) {
     return best;
 }
 
-// Keeps the connected triangles within 60 degrees of the largest one; if all qualify, only the largest.
+// Keeps the connected triangles whose normals are within 60 degrees of the largest one's; if all are, only the largest.
 Reduction Components::to_sheet(std::span<const std::uint32_t> all) const {
     std::vector<Eigen::Vector3d> normals;
     std::size_t largest = 0;

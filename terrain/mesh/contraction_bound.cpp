@@ -14,7 +14,7 @@ constexpr double kRoundedUp = 1.0 + 0x1p-44;
 double largest_on_triangle(double a, double b, double c) {
     const double most = std::max({a, b, c}), least = std::min({a, b, c});
     double largest = 0.25 * most;
-    // the differences below would have too large rounding errors
+    // the differences below would be too inexact
     if (least < most * 0x1p-6) return largest + 0.25 * least;
     // the weights of the stationary point have these ratios; if it is outside the triangle, the maximum is on an edge
     const double w0 = b * (a + c - b), w1 = c * (a + b - c), w2 = a * (b + c - a);
@@ -43,9 +43,9 @@ double TriangleBound::largest() const {
 }
 
 // Second certificate, for surfaces that cannot be projected onto a plane without folds, such as the edges of thin
-// bodies. The point with weights w of the corners of an old triangle at u maps to the point with the same weights of
-// the new triangle: it moves by w_u (v - u). The two triangles at the contracted edge map to the edges between v and
-// their apexes, which belong to new triangles. The map is continuous and onto.
+// bodies. A point of an old triangle at u maps to the point of the new triangle with the same barycentric weights: it
+// moves by w_u (v - u). The two triangles at the contracted edge map to the edges between v and their apexes, which
+// belong to new triangles. The map is continuous and onto.
 
 namespace {
 
@@ -121,19 +121,19 @@ namespace {
 
 // Least sine of the angle between crossing spokes.
 constexpr double kMinCrossing = 1e-5;
-// Least ratio of a spoke's projected length to its length, if another spoke crosses it.
+// Least ratio of a spoke's projected length to its length in space, for spokes that another spoke crosses.
 constexpr double kMinFlatness = 0.1;
 // Tolerance of parameters along a spoke; their rounding errors are below 1e-8.
 constexpr double kAlongTolerance = 1e-7;
 // Rounding error of a displacement, relative to the size of the star: parameters along spokes have an error of at most
 // 16 u (u = 2^-53) over the sine of their angle, times 1 / kMinFlatness in space.
 constexpr double kRounding = 320.0 * 0x1p-53;
-// Near a corner of a triangle the quadratic form is small: a deficit there is added to the constant.
+// If the edges' coefficients have less influence than this, as near a corner, a deficit is added to the constant.
 constexpr double kLeastShare = 0.02;
 
 }  // namespace
 
-// Finds all corners of cells inside new triangle k. The image of u, if inside, is the fourth.
+// Finds all corners of cells in new triangle k. The image of u, if inside, comes fourth, after the triangle's corners.
 bool ContractionBound::find_corners(const Ring& ring, std::size_t k) {
     corner_count_ = 0;
     OverlayCorner corner;
@@ -225,8 +225,8 @@ void ContractionBound::bound_triangle(const Ring& ring, std::size_t k) {
     bound.edges = edges;
 }
 
-// Adds the intersection of the new triangle with old triangle i; extends the bound's box, and its constant by the
-// rounding.
+// Adds the intersection of the new triangle with old triangle i; extends the bound's box, and raises its constant to
+// the old one plus rounding.
 void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& bound) {
     Cell& cell = cells_[cell_count_];
     cell.count = 0;
@@ -259,13 +259,13 @@ void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& 
     }
     cell.constant = old.constant;
     bound.constant = std::max(bound.constant, old.constant + rounding);
-    // exact: the constant suffices
+    // without deviation the constant suffices
     if (farthest > 0.0 || std::max({cell.edges[0], cell.edges[1], cell.edges[2]}) > 0.0)
         ++cell_count_;
 }
 
-// Raises the new quadratic form until it exceeds the old one plus the displacement on a cell. It suffices that the
-// form's polar does so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which determine a
+// Raises the new quadratic form until, on a cell, it exceeds the old form plus the displacement. It suffices that its
+// polar form does so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which determine a
 // single coefficient, come first.
 void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound) {
     const bool was_exact =
@@ -317,7 +317,7 @@ namespace {
 
 // Least ratio of a new triangle's height to its longest edge, unless a triangle that it replaces is worse.
 constexpr double kMinShape = 0.02;
-// Lower limit of this ratio: below it, results in the plane would be too inexact for kRounding.
+// Least ratio in any case: below it, results in the plane would be too inexact for kRounding.
 constexpr double kMinShapeEver = 1e-3;
 // Least cosine between a new triangle and the direction of projection, and between an old triangle and the new one that
 // replaces it.
@@ -378,8 +378,8 @@ bool ContractionBound::set_frame(std::uint32_t u, const Ring& ring) {
     return std::isfinite(t);
 }
 
-// Whether the new triangles are well shaped, counter-clockwise in the plane, and turn by less than a full turn at the
-// target in total: the polygon is then simple and they triangulate it.
+// Whether the new triangles are well shaped, counter-clockwise in the plane, and have angles at the target that sum to
+// less than a full turn: the polygon is then simple, and the new triangles triangulate it.
 bool ContractionBound::are_new_triangles_good(const Ring& ring) const {
     double worst_old = kMinShape;
     for (std::size_t i = 0; i < ring.count; ++i) {
@@ -408,7 +408,7 @@ bool ContractionBound::are_new_triangles_good(const Ring& ring) const {
     return true;
 }
 
-// Whether the fan of the image covers the polygon without leaving it; its triangles may have no area.
+// Whether the fan around the image of u covers the polygon without leaving it; triangles without area are allowed.
 bool ContractionBound::is_image_inside(const Ring& ring) const {
     for (std::size_t i = 0; i < ring.count; ++i) {
         if (ring.triangles[i] == kNoTriangle) continue;

@@ -108,10 +108,10 @@ WeldedMesh weld(const TriangleMesh& mesh) {
 
 // Quadrics of attributes.
 // Sources: M. Garland, P. Heckbert. Simplifying Surfaces with Color and Texture using Quadric Error Metrics. IEEE
-//          Visualization 1998. H. Hoppe. New Quadric Metric for Simplifying Meshes with Appearance Attributes. IEEE
-//          Visualization 1999 (the deviation of an attribute is that from its linear extrapolation at the same
-//          position).
-// Deviations: attributes are those of the remaining vertex, not optimised; costs are means over the area, so that they
+//          Visualization 1998 (quadrics of attributes).
+//          H. Hoppe. New Quadric Metric for Simplifying Meshes with Appearance Attributes. IEEE Visualization 1999
+//          (the deviation of an attribute from its linear extrapolation to the same position).
+// Deviations: attributes of the remaining vertex are kept, not optimised; costs are means over the area, so that they
 //             compare as squared distances.
 
 AttributeQuadrics::AttributeQuadrics(const TriangleMesh& mesh, const ProgressiveSettings& settings,
@@ -187,7 +187,7 @@ void AttributeQuadrics::add_triangle(const TriangleMesh::Triangle& t) {
     for (const std::uint32_t v : t) sums_[v].weight += area;
 }
 
-// Sum over a vertex's triangles, with the position and attributes of another vertex.
+// Squared deviation, summed over a vertex's triangles, of the position and attributes of another vertex.
 double AttributeQuadrics::sum_at(std::uint32_t vertex, std::uint32_t place) const {
     const Eigen::Vector3d& p = positions_[place];
     double sum = sums_[vertex].square.at(p);
@@ -249,8 +249,8 @@ ContractionRecorder::ContractionRecorder(const WeldedMesh& mesh, AttributeQuadri
     }
 }
 
-// The vertex at ring.vertices[0] of the triangles at this edge that contain the given vertex of u: its replacement when
-// its place moves along the edge. kNone if there is no such triangle; not unique if the two sides differ.
+// The vertex that replaces a vertex of u when u moves along the edge to ring.vertices[0]: the one at that place in the
+// triangles at the edge that contain the vertex. kNone if there are none; not unique if the two triangles differ.
 std::uint32_t ContractionRecorder::partner(std::uint32_t vertex, const Ring& ring,
                                            bool& is_unique_out) const {
     is_unique_out = true;
@@ -341,7 +341,7 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
         vertex = to;
     }
     retire(v);
-    // If a partner lost its last triangle in the same step, uses the partner's parent, so that parents remain longer.
+    // If a partner lost its last triangle in the same step, uses the partner's parent: a parent must remain longer.
     for (const std::uint32_t vertex : mesh_.vertices_at(u)) {
         if (record_.unused_from[vertex] != steps_with_this()) continue;
         std::uint32_t& parent = record_.parents[vertex];

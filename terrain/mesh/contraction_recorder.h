@@ -34,8 +34,8 @@ struct WeldedMesh {
 /// @param mesh must have passed validate()
 WeldedMesh weld(const TriangleMesh& mesh);
 
-/// The attributes of vertices, scaled to metres, and for each vertex the squared deviations from the attributes of its
-/// triangles, which are extrapolated linearly.
+/// The attributes of vertices, scaled to metres, and for each vertex the sum of squared deviations from the attributes
+/// of its triangles, each extrapolated linearly.
 class AttributeQuadrics {
 public:
     /// @param corners triangles as indices of vertices
@@ -45,20 +45,20 @@ public:
     /// Whether no attribute has a weight: all costs are 0.
     bool is_empty() const { return dimension_ == 0; }
 
-    /// Mean squared deviation over the area of both vertices' triangles if both vertices were at `to` with its
-    /// attributes, square metres.
+    /// Mean squared deviation, over the area of both vertices' triangles, if `from` took the position and attributes of
+    /// `to`, square metres.
     double cost(std::uint32_t from, std::uint32_t to) const;
     /// Squared difference of the attributes of two vertices, square metres.
     double difference(std::uint32_t a, std::uint32_t b) const;
-    /// Adds the squared deviations of a vertex to those of another vertex.
+    /// Adds the squared deviations of `from` to those of `to`.
     void add(std::uint32_t from, std::uint32_t to);
 
 private:
     struct Sums {
-        Quadric square;       // of the triangles' attributes, as functions of position
-        double weight = 0.0;  // area, square metres
+        Quadric square;       // quadric of the extrapolated attributes
+        double weight = 0.0;  // area of the triangles, square metres
     };
-    // Sums over triangles of the gradient and the constant of one attribute, weighted by area.
+    // Area-weighted sums, over a vertex's triangles, of the gradient and constant of one attribute.
     struct Linear {
         double x = 0.0, y = 0.0, z = 0.0, constant = 0.0;
     };
@@ -93,14 +93,15 @@ struct ContractionRecord {
         parents;  ///< [vertices] the vertex that then replaces it; itself: none
 };
 
-/// Chooses the vertex of the target place that replaces each vertex of a contracted place, and records the contraction.
+/// Chooses, for each vertex of a contracted place, the vertex of the target place that replaces it, and records the
+/// contraction.
 class ContractionRecorder final : public ContractionRules {
 public:
     /// @param mesh, attributes must outlive this object
     ContractionRecorder(const WeldedMesh& mesh, AttributeQuadrics& attributes);
 
-    /// From now on, allows vertices without a partner along the edge to take the nearest vertex instead: seams then
-    /// move, and the places where they meet are not kept.
+    /// From now on, a vertex without a partner along the edge may be replaced by the vertex with the most similar
+    /// attributes: seams then move, and the places where they meet are not kept.
     void allow_all() { allows_all_ = true; }
 
     bool allows(std::uint32_t u, const Ring& ring) override;
@@ -108,7 +109,7 @@ public:
     void on_contraction(std::uint32_t u, const Ring& ring, double error_m) override;
     void on_removal(std::span<const std::uint32_t> triangles, double error_m) override;
 
-    /// Moves out the record so far; the recorder has none afterwards.
+    /// Moves out the record so far; the recorder's record is then empty.
     ContractionRecord take() { return std::move(record_); }
 
 private:

@@ -15,11 +15,11 @@
 namespace terrane::internal {
 namespace {
 
-// Weight of the plane that keeps a border edge in place, relative to that of a square over the edge.
+// Weight of the plane that keeps a border edge in place, relative to the square of the edge's length.
 constexpr double kBorderWeight = 4.0;
-// Cost of the length of a contraction: the square of a thousandth of it. Determines the order on flat parts.
+// A contraction's length adds the square of a thousandth of it to the cost. This determines the order on flat parts.
 constexpr double kLengthWeight = 1e-6;
-// Cost of an area whose orientation is lost, relative to the area: the square of a tenth of its width.
+// Cost per area whose orientation is lost: an area costs the square of a tenth of its width.
 constexpr double kTurnedWeight = 0.01;
 // A deferred contraction is performed if its cost has grown by at most this factor since.
 constexpr double kDeferredGrowth = 1.25;
@@ -132,12 +132,12 @@ void Contractor::add_border_planes() {
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
         if (kinds_[u] == VertexKind::interior || !mesh_.find_ring(u, ring_) || ring_.is_closed)
             continue;
-        // only the edge from u to its first neighbour; the other edge is added by its own first vertex
+        // only the edge from u to its first neighbour: the last neighbour adds the edge between it and u
         add_edge_plane({u, ring_.vertices[0], ring_.vertices[1]});
     }
 }
 
-// Adds the plane through the edge that is orthogonal to the triangle.
+// Adds the plane that contains an edge and is orthogonal to the edge's triangle.
 void Contractor::add_edge_plane(const EdgeToKeep& kept) {
     const Eigen::Vector3d from = local(kept.from), edge = local(kept.to) - from;
     const Eigen::Vector3d normal = cross(edge, cross(edge, local(kept.apex) - from));
@@ -165,7 +165,7 @@ double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
     return options_.rules == nullptr ? by_planes : by_planes + options_.rules->cost(u, v);
 }
 
-// Queues the first of a vertex's candidates, if any; with `after`, the first one that follows it in the order.
+// Queues the first of a vertex's candidates, if any; with `after`, the first of those that are ordered after it.
 void Contractor::queue_first(std::uint32_t u, const Neighbours& neighbours,
                              const Candidate* after) {
     Candidate best;
@@ -222,7 +222,7 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     if (present.target == v) queue_best(w);
 }
 
-// Prefetches the data of a contraction: nearly all of it is at other addresses than that of the previous one.
+// Prefetches the data of a contraction, which rarely shares cache lines with the previous contraction's.
 void Contractor::prefetch(const Ring& ring) const {
     for (std::size_t i = 0; i < ring.count; ++i) {
         const std::uint32_t v = ring.vertices[i];
@@ -339,7 +339,7 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
         requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
 }
 
-// The cost is comparable with that of contractions: the distance that the surface moves, plus the length to break ties.
+// Returns a cost comparable with contractions' costs: from the distance that the surface moves, and the length.
 double Contractor::reduction_cost(const Reduction& reduction) const {
     const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
     double longest = 0.0;

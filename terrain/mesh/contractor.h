@@ -24,7 +24,7 @@ namespace terrane::internal {
 Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
                          std::size_t locked_count);
 
-/// Fails: invalid_argument, as documented for simplify()
+/// Fails: invalid_argument as simplify()
 Result<void> check_simplify_input(const SimplifyInput& input,
                                   std::span<const SimplifyLevel> levels);
 
@@ -159,7 +159,7 @@ private:
 struct Reduction {
     double error_m = 0.0;  ///< certified error of removing the triangles
     double turned_area =
-        0.0;  ///< of removed triangles with no similarly oriented triangle in `near`, square metres
+        0.0;  ///< removed area with no similarly oriented triangle in `near`, square metres
     std::vector<std::uint32_t> removed = {};  ///< removed triangles
     std::vector<std::uint32_t> near = {};     ///< triangles within error_m of the removed ones
 };
@@ -208,18 +208,18 @@ private:
     std::vector<std::uint32_t> component_;  // [triangles]
     std::vector<std::uint32_t> list_;   // [triangles] by component; the remaining ones come first
     std::vector<std::size_t> begins_;   // [components] first index in list_
-    std::vector<std::size_t> ends_;     // [components] end in list_ of what remained
+    std::vector<std::size_t> ends_;     // [components] end of the remaining ones in list_
     std::vector<std::size_t> left_;     // [components] number of remaining triangles
-    std::vector<AabbNode> tree_;        // of the triangles as they were when it was built
+    std::vector<AabbNode> tree_;        // over the triangles as of its construction
     std::vector<std::uint32_t> items_;  // [leaves] triangles
     std::size_t alive_at_build_ = 0;
 };
 
-/// Callbacks of a contractor: costs of attributes, and a record of the contractions.
+/// Callbacks of a contractor: may refuse contractions, add costs of attributes, and record what is contracted.
 class ContractionRules {
 public:
     virtual ~ContractionRules() = default;
-    /// Whether u, whose triangles are those of the ring, may be contracted onto ring.vertices[0].
+    /// Whether u, the centre of the ring, may be contracted onto ring.vertices[0].
     virtual bool allows(std::uint32_t u, const Ring& ring) = 0;
     /// Additional cost of a contraction of u onto v, square metres, >= 0.
     virtual double cost(std::uint32_t u, std::uint32_t v) const = 0;
@@ -229,7 +229,7 @@ public:
     virtual void on_removal(std::span<const std::uint32_t> triangles, double error_m) = 0;
 };
 
-/// An edge that contractions should preserve, and the third corner of a triangle at it.
+/// An edge that contractions should preserve, and the apex of a triangle at this edge.
 struct EdgeToKeep {
     std::uint32_t from = 0, to = 0, apex = 0;  ///< vertices
 };
@@ -319,7 +319,7 @@ private:
     VertexQueue queue_;
     ContractionBound bound_;
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
-    // [vertices] whether a contraction exceeded this level's error
+    // [vertices] whether a contraction of the vertex exceeded this level's error
     std::vector<std::uint8_t> is_over_limit_;
     std::size_t over_limit_count_ = 0;
     // [vertices] whether the queued candidate is not the vertex's first one, because earlier ones were refused
@@ -328,7 +328,7 @@ private:
     std::optional<Components> components_;
     bool is_retrying_ = false;
     VertexQueue reductions_;  // [components]
-    // [components] whether a reduction exceeded this level's error
+    // [components] whether a reduction of the component exceeded this level's error
     std::vector<std::uint8_t> is_reduction_over_limit_;
     Ring ring_;                         // scratch
     Neighbours of_vertex_, of_target_;  // scratch

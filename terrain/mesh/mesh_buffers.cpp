@@ -35,8 +35,8 @@ private:
     double slope_of_quantum_;  // slope of a rise by one quantum per spacing
 };
 
-/// Normals of the vertices of a chunk's volumes: area-weighted mean of the normals of their triangles in this frame; up
-/// if there are none.
+/// Normals of the vertices of a chunk's volumes: area-weighted means over a vertex's triangles in this frame, or up if
+/// it has none.
 std::vector<Eigen::Vector3f> solid_normals(const MeshSolid& solid);
 
 /// Calls visit(triangle) with the indices of each triangle of a chunk's volumes in this frame.

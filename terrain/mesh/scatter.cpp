@@ -105,8 +105,8 @@ Result<Scatter> Scatter::create(std::shared_ptr<const HeightSource> source,
     return Scatter(std::move(source), settings);
 }
 
-// Chooses the largest cells, of a power of two of spacings, with at most one expected object; if even the finest cells
-// have more, they get several candidates.
+// Chooses the largest cells (a power of two of spacings) with at most one expected object each. If even cells of one
+// spacing have more, they get several candidates.
 Scatter::Scatter(std::shared_ptr<const HeightSource> source, const ScatterSettings& settings)
     : source_(std::move(source)),
       settings_(settings),

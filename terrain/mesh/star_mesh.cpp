@@ -60,7 +60,7 @@ bool StarMesh::find_ring(std::uint32_t vertex, Ring& ring_out) {
         return true;
     });
     if (!fits || count == 0) return false;
-    // a half disk starts at the one vertex that no triangle leads to
+    // a half disk starts at the only neighbour that no triangle ends at
     std::size_t first = 0, begins = 0;
     for (std::size_t i = 0; i < count; ++i) {
         std::size_t before = 0;

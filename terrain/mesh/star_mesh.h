@@ -14,12 +14,12 @@
 
 namespace terrane::internal {
 
-/// Vertices with more triangles than this are kept, and no contraction may exceed it: bounds the cost of a contraction.
+/// A vertex with more triangles than this is not contracted, and no contraction may create one: this bounds the cost.
 inline constexpr std::size_t kMaxValence = 48;
 inline constexpr std::uint32_t kNoTriangle = ~std::uint32_t{0};
 
-/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclically; a border's
-/// triangle is kNoTriangle.
+/// The triangles around a vertex u in order. Triangle i is (u, vertices[i], vertices[i + 1]), cyclically; at a border,
+/// triangles[i] is kNoTriangle.
 struct Ring {
     std::array<std::uint32_t, kMaxValence + 1> vertices;
     std::array<std::uint32_t, kMaxValence + 1> triangles;
@@ -73,7 +73,7 @@ public:
     /// Whether a vertex has a triangle with these other two corners that is not a triangle of `not_of`.
     bool has_triangle(std::uint32_t vertex, std::uint32_t second, std::uint32_t third,
                       std::uint32_t not_of);
-    /// The triangle with the directed edge between two vertices in its winding; kNoTriangle if there is none.
+    /// The triangle whose winding contains the directed edge between two vertices; kNoTriangle if there is none.
     std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
     /// Removes a triangle.
     void remove(std::uint32_t triangle);
@@ -107,9 +107,9 @@ struct TriangleBound {
     /// This box contains the displacements from points of the triangle to the corresponding points of the input,
     /// metres.
     std::array<double, 3> low = {}, high = {};
-    /// At the point with weights w0, w1, w2 of the corners, the distance is at most
-    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres: corners are vertices of the input, which
-    /// little but rounding displaces.
+    /// At the point with barycentric weights w0, w1, w2, the distance is at most
+    /// constant + edges[0] w0 w1 + edges[1] w1 w2 + edges[2] w2 w0, metres. The quadratic terms vanish at the corners,
+    /// because these are vertices of the input, displaced by little more than rounding.
     std::array<double, 3> edges = {};
     double constant = 0.0;  ///< metres
 
@@ -138,8 +138,8 @@ public:
     /// @param limit evaluation stops if the error exceeds this, metres
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
 
-    /// The same with a certificate for triangles of any shape: every point of the old triangles moves along the edge to
-    /// the target, the farther the nearer it is to u. The error is never smaller than the edge's length.
+    /// The same with a certificate for triangles of any shape: every point of the old triangles moves parallel to the
+    /// edge to the target, by more the nearer it is to u. The error is never smaller than the edge's length.
     bool evaluate_along_edge(std::uint32_t u, const Ring& ring);
 
     /// Largest error of the new triangles, metres.
@@ -164,8 +164,8 @@ private:
         std::array<double, 3> old_weights, new_weights;
         double distance;
     };
-    // Tolerance of positions in the plane, relative to the size of the star. Corners of cells that are outside by less
-    // are included, because surplus corners are harmless. Rounding is below 1e-15.
+    // Tolerance of positions in the plane, relative to the size of the star. Corners that are outside a cell by less
+    // than this are included, because surplus corners are harmless. Rounding is below 1e-15.
     static constexpr double kPlaceTolerance = 1e-12;
     static constexpr std::size_t kEverySpoke = ~std::size_t{0};
     static constexpr std::size_t kMaxCorners = 2 * kMaxValence + 4;
@@ -222,14 +222,14 @@ double largest_distance(const Corners& from, const Corners& to);
 /// @param nearest double(const Corners& part): least largest_distance() from a part to a triangle of the set
 template <class Nearest>
 double distance_to_set(const Corners& triangle, double limit, const Nearest& nearest) {
-    // Parts shorter than this fraction of their distance are not split, because that would change it little.
+    // Parts shorter than this fraction of their distance are not split: the distance would change little.
     constexpr double kShortPart = 0.5;
     constexpr int kMostSplits = 2;
     struct Part {
         Corners corners;
         int splits;
     };
-    // Depth first: a part leaves three others behind at each level.
+    // Depth first: at each level three other parts are left on the stack.
     std::array<Part, 3 * kMostSplits + 1> stack;
     std::size_t count = 0;
     stack[count++] = {triangle, 0};

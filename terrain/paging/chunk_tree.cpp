@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Fades. With fade f a vertex of screen error p has the priority f p. Up to the threshold t it is not displaced,
-// above t by the share F (1 - (t / (f p))^2) of its rise, at most 1, with F = w^2 / (w^2 - 1) for the morph
-// ratio w. The derivative of that share by 1 / f is at most 2 F t / p, so the vertex moves by at most 2 F t d
-// pixels when 1 / f changes by d, whatever p and f are. Therefore 1 / f changes in even steps; t / f is the
-// screen error that is still held back.
+// Fades. A vertex with screen error p in a chunk with fade f has the priority f p. It is not displaced while this is
+// below the threshold t; above t it is displaced by the share F (1 - (t / (f p))^2) of its rise, at most 1, where
+// F = w^2 / (w^2 - 1) and w is the morph ratio. The derivative of the share with respect to 1 / f is at most 2 F t / p.
+// So a change of 1 / f by d moves the vertex by at most 2 F t d pixels, whatever p and f are. Therefore 1 / f changes
+// in equal steps; t / f is the screen error that is still held back.
 #include "paging/chunk_tree.h"
 
 #include "chunk/chunk_vertices.h"
@@ -21,11 +21,11 @@
 namespace terrane::internal {
 namespace {
 
-// Derivative of a vertex's displacement, in thresholds, with respect to the logarithm of its priority, at the
-// threshold: see lod/frame_mesh.h.
+// 2 F of the comment above, for the default morph ratio: largest displacement of a vertex, in thresholds, per change of
+// 1 / fade.
 constexpr double kMorphGain =
     2.0 * kDefaultMorphRatio * kDefaultMorphRatio / (kDefaultMorphRatio * kDefaultMorphRatio - 1.0);
-// Largest displacement by fades per update.
+// Largest displacement of a vertex on screen that fades cause per update.
 constexpr double kMostMove_px = 0.25;
 // Largest screen error that a fade holds back. Above 1.5 pixels a frame misses its target anyway, and a longer fade
 // would only delay a late chunk further.
@@ -46,8 +46,8 @@ bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) 
     return true;
 }
 
-// Upper bound of error bound / distance over the vertices of a chunk, where the distance is to a box that encloses the
-// vertex and its descendants.
+// Upper bound, over the vertices of a chunk, of a vertex's error bound / the distance to a box that encloses the vertex
+// and its descendants.
 double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& view) {
     // half the width of the box: s + s / 2 + s / 2 + s / 4 + ... for a spacing of s
     const double across = 3.0 * lattice.level_spacing(chunk.key.level);

@@ -32,17 +32,17 @@ struct FadeObserver {
 
 /// Visibility of a chunk's fade.
 struct FadeVisibility {
-    /// Upper bound of the largest screen error of its vertices over the camera's threshold, maximum over the cameras; 0
-    /// if no camera would see it change. Errors are clamped to the largest error that fades hold back. A fade of at
-    /// most 1 / ratio hides the chunk, up to that error.
+    /// Upper bound of (screen error of the chunk's vertices) / (the camera's threshold), the largest over all cameras;
+    /// 0 if no camera would see the chunk change. Errors are clamped to the largest one that fades hold back: up to
+    /// that error, a fade of at most 1 / ratio hides the chunk.
     double ratio = 0.0;
     double fade_in = 1.0;   ///< least 1 / fade after one more update of fading in
     double fade_out = 1.0;  ///< greatest 1 / fade after one more update of fading out
 };
 
-/// Evaluates a chunk for the cameras that would see it change: those whose last two frusta may both contain part of the
-/// affected surface, farther away than ten times the eye's displacement between them. The camera that sees most of the
-/// change determines the step of the fade; a chunk below a camera's threshold is invisible to it.
+/// Evaluates a chunk for the cameras that would see it change. A camera sees a change if its present and previous
+/// frustum may both contain part of the affected surface, at a distance of more than ten times the eye's displacement.
+/// The camera that sees most of the change limits the fade's step. A camera does not see chunks below its threshold.
 ///
 /// @param inverse_fade 1 / fade of the chunk now, >= 1
 FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
@@ -74,16 +74,16 @@ public:
 
         Need need;                                                          ///< from the last plan
         std::size_t bytes_read = 0;                                         ///< from storage
-        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< last prediction
+        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< kept until then
         bool was_needed = false;      ///< has been needed while resident
         bool is_fading_out = false;   ///< until its eviction
-        bool was_fading_out = false;  ///< in the previous update
+        bool was_fading_out = false;  ///< at the previous plan
         bool is_new = true;           ///< not in a ResidentSet yet
         double inverse_fade = 1.0;
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
     };
 
-    /// @param source has this lattice, and outlives the tree, which reads the extents of volumes from it
+    /// @param source gives the extents of volumes; has the same lattice, and outlives the tree
     ChunkTree(const Lattice& lattice, const ChunkSource& source);
 
     /// Requires a chunk that is not resident, and a resident parent unless it is a root.

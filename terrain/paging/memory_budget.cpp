@@ -7,12 +7,12 @@
 namespace terrane::internal {
 namespace {
 
-// Hysteresis: a load must exceed its victim by this factor of ratio, or be needed sooner by this time.
+// Hysteresis: a load's ratio must exceed its victim's by this factor, or it must be needed sooner by this time.
 constexpr double kGain = 1.25;
 constexpr double kSooner_s = 1.0;
 // A need that starts within this time counts as current.
 constexpr double kNow_s = 0.5;
-// A load with more slack than this evicts nothing, because the victim may be useful meanwhile.
+// A load of a drawn chunk with more slack than this evicts nothing, because the victim may be useful meanwhile.
 constexpr double kEvictAhead_s = 1.0;
 // Maximum number of chunks that fade out simultaneously.
 constexpr std::size_t kMostFadingOut = 16;

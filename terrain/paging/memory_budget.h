@@ -18,9 +18,9 @@ namespace terrane::internal {
 /// Enforces the byte ceiling on resident chunks and loads in flight, and selects chunks to evict.
 ///
 /// Order of eviction: unneeded chunks, smallest error in any view direction first; speculation; chunks to be drawn
-/// later, latest first; chunks drawn now, smallest error first; contact chunks not touched yet. Touched contact chunks
-/// and roots are never evicted, and speculation evicts nothing. A chunk whose removal a camera would see fades out
-/// first, unless contact or a root needs its bytes.
+/// later, latest first; chunks drawn now, smallest error first; contact chunks not touched yet, latest first. Touched
+/// contact chunks and roots are never evicted, and speculation evicts nothing. A chunk whose removal a camera would see
+/// fades out first, unless contact or a root needs its bytes.
 class MemoryBudget {
 public:
     MemoryBudget(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
@@ -28,11 +28,11 @@ public:
 
     /// Starts an update; call before everything else.
     ///
-    /// @param skips_fades no frame is drawn meanwhile: chunks are evicted without fading out
+    /// @param skips_fades true: no frame is drawn meanwhile, so chunks are evicted without fading out
     void begin_update(std::span<const FadeObserver> observers, bool skips_fades);
     /// Starts a plan; call after finding needs and before admit().
     ///
-    /// @param has_contact reserve the share of contact, because there are bodies or required regions
+    /// @param has_contact true: reserves the share of contact, because there are bodies or required regions
     void begin_plan(std::span<const PredictedView> predicted_views, bool has_contact,
                     PagerStats& stats);
 
@@ -49,8 +49,8 @@ public:
     Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
     /// Claims bytes for chunks that replace resident ones, if they fit now.
     bool claim_replacements(std::size_t bytes, ByteClaim& claim);
-    /// Evicts, with the priority of contact, until `bytes` fit or will soon be released, and withholds them from the
-    /// loads of this plan. Call after begin_plan().
+    /// Evicts with the priority of contact until `bytes` fit, counting bytes that will soon be released, and reserves
+    /// them: loads of this plan cannot claim them. Call after begin_plan().
     void make_room(std::size_t bytes);
     /// Whether an earlier claim may be reused for a chunk with this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
@@ -63,7 +63,7 @@ public:
     /// Keys evicted since the last call, in order of eviction.
     std::vector<ChunkKey> take_evicted() { return std::exchange(evicted_keys_, {}); }
 
-    /// How visible a fade of this chunk is in this update.
+    /// Visibility of a chunk's fade in this update.
     const FadeVisibility& visibility_of(ChunkTree::Node& node);
     std::size_t bytes() const { return bytes_->load(); }
 
@@ -80,13 +80,13 @@ private:
     struct EvictionCandidate {
         Tier tier = Tier::unneeded;
         double priority = 0.0;  ///< within the tier, the smallest is evicted first
-        double value = 0.0;     ///< threshold for the load, see is_outweighed()
+        double value = 0.0;     ///< what a load's need must exceed: see is_outweighed()
         ChunkKey key;
         ChunkTree::Index index = ChunkTree::kNone;
         // std::priority_queue: the first to evict is the largest
         bool operator<(const EvictionCandidate& other) const;
     };
-    // An evicted chunk; its bytes are released with the last older set that holds it.
+    // An evicted chunk. Its bytes are released when the last older set that holds it is destroyed.
     struct EvictedChunk {
         std::weak_ptr<const Chunk> chunk;
         std::size_t bytes = 0;
@@ -109,7 +109,7 @@ private:
     std::vector<ChunkKey> evicted_keys_;
     std::uint64_t update_ = 0;
 
-    // of the update
+    // of the current update or plan
     std::span<const PredictedView> predicted_views_;
     std::span<const FadeObserver> observers_;
     bool skips_fades_ = false;

@@ -5,8 +5,8 @@
 //   with their children)
 //   C. L. Liu, J. W. Layland. Scheduling algorithms for multiprogramming in a hard-real-time environment.
 //   Journal of the ACM 20(1), 1973. (earliest deadline first)
-// Deviations: the predicted motion of the clients determines when needs start and end; descendants of absent chunks are
-// requested together with them, with bounds estimated from the mean ratios between levels.
+// Deviations: the predicted motion of the clients determines when needs start and end. Absent chunks are requested
+// together with urgent descendants, whose bounds are estimated from the mean ratios between levels.
 #include "paging/need_finder.h"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Hysteresis against varying predictions: a resident chunk is kept while its ratio is at least 1 / kAlmost; a chunk
-// with predicted contact is kept until that time, for at most kContactHeld_s.
+// Hysteresis against varying predictions: a resident chunk is kept while its ratio is at least 1 / kAlmost. A chunk
+// with predicted contact is kept until the contact's predicted end, at most kContactHeld_s after its predicted start.
 constexpr double kAlmost = 1.1;
 constexpr double kContactHeld_s = 1.0;
 
@@ -62,7 +62,7 @@ Need NeedFinder::camera_need(const WorldBox& box, double bound, double arrival_s
     return need;
 }
 
-// Hysteresis: the need of a resident chunk for which find_need() finds none.
+// Hysteresis: the need, if any, that still keeps a resident chunk for which camera_need() finds none.
 Need NeedFinder::retention_need(const ChunkTree::Node& node, const WorldBox& box, double bound,
                                 double arrival_s) const {
     if (settings_.policy == PagingPolicy::distance) return {};
@@ -95,7 +95,7 @@ void NeedFinder::count_used(ChunkTree::Node& node) {
     (is_used ? bytes_.used : bytes_.awaited) += node.bytes_read;
 }
 
-// Returns the need of a node combined with its descendants'.
+// Sets the needs below a node, and returns the node's need combined with those of its descendants.
 Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
     const ChunkKey key = tree[index].chunk->key;
     Need need = tree[index].need;
@@ -108,7 +108,7 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
         ChunkTree::Node& node = tree[index];
         const ChunkKey child_key = key.child(quadrant);
         const ChunkTree::Index child = node.child[at];
-        // the same arrival time for resident and absent chunks, or chunks would alternate between the two
+        // resident and absent chunks have the same arrival time, or chunks would alternate between the two
         const double arrival_s = times_->expected_s(child_key.level);
         Need own =
             camera_need(node.boxes[at], node.bounds[at], arrival_s, child != ChunkTree::kNone);
@@ -132,7 +132,7 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
     return need;
 }
 
-// Returns the slack of the chunk, including that of its descendants.
+// Lists an absent chunk and its urgent descendants. Returns the chunk's slack, reduced for the descendants.
 double NeedFinder::visit_absent(const ChunkKey& key, const WorldBox& box, double bound,
                                 double arrival_s, const Need& need) {
     const std::size_t index = candidates_.size();

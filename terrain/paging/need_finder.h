@@ -20,21 +20,21 @@ public:
     NeedFinder(const PagerSettings& settings, int contact_level)
         : settings_(settings), contact_level_(contact_level) {}
 
-    /// Updates the level's mean ratio of a chunk's bound to its parent's with an arrived chunk.
+    /// Updates, from an arrived chunk, the mean ratio of error bounds on its level to those of their parents.
     ///
-    /// @param bound of the parent over the chunk, metres
+    /// @param bound the parent's error bound over the chunk, metres
     void learn_decay(const Chunk& chunk, double bound);
 
-    /// Bytes read from storage, by use of their chunks.
+    /// Bytes read from storage for resident chunks, by the use of the chunks.
     struct Bytes {
-        std::size_t used = 0;     ///< of chunks first needed in this plan
-        std::size_t awaited = 0;  ///< of chunks not needed yet, but predicted to be
+        std::size_t used = 0;     ///< for chunks first needed in this plan
+        std::size_t awaited = 0;  ///< for chunks not needed yet, but predicted to be
     };
 
-    /// Sets the need of every node and lists the needed absent chunks, including descendants of absent chunks that are
-    /// needed before a request after their parents' arrival could be in time.
+    /// Sets the need of every node and lists the needed absent chunks, including those descendants of absent chunks
+    /// that would arrive late if they were requested only after their parents' arrival.
     ///
-    /// @param may_guess  false: list only children of resident chunks
+    /// @param may_guess  false: list only roots and children of resident chunks
     Bytes find(ChunkTree& tree, std::span<const PredictedView> predicted_views,
                const ContactNeeds& contact, const LoadTimes& times, double time_s, bool may_guess);
 

@@ -59,7 +59,7 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         if (!good) return tl::unexpected(good.error());
     }
     const Lattice& lattice = source->lattice();
-    // While the window moves the root squares of the old and of the new one are in memory.
+    // While the window moves, the root squares of the old and the new window are in memory.
     const Lattice window = internal::first_root_window(lattice);
     const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
     const ChunkSource& chunks = chunks_of(*source);
@@ -116,7 +116,7 @@ void Pager::finish() {
     bool is_busy = false;
     for (;;) {
         state.loader->wait();
-        // a hanging storage: nothing queued can begin
+        // the storage hangs: no queued load can start
         if (!state.take_finished() && is_busy) break;
         state.move_window();
         state.plan();
@@ -260,9 +260,9 @@ bool Pager::State::replace(const ChunkReplacement& replacement) {
     return true;
 }
 
-// The root window of a world with more root squares than memory holds. It moves when the client leaves its middle and
-// all root squares of the new window are loaded, so that frames never lack a root square. When the client has left the
-// window itself, as after a jump, the window moves at once.
+// The root window of a world with more root squares than can be resident. When the client leaves its middle, the window
+// moves as soon as all root squares of the new window are loaded, so that frames never lack a root square. When the
+// client leaves the window itself, as after a jump, the window moves at once.
 
 using internal::ChunkTree;
 

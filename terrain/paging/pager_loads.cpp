@@ -20,9 +20,9 @@ using internal::Orphan;
 constexpr double kQueued_s = 0.1;
 constexpr std::size_t kLeastQueued = 2;
 constexpr std::size_t kMostQueued = 32;
-// Largest slack at which chunks to be drawn are loaded.
+// Chunks to be drawn are loaded once their slack is at most this, or earlier if slots would otherwise be short.
 constexpr double kDrawnAhead_s = 0.8;
-// Largest share of the bytes read that may remain unused.
+// Speculative loads may leave at most this share of all bytes read unused.
 constexpr double kSpeculationShare = 0.14;
 // Time after which an unneeded load is cancelled and an orphan is dropped.
 constexpr double kStaleLoad_s = 0.2;
@@ -145,8 +145,8 @@ bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) c
     return candidate.need.end_s >= arrival_s;
 }
 
-// Postpones loads of chunks to be drawn with more slack than kDrawnAhead_s, provided that all of them can still be
-// loaded in time: fewer loads based on predictions waste fewer bytes.
+// Postpones loads of drawn chunks with more slack than kDrawnAhead_s, provided that all of them can still be loaded in
+// time: the later a load starts, the less often its prediction is wrong and its bytes are wasted.
 void Pager::State::postpone() {
     if (settings.policy == PagingPolicy::distance) return;
     double least_s = std::numeric_limits<double>::infinity();
@@ -307,7 +307,7 @@ std::uint64_t internal::Clients::take_bodies(std::span<const BodyNeed> all_bodie
     return body_count - bodies.size();
 }
 
-// Rejects and counts needs that are not finite. Returns whether a plan is due.
+// Records cameras and bodies, and refuses and counts invalid ones. Returns whether a plan is due.
 bool Pager::State::update_clients(std::span<const CameraNeed> cameras,
                                   std::span<const BodyNeed> all_bodies, double now_s) {
     const double before_s = time_s;
@@ -374,7 +374,7 @@ void Pager::State::plan() {
         for (const ChunkKey& key : absent_next_roots()) {
             // roots in both windows are already candidates
             if (tree.window().contains(key)) continue;
-            // Not late, however long it takes: frames need it only after the window has moved.
+            // Never late: frames need these root squares only after the window has moved.
             candidates.push_back(
                 {key, {NeedClass::root, kForever, kForever, 0.0}, -loads.times.expected_s(0)});
         }
@@ -408,7 +408,7 @@ void Pager::State::count_groundless() {
     stats.cut_needs += contact.is_cut() ? 1u : 0u;
 }
 
-// A need for absent contact is assumed to last as long again as it has lasted, because the body may be parked there.
+// Assumes that contact with an absent chunk lasts as long again as it has so far, because the body may be parked there.
 void Pager::State::count_waits() {
     std::map<ChunkKey, double> missed;
     for (LoadCandidate& candidate : needs.candidates()) {

@@ -19,7 +19,7 @@
 namespace terrane {
 namespace internal {
 
-/// A load that has begun and is not taken yet.
+/// A load that was queued and whose result has not been taken yet.
 struct LoadInProgress {
     std::size_t bytes = 0;  // claimed
     bool is_needed = true;
@@ -37,7 +37,7 @@ struct Orphan {
 
 /// Loads in flight, and the record of past ones.
 struct Loads {
-    std::map<ChunkKey, LoadInProgress> in_flight;  ///< begun, and not yet collected
+    std::map<ChunkKey, LoadInProgress> in_flight;  ///< queued, and not taken yet
     std::map<ChunkKey, Orphan> orphans;
     std::map<ChunkKey, double> missing_since_s;  ///< contact chunks that are touched and absent
     LoadTimes times;
@@ -51,8 +51,8 @@ struct Loads {
 /// When plans are made.
 struct PlanSchedule {
     double planned_s = -std::numeric_limits<double>::infinity();  ///< time of the last plan
-    bool must_plan = false;         ///< something else than time makes a plan due
-    bool is_clock_stalled = false;  ///< time has not advanced since the update before
+    bool must_plan = false;         ///< a plan is due for another reason than elapsed time
+    bool is_clock_stalled = false;  ///< time has not advanced since the previous update
 };
 
 /// The cameras and bodies of the last update.
@@ -60,15 +60,15 @@ struct Clients {
     // by index in the caller's list
     std::vector<CameraMotion> motions;
     std::vector<std::optional<FadeObserver::PreviousView>> views;
-    std::size_t body_count = 0;  ///< with refused ones
+    std::size_t body_count = 0;  ///< including refused bodies
 
-    // without refused ones
+    // excluding refused cameras and bodies
     std::vector<FadeObserver> observers;
     std::vector<PredictedView> predicted_views;  ///< of the last plan
     std::vector<BodyNeed> bodies;
     std::vector<BodyMoment> trajectory_moments;  ///< of all bodies, concatenated
 
-    /// Copies bodies and their trajectories, without those that are not finite. Returns the number of these.
+    /// Copies valid bodies and their trajectories. Returns the number of refused bodies.
     std::uint64_t take_bodies(std::span<const BodyNeed> all_bodies);
 };
 
@@ -78,26 +78,26 @@ struct RequiredRegions {
     std::uint64_t next_id = 1;
 };
 
-/// The root window around the clients.
+/// The root window to which the present one will move; equal to it if no move is due.
 struct NextWindow {
     Lattice lattice;
-    std::map<ChunkKey, Orphan> roots;  ///< loaded ones outside of the present window
+    std::map<ChunkKey, Orphan> roots;  ///< its loaded root squares outside the present window
 };
 
 /// Chunks that have been evicted.
 struct Evictions {
-    std::map<ChunkKey, double> times_s;  ///< within the last horizon
-    std::set<ChunkKey> in_finish;        ///< not reloaded: two might alternate for ever
+    std::map<ChunkKey, double> times_s;  ///< times of evictions within the last horizon
+    std::set<ChunkKey> in_finish;        ///< not reloaded: two chunks might alternate for ever
 };
 
-/// Exchanges by replace_chunks().
+/// State of replace_chunks().
 struct Replacements {
     std::vector<ChunkKey> keys;    ///< replaced since the last set
-    std::size_t wanted_bytes = 0;  ///< of the last call that did not fit
-    bool is_wanted = false;        ///< called since the last update()
+    std::size_t wanted_bytes = 0;  ///< needed by a postponed call; 0: none is postponed
+    bool is_wanted = false;        ///< a call was postponed since the last update()
 };
 
-/// A chunk of the published set and its node.
+/// A chunk of the published set, and the index of its node.
 struct SetEntry {
     ChunkKey key;
     ChunkTree::Index index = ChunkTree::kNone;
@@ -106,7 +106,7 @@ struct SetEntry {
 /// The set that clients read.
 struct PublishedSet {
     std::shared_ptr<const ResidentSet> chunks;
-    std::vector<SetEntry> order;                        ///< of its chunks
+    std::vector<SetEntry> order;                        ///< its chunks, in its order
     std::vector<std::shared_ptr<const Chunk>> arrived;  ///< for the next set
 };
 
@@ -162,7 +162,7 @@ struct Pager::State {
     void accept(FinishedLoad& load);
     bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read);
     void adopt_orphans();
-    /// Whether everything that is needed is loaded, without speculation or deadlines.
+    /// Whether everything needed is loaded now: speculation and late chunks too, but no descendants of absent chunks.
     bool waits_for_all() const { return is_inline || skips_fades; }
     double contact_horizon() const;
     void plan();

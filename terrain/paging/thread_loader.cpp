@@ -21,9 +21,9 @@
 
 namespace terrane {
 
-/// State shared by a loader and its threads. A hanging thread cannot be stopped, only detached; therefore this holds
-/// everything that threads access, each thread shares ownership of it, and waits for threads are bounded. Loads are
-/// list nodes spliced from list to list, so that threads neither allocate nor fail when taking or finishing one.
+/// State shared by a loader and its threads. A hanging thread cannot be stopped, only detached; therefore this state
+/// holds everything that threads access, each thread shares its ownership, and waits for threads are bounded. Loads are
+/// list nodes spliced from list to list, so that a thread neither allocates nor fails when it takes or finishes one.
 struct ThreadLoader::State {
     using Clock = std::chrono::steady_clock;
 
@@ -38,7 +38,7 @@ struct ThreadLoader::State {
     struct Worker {
         std::jthread thread;
         std::list<Load> load;  ///< the load in progress, at most one
-        bool is_lost = false;  ///< its load has timed out; only its thread still uses this
+        bool is_lost = false;  ///< its load timed out; only its own thread still uses this Worker
         bool has_ended = false;
     };
     using WorkerIterator = std::list<Worker>::iterator;
@@ -53,11 +53,11 @@ struct ThreadLoader::State {
     std::condition_variable queued;   ///< signals threads
     std::condition_variable changed;  ///< signals the owner
     std::list<Load> queue, finished;
-    std::list<Worker> workers;  ///< lost ones included
+    std::list<Worker> workers;  ///< including lost workers
     std::size_t lost_count = 0;
     bool is_stopping = false;
 
-    // These require the lock.
+    // These functions require the lock.
     std::size_t active_count() const { return workers.size() - lost_count; }
     /// Whether a load will finish or time out without a further call.
     bool is_busy() const;

@@ -41,7 +41,7 @@ struct EndedRequest {
 /// a hanging request. Nothing is computed between events, so that results are bit-identical for any step size of the
 /// clock. Simultaneous events are processed in the order in which their requests started.
 ///
-/// Each request moves Chunk::max_bytes(). Threads: one at a time.
+/// Each delivered request moves Chunk::max_bytes(). Threads: one at a time.
 class StorageSimulation {
 public:
     /// Requires settings in their ranges.
@@ -199,7 +199,7 @@ std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
     TERRANE_ASSERT(std::isfinite(until_s) || !is_idle(), "nothing would end");
     for (;;) {
         const Transfers transfers = find_transfers();
-        // the first among equals
+        // of simultaneous events, the one of the request that started first
         const auto next = std::min_element(requests_.begin(), requests_.end(),
                                            [&](const Request& a, const Request& b) {
                                                return event_s(a, transfers) < event_s(b, transfers);
@@ -211,7 +211,7 @@ std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
         }
         now_s_ = time_s;
         if (next->is_moving) {
-            move_bytes(time_s, next->bytes_left);  // exactly its remainder, despite rounding
+            move_bytes(time_s, next->bytes_left);  // exactly its rest, despite rounding
             return end(next, StorageOutcome::delivered);
         }
         if (next->fate != StorageOutcome::delivered) return end(next, next->fate);
@@ -269,7 +269,7 @@ struct VirtualLoader::State {
     MakeChunk make;
     std::deque<LoadRequest> queue;
     std::vector<FinishedLoad> finished;
-    double ahead_s = 0.0;  // of the owner's clock, advanced by wait()
+    double ahead_s = 0.0;  // by how much wait() has advanced the storage beyond the owner's clock
 
     void begin_queued();
     void finish(internal::EndedRequest ended);

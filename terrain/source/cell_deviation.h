@@ -29,8 +29,8 @@ struct CellRow {
     /// Heights of vertices above the middle of their two ends.
     const double *right_rise, *left_rise, *centre_rise;
 
-    /// Largest deviations, which are raised to the measured ones: from the cell's two triangles, and from the triangles
-    /// that each of the three vertices splits.
+    /// Largest deviations so far, raised to those that are measured: from the cell's two triangles, and from the
+    /// triangles that each of the three vertices splits.
     double *cell, *right_most, *left_most, *centre_most;
 };
 

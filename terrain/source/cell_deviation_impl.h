@@ -7,11 +7,11 @@
 // coarser spacing. At a point with barycentric weights w, the height of the plane
 //
 //   of the half cell is w_m h_m + w_c h_c + w_k h_k;
-//   of the triangle that m splits has the middle of m's ends instead of h_m: it is lower by w_m rise_m;
-//   of the triangle that c splits also has the middle of c's ends instead of h_c: it is lower by w_c rise_c, too,
+//   of the triangle that m splits is lower by w_m rise_m, because the middle of m's ends replaces h_m;
+//   of the triangle that c splits is lower by w_c rise_c as well, because the middle of c's ends replaces h_c.
 //
-// because both triangles are linear over the half cell. (m's ends are c and a corner, or, on an edge of c's square, two
-// corners of the square.) Four half cells form the diamond of m, eight form that of c.
+// Both triangles are linear over the half cell. (m's ends are c and a corner, or, on an edge of c's square, two
+// corners of the square.) Four half cells form the diamond of m, eight form the diamond of c.
 #pragma once
 
 #include "source/cell_deviation.h"

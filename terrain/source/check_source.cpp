@@ -20,8 +20,8 @@ using internal::GridAnswers;
 using internal::SourceChecks;
 
 constexpr int kGridPoints = 9;
-constexpr std::size_t kThreads = 4;       // that call the source at once
-constexpr std::size_t kThreadGrids = 64;  // read by each thread
+constexpr std::size_t kThreads = 4;       // threads that call the source at once
+constexpr std::size_t kThreadGrids = 64;  // grids that each thread reads
 
 Result<void> check(const SourceCheckSettings& settings) {
     for (const Result<void>& good : {check_range("places", settings.places, 1, 1'000'000),

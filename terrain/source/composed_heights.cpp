@@ -351,7 +351,7 @@ private:
     }
 
     std::shared_ptr<const BlendMask> mask_;
-    double largest_step_ = 0.0;  // largest |b - a| where the mask is not 0
+    double largest_step_ = 0.0;  // bound of |b - a| where the mask is not 0
 };
 
 }  // namespace

@@ -23,8 +23,8 @@ protected:
     WorldRect rect(const LatticePoint& low, const LatticePoint& high) const {
         return {lattice().x(low.x), lattice().y(low.y), lattice().x(high.x), lattice().y(high.y)};
     }
-    /// A square around a grid, extended by a number of steps. A mask's interval over it contains those over all squares
-    /// in the grid (BlendMask::over()), so that a decision for the grid holds for each of its points.
+    /// A square around a grid, extended by a number of steps. A mask's interval over it contains its intervals over all
+    /// squares in the grid (BlendMask::over()). A decision for the grid therefore holds for each of its points.
     WorldRect square_around(const SampleGrid& grid, std::int64_t steps_beyond) const;
     /// The rectangle of the world's root squares, metres.
     WorldRect world() const;
@@ -46,8 +46,8 @@ public:
     const WorldRect& box() const { return box_; }
     /// Whether a position is inside or on an edge.
     bool contains(double x, double y) const;
-    /// Distance of a position from the polygon, metres: 0 inside. May return any value from `most` up to the distance
-    /// if the distance is at least `most`.
+    /// Distance of a position from the polygon, metres: 0 inside. If the distance is more than `most`, may return any
+    /// value between the two.
     double at(double x, double y, double most) const;
     /// Bound of the rounding error of distances near the polygon, metres.
     double rounding() const { return rounding_; }

@@ -112,13 +112,12 @@ double CheckedFunction::operator()(double x, double y) const {
 // = h(p) + grad h(p) (v_i - p) + R_i, |R_i| <= M |p - v_i|^2 / 2. The gradient terms cancel, because sum w_i (v_i - p)
 // = 0, and the remainder is at most M r^2 / 2. Both bounds are attained at O, by a cone and by a paraboloid.
 //
-// Sources:
-//   S. Waldron. The error in linear interpolation at the vertices of a simplex. SIAM J. Numer. Anal. 35(3), 1998
-//   (the second bound; the triangle's circumcentre is in it).
+// Source: S. Waldron. The error in linear interpolation at the vertices of a simplex. SIAM J. Numer. Anal. 35(3), 1998.
+//         (the bound by the curvature, for triangles that contain their circumcentre)
 
 namespace {
 
-// Samples along the side of the grid over the extent and along that of a patch; patches along the extent's side.
+// Samples along the side of the grid over the extent, and of a patch; number of patches along the extent's side.
 constexpr int kGridSamples = 65;
 constexpr int kPatchSamples = 5;
 constexpr int kPatches = 8;
@@ -205,7 +204,7 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
                     function.at(x + distance * kSides[i][0], y + distance * kSides[i][1]));
         heights[i] = height;
     }
-    // a central difference over 2 d is the mean of a derivative that differs by at most M t at the distance t
+    // a central difference is the mean of the derivative over 2 d, which differs by at most M t at distance t
     const double along_x = (heights[1] - heights[0]) / (2.0 * distance);
     const double along_y = (heights[3] - heights[2]) / (2.0 * distance);
     return std::sqrt(along_x * along_x + along_y * along_y) + 0.5 * kSqrt2 * curvature * distance +
@@ -216,7 +215,7 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
 
 // A source from a function with a Lipschitz bound, a bound of its second derivative, or neither. Certified bounds
 // depend only on the spacing and are therefore nested. Estimates are the deviations of samples at a quarter of the
-// spacing, plus what the estimated slope and curvature allow between the samples (mesh_bounds.h).
+// spacing, plus the deviation that the estimated slope and curvature allow between the samples (mesh_bounds.h).
 
 namespace terrane {
 namespace {
@@ -232,7 +231,7 @@ struct Known {
     FunctionBounds bounds;
     bool is_certified = true;
     bool has_slope =
-        true;  // stated or estimated; else derived from the curvature over the whole world
+        true;  // the slope is stated or estimated, not derived from the curvature over the world
 };
 
 class FunctionSource final : public HeightSource {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources:
-//   M. Shimrat. Algorithm 112: position of point relative to polygon. Commun. ACM 5(8), 1962 (crossings of a ray).
+// Source: M. Shimrat. Algorithm 112: position of point relative to polygon. Commun. ACM 5(8), 1962. (crossings of a
+//         ray)
 #include "base/settings_check.h"
 #include "source/composed_heights.h"
 #include "source/mesh_bounds.h"
@@ -104,8 +104,8 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// The circumscribed circle of a rectangle. The circle of a square contains those of all squares within it, because the
-// distance of their centres is at most sqrt 2 times the difference of the half sides.
+// The circumscribed circle of a rectangle. The circle of a square contains the circles of all squares within it,
+// because the distance between the centres is at most sqrt 2 times the difference of the half sides.
 struct Circle {
     double x, y, radius;
 };
@@ -201,8 +201,8 @@ Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygo
     return std::make_shared<const PolygonMask>(polygon, feather);
 }
 
-// Flat areas. A flat area is a blend with a plane by the mask of a polygon. A plane interpolates itself exactly, so its
-// bounds are only the rounding of its heights.
+// A flat area is a blend with a plane by the mask of a polygon. Linear interpolation of a plane is exact, so its bounds
+// are only the rounding of its heights.
 
 namespace {
 

@@ -53,8 +53,8 @@ private:
     std::vector<double> values_;
 };
 
-// Computes bounds e(v) that hold over the diamond of v and are functions of the address alone, from samples at a
-// quarter of the spacing s. B is the a-priori bound over right triangles with a given hypotenuse.
+// Computes bounds e(v) over the diamond of v from samples at a quarter of the spacing s. They depend on the address
+// alone. B is the a-priori bound over right triangles with a given hypotenuse.
 //
 // The samples divide all triangles in question into right triangles with hypotenuse l = sqrt2 s / 4. A sample is not a
 // height, but a centre C and a radius R: the true height is in C +- R at the samples, and between them within the
@@ -65,15 +65,15 @@ private:
 //                 <= max (|C(v_i) - P(v_i)| + R(v_i)) + F,   because P is linear.
 //
 // own() is the largest such bound over the samples in a set of triangles. If an octave is so fine that its samples say
-// little about the surface between them, it is better, and costs no samples, to omit it from C and to add its supremum
-// to R: FractalBounds::head(). The bounds are
+// little about the surface between them, it is omitted from C, and its supremum is added to R: this gives a better
+// bound and saves samples (FractalBounds::head()). The bounds are
 //
 //   e(cell) = min(B(sqrt2 s),   own(cell))
 //   e(m)    = min(B(2 s),       max(own(m), own(the four cells around m)))
 //   e(c)    = min(B(2 sqrt2 s), max(own(c), e(the four midpoints around c)))
 //
-// The cells around m are the diamonds of its children. So a midpoint's bound is never greater than its centre's,
-// exactly; the bound of a centre of spacing s / 2, from finer samples, hardly ever exceeds its midpoint's.
+// The cells around m are the diamonds of its children. The bound of a midpoint therefore never exceeds the bound of its
+// centre; the bound of a centre of spacing s / 2, from finer samples, rarely exceeds the bound of its midpoint.
 
 namespace {
 
@@ -179,8 +179,8 @@ double Frame::rise(int column, int row) {
            0.5 * (heights_.at(column - to_x, row - to_y) + heights_.at(column + to_x, row + to_y));
 }
 
-/// Takes the samples of some rows of cells. Rows must be taken in order: the southern samples of the first row are
-/// those of the row before.
+/// Reads the samples of some rows of cells. Rows must be read in order: the southern samples of the first row are the
+/// northern samples of the row before.
 void Frame::read_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
                          FineRows& radii) {
     const int known = row > 0 ? 1 : 0;
@@ -265,8 +265,8 @@ void Frame::finish(const SpacingBounds& bounds) {
 
 float round_up(double bound) {
     const float nearest = static_cast<float>(bound);
-    // branch-free, because a branch would be unpredictable; bounds are not negative, so that incrementing the bits
-    // gives the next float
+    // branch-free, because a branch would be unpredictable; incrementing the bits gives the next float, because bounds
+    // are not negative
     const std::uint32_t further = static_cast<double>(nearest) < bound ? 1 : 0;
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + further);
 }

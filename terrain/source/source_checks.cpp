@@ -93,7 +93,7 @@ bool SourceChecks::ask(const SampleGrid& grid, GridAnswers& answers_out) {
                                               static_cast<std::size_t>(grid.rows - 1)
                                         : 0;
     answers_out.grid = grid;
-    // impossible values, so that omitted outputs are detected
+    // impossible values reveal outputs that the source does not write
     answers_out.heights.assign(grid.size(), std::numeric_limits<double>::quiet_NaN());
     answers_out.vertices.assign(grid.size(), -1.0f);
     answers_out.cells.assign(cells, -1.0f);
@@ -223,7 +223,7 @@ SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triang
     }
     const double ax = xs[1] - xs[0], ay = ys[1] - ys[0], bx = xs[2] - xs[0], by = ys[2] - ys[0];
     const double area = ax * by - ay * bx;
-    // deviation at barycentric coordinates of the second and third corner; below 0 outside
+    // deviation at a position, by the barycentric coordinates of the second and third corner; below 0 outside
     const auto measure = [&](double x, double y) {
         const double px = x - xs[0], py = y - ys[0];
         const double a = (px * by - py * bx) / area, b = (ax * py - ay * px) / area;
@@ -304,7 +304,7 @@ void SourceChecks::check_bounds(const GridAnswers& answers) {
     }
 }
 
-// Laws that relate answers of a source to each other, or concern rectangles and distances.
+// Laws that relate a source's answers to each other, and laws about rectangles and distances.
 
 namespace {
 
@@ -318,7 +318,7 @@ bool same(float a, float b) {
 
 }  // namespace
 
-// Compares the bound of a vertex, with slack, with that of a child.
+// Compares the bound of a vertex, with slack, with the bound of a child.
 void SourceChecks::check_nested(const GridAnswers& answers, int column, int row, float below,
                                 double slack, const char* what) {
     const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
@@ -358,7 +358,7 @@ void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     }
 }
 
-// No mesh has vertices beyond the world, so bounds need not be nested there.
+// Whether meshes can have a vertex there: beyond the world there are none, and bounds need not be nested.
 bool SourceChecks::is_of_world(const LatticePoint& point) const {
     const Lattice& lattice = source_.lattice();
     return point.x >= lattice.west() && point.x <= lattice.east() && point.y >= lattice.south() &&
@@ -388,7 +388,7 @@ void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     }
 }
 
-// Compares points of `some` with those of `other` at +shift columns and rows.
+// Compares answers at points of `some` with answers of `other`, `shift` columns and rows further.
 void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,
                            const LatticePoint& shift) {
     const auto dx = static_cast<int>(shift.x), dy = static_cast<int>(shift.y);

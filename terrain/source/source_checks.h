@@ -68,15 +68,15 @@ public:
 
     void check_values(const GridAnswers& answers);
     void check_bounds(const GridAnswers& answers);
-    /// Compares bounds of centres with those of their midpoints, exactly.
+    /// Compares bounds of centres with the bounds of their midpoints, exactly.
     void check_nesting_within(const GridAnswers& answers);
-    /// Compares bounds of midpoints with those of the cells around them, exactly: a property of fractals, not a law.
+    /// Compares bounds of midpoints with the bounds of the cells around them, exactly: true of fractals, but no law.
     void check_nesting_of_cells(const GridAnswers& answers);
-    /// Compares bounds of midpoints of a spacing with those of the centres of half that spacing around them, with the
-    /// settings' slack. Does nothing for a step of 1.
+    /// Compares bounds of midpoints with the bounds of the centres of half the spacing around them, with the settings'
+    /// slack. Does nothing for a step of 1.
     void check_nesting_below(const GridAnswers& answers);
     void check_window(const GridAnswers& answers);
-    /// Does nothing for a step of 1.
+    /// Compares samples with the next finer level's at the same points. Does nothing for a step of 1.
     void check_levels(const GridAnswers& answers);
     /// Does nothing without cells.
     void check_mesh_bounds(const GridAnswers& answers);

@@ -17,15 +17,15 @@
 
 namespace terrane::internal {
 
-/// Part of another source's world as a world of its own: its coarser levels, or a region. Positions, heights and bounds
-/// are those of the other source.
+/// A world that consists of part of another source's world: its coarser levels, a region, or both. Positions, heights
+/// and bounds are the other source's.
 class PartHeights final : public HeightSource {
 public:
     /// @param base        must outlive the part
     /// @param level_count levels from the root squares down; 0: all
     /// @param region      metres, extended to whole root squares of the part; absent: the whole world
     ///
-    /// Fails: invalid_argument if there are fewer levels, or the region is empty or outside the world
+    /// Fails: invalid_argument if the base has fewer levels, or the region is empty or outside the world
     static Result<std::unique_ptr<const PartHeights>> create(
         const HeightSource& base, int level_count, const std::optional<WorldRect>& region);
 
@@ -54,7 +54,7 @@ private:
     PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
                 int shift)
         : HeightSource(lattice, extent), base_(base), shift_(shift) {}
-    /// Converts to finest spacings of the other source.
+    /// Converts a grid from the part's finest spacings to the other source's.
     SampleGrid widen(const SampleGrid& grid) const {
         const std::int64_t factor = std::int64_t{1} << shift_;
         return {{grid.corner.x * factor, grid.corner.y * factor},
@@ -154,12 +154,12 @@ using namespace internal;
 struct Baked {
     std::vector<std::uint8_t> stored;
     ChunkRecord record;
-    double max_error_m = 0.0;  ///< over the ground of the finest level
-    double steepest = 0.0;     ///< square of the steepest slope of the finest level's triangles
+    double max_error_m = 0.0;  ///< finest level only: largest error over ground
+    double steepest = 0.0;     ///< finest level only: square of the triangles' steepest slope
     std::optional<Error> error;
 };
 
-/// Square of the steepest slope; each triangle of a cell has one side along x and one along y.
+/// Square of the steepest slope of a chunk's triangles, each of which has one side along x and one along y.
 double steepest_of(const Chunk& chunk, const Lattice& lattice) {
     const auto rise = [&chunk](int x0, int y0, int x1, int y1) {
         return std::int64_t{chunk.heights[sample_index(x1, y1)]} -
@@ -245,8 +245,8 @@ Result<void> check_settings(const BakeSettings& settings) {
     return {};
 }
 
-/// StoreDirectory::rises: rise bounds of the baked surface and, up to a spacing, also of the finest triangles, whose
-/// slope may be up to 1.41 times as large.
+/// Computes StoreDirectory::rises: bounds for the baked surface and, up to a distance of one spacing, also for the
+/// finest triangles, whose slope may be up to 1.41 times as large.
 std::vector<double> find_rises(const HeightSource& source, double steepest) {
     std::vector<double> rises;
     const double slope = std::sqrt(steepest) * (1.0 + 1e-12);

@@ -50,8 +50,8 @@ private:
     mutable std::uint64_t clock_ = 0;
 };
 
-/// A store as a height source. Bounds beyond the world, or at spacings coarser than those of its root squares, are the
-/// whole range of heights.
+/// A store as a height source. Beyond the world, and at spacings coarser than the samples of its root squares, a bound
+/// is the whole range of heights.
 class StoredHeights final : public HeightSource, public ChunkSource {
 public:
     explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
@@ -78,7 +78,7 @@ private:
     LatticePoint nearest(LatticePoint point) const;
     SampleAddress find_sample(int level, LatticePoint point) const;
     SampleAddress find_cell(int level, LatticePoint corner) const;
-    /// The level with a step; -1 if the step exceeds that of the root squares' samples.
+    /// The level whose samples are `step` finest spacings apart; -1 if the step is coarser than the root squares'.
     int level_of(std::int64_t step) const;
     /// Upper bound of every deviation.
     float widest() const;
@@ -97,7 +97,7 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
                                              " is damaged");
     };
     const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    // Not longer than the longest record: the directory is not trusted.
+    // The directory is not trusted: no record is longer than this.
     if (record.bytes > 2 * max_encoded_bytes()) return damaged();
     std::vector<std::uint8_t> stored(record.bytes);
     TERRANE_TRY(file_.read(record.offset, stored));
@@ -287,7 +287,7 @@ Result<void> StoredHeights::cell_bounds(const SampleGrid& grid, std::span<float>
 
 Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
                                        std::span<std::uint8_t> flags_out) const {
-    // The coarsest level whose cells are these cells or parts of them.
+    // The coarsest level whose cells subdivide the grid's cells.
     const std::uint64_t all = static_cast<std::uint64_t>(grid.step | grid.corner.x | grid.corner.y);
     const int level = std::max(lattice().finest_level - std::countr_zero(all), 0);
     const std::int64_t part = lattice().step(level);

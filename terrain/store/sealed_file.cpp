@@ -62,7 +62,7 @@ ContentHash hash_of(std::span<const std::uint8_t> bytes) {
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content) {
     constexpr int kLevel = 3;
     std::vector<std::uint8_t> record(ZSTD_compressBound(content.size()));
-    // With space for the worst case, it fails only for lack of memory.
+    // The record has space for the worst case, so ZSTD_compress() fails only if it runs out of memory.
     const std::size_t size =
         ZSTD_compress(record.data(), record.size(), content.data(), content.size(), kLevel);
     if (ZSTD_isError(size) != 0) throw std::bad_alloc();
@@ -83,7 +83,7 @@ Result<std::size_t> decompress(std::span<const std::uint8_t> record,
 
 namespace {
 
-// Not valid text in any encoding; conversion of line ends damages it detectably.
+// First bytes of a file: not valid text in any encoding, and visibly damaged by a conversion of line ends.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'R', 'N', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kHeaderBytes = 72;
 /// Largest accepted directory: sizes in a file are not trusted for allocations.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: NIST, Secure Hash Standard, FIPS 180-4, 2015: sections 4.1.2, 4.2.2, 5.1.1, 5.3.3, 6.2.
-// Deviations: none. Its constants are computed from their definition, the first 32 bits of the fractional
-//             parts of square and cube roots of primes, by integers.
+// Deviations: none. The constants are computed with integers from their definition: the first 32 bits of the fractional
+//             parts of square and cube roots of primes.
 #include "store_format.h"
 
 #include "chunk/chunk_vertices.h"
@@ -152,7 +152,7 @@ void get_planes(ByteReader& in, std::span<T> values_out) {
     }
 }
 
-/// Predicts a value from its western, southern and south-western neighbours, by their plane.
+/// Predicts a value by the plane through its western, southern and south-western neighbours.
 template <class At>
 std::uint32_t predicted(int column, int row, At&& at) {
     if (row == 0) return column == 0 ? 0u : at(column - 1, row);
@@ -284,7 +284,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
     const auto parts = in.get<std::uint8_t>();
-    // Reserved exactly, so that the chunk is no larger than the claim of a load.
+    // Reserves the exact size, so that the chunk is no larger than its load's claim.
     chunk->heights.reserve(std::size_t{kChunkSamples} * kChunkSamples);
     for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
         chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));

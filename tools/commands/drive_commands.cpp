@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kUsualSpeed = 12.0;                       // m/s
 constexpr double kLeastSpeed = 0.1, kGreatestSpeed = 1e3;  // m/s, range of PathDriver
-constexpr double kTruckHalfLength = 2.3;                   // metres, for which the camera is made
+constexpr double kTruckHalfLength = 2.3;                   // metres; the camera's defaults fit it
 
 struct DriveOptions : FlightOptions {
     VehicleKind vehicle = VehicleKind::truck;

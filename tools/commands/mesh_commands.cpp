@@ -61,7 +61,7 @@ Result<View> make_view(const MeshOptions& options, const Terrain& terrain) {
                    options.size.height_px);
 }
 
-/// Samples the terrain at the default target of the view, to get the error that HeightSource::height() cannot report.
+/// Samples the terrain at the default target of the view, to detect errors that HeightSource::height() cannot report.
 Result<void> read_middle(const Terrain& terrain) {
     const HeightSource& source = *terrain.source;
     const Lattice& lattice = source.lattice();

@@ -155,7 +155,7 @@ Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
 
 Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
     constexpr double kStartHeight = 0.05;  // metres
-    // A world of its own tells where the wheels hang.
+    // A separate world computes the positions of the hanging wheels.
     TERRANE_TRY(World world, World::create({}));
     TERRANE_TRY(const BodyId vehicle, world.add_vehicle(settings, pose));
     double lift = -std::numeric_limits<double>::infinity();
@@ -192,7 +192,7 @@ constexpr double kStuckTime = 1.0;       // seconds without progress before a de
 constexpr double kFirstDetour = 1.0;     // seconds
 constexpr double kLongestDetour = 20.0;  // seconds
 constexpr double kPassed = 3.0;          // metres beyond an obstacle that count as past it
-constexpr double kDetourTurn = 1.6;      // radians off the path, so that it leaves what stops it
+constexpr double kDetourTurn = 1.6;      // radians off the path, away from the obstacle
 constexpr double kTurnTime = 0.3;        // time constant of the drawn heading, seconds
 constexpr double kClearance = 0.02;      // metres above the ground at the start
 constexpr Colour kCoat{0.20f, 0.35f, 0.65f};

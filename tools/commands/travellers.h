@@ -21,9 +21,9 @@ class Traveller {
 public:
     virtual ~Traveller() = default;
 
-    /// The pager need before it enters a world.
+    /// The pager's need for it before it enters a world.
     virtual BodyNeed first_need() const = 0;
-    /// Target of a camera, before and after it has entered a world: x forward.
+    /// The pose that a camera follows, x forward. Valid before and after it has entered a world.
     virtual Pose pose(const World& world) const = 0;
 
     /// Adds its body to a world, at rest on the ground.
@@ -32,7 +32,7 @@ public:
     /// Fails: invalid_argument if the ground is not resident, or a body occupies its position
     virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
 
-    /// Sets the controls for the next step: along the path, or, without `goes`, at rest.
+    /// Sets the controls for the next step: to follow the path or, if `goes` is false, to stop.
     virtual void control(World& world, bool goes) = 0;
     /// Reacts to a completed step of `dt` seconds.
     virtual void react(World& world, const Ground& ground, double dt) = 0;
@@ -45,7 +45,7 @@ public:
 
     /// Whether ground or a body supports it.
     virtual bool is_supported(const World& world) const = 0;
-    /// Appends the bodies that support it; none for the ground.
+    /// Appends the bodies that support it, nothing for the ground.
     virtual void add_supports(const World& world, std::vector<BodyId>& bodies) const = 0;
 
     /// Names and values of additional columns of frames.csv.

@@ -29,7 +29,7 @@ ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
     target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
 }
 
-// The heightfield; under a mountain the floor of the cave.
+// Height of the heightfield or, under a mountain, of the cave's floor.
 double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
                              const Ground* ground) const {
     const double height = source_.height(x, y);

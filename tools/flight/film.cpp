@@ -89,7 +89,7 @@ std::vector<std::string> make_arguments(const std::string& part, int width_px, i
 int start(const std::vector<std::string>& arguments, int input, int complaints,
           pid_t& process_out) {
     std::vector<char*> pointers;
-    // posix_spawn does not write to them
+    // posix_spawn does not modify the arguments
     for (const std::string& argument : arguments) {
         pointers.push_back(const_cast<char*>(argument.c_str()));
     }

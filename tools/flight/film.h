@@ -27,13 +27,13 @@ public:
 
     Film(Film&&) noexcept;
     Film& operator=(Film&&) noexcept;
-    /// Without finish(): stops ffmpeg and removes the temporary file.
+    /// If finish() was not called, stops ffmpeg and removes the temporary file.
     ~Film();
 
-    /// Appends a frame; blocks while ffmpeg is slower.
+    /// Appends a frame; blocks until ffmpeg accepts it.
     ///
-    /// Fails: invalid_argument for a frame of another size; io, with ffmpeg's message, if it failed or timed out: the
-    ///        film is then lost.
+    /// Fails: invalid_argument for a frame of another size; io, with ffmpeg's message, if ffmpeg failed or timed out:
+    ///        the film is then lost.
     Result<void> add(const Image& frame);
 
     /// Completes the film and renames it to its final name. Fails with io, naming the path and the cause. Call once.

@@ -23,7 +23,7 @@ constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
 constexpr double kBar = 0.08;     // radius of a hull's edges over its bounding radius
 constexpr Colour kStatic{0.60f, 0.59f, 0.57f};
 
-/// Appends the solids of a shape, in a given colour or the shape's default; multiplied by `share`.
+/// Appends the solids of a shape, in a given colour or the shape's default, with the brightness multiplied by `share`.
 class BodyObjects {
 public:
     BodyObjects(const std::optional<Colour>& colour, float share, std::vector<DrawnObject>& objects)

@@ -21,10 +21,10 @@ namespace terrane::tools {
 
 /// Decides in which frames occlusion of objects by the ground is worth its cost.
 ///
-/// A map pays if it hides at least 300 objects, and a quarter of those that would be drawn, or a fifth if the previous
-/// frame's map paid. A frame whose map does not pay hides nothing, so that trials are invisible. After such a frame,
-/// and after one whose errors exceeded the map's limits, 32 frames have no map. The decision depends on the content of
-/// earlier frames, not on their times: equal flights have equal frames.
+/// A map pays if it hides at least 300 objects and at least a quarter of the objects that would otherwise be drawn; a
+/// fifth is enough if the previous frame's map paid. A frame whose map does not pay hides nothing, so that trials are
+/// invisible. After such a frame, and after one whose errors exceeded the map's limits, 32 frames have no map. The
+/// decision depends on the content of earlier frames, not on their times: equal flights have equal frames.
 class FrameHorizon {
 public:
     /// The map of a frame; null if it is not expected to pay.
@@ -53,9 +53,9 @@ private:
     void leave_out();
 
     HorizonMap map_;
-    GroundError largest_;    // of the next map
-    bool has_map_ = false;   // this frame
-    bool has_paid_ = false;  // the last map, to the end of its frame
+    GroundError largest_;    // error limits of the next map
+    bool has_map_ = false;   // whether this frame has a map
+    bool has_paid_ = false;  // whether the last map paid, and held for its frame
     /// Objects drawn or hidden in the last frame; initially enough for a map.
     std::size_t object_count_ = std::numeric_limits<std::size_t>::max();
     std::size_t pause_ = 0;  // remaining frames without a map

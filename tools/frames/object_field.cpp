@@ -67,7 +67,7 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
         made.morph_targets.back() = progressive.geomorph_targets(count);
         made.model.levels.back().morphs = true;
         progressive.set_triangle_count(count);
-        // The limit that it was contracted to, so that errors keep their ratio.
+        // The limit of the contraction, not the resulting error: levels then keep the ratio of their errors.
         add(error * size);
     }
     if (made.triangles.back().size() > 2) {
@@ -291,7 +291,7 @@ void ObjectField::add_made(std::size_t most) {
     for (const MadeSquare& made : made_) {
         ScatteredModel& scattered = *scattered_[made.scatter];
         const auto place = scattered.squares.find(made.square);
-        // it may have been removed, or added by an earlier request
+        // the square may have been removed, or added by an earlier request
         if (place == scattered.squares.end() || place->second) continue;
         std::vector<PlacedObject> objects;
         for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {

@@ -32,7 +32,7 @@ struct ObjectLevels {
     /// [levels that are meshes] MeshLevel::morph_targets
     std::vector<std::vector<std::uint32_t>> morph_targets;
 
-    /// Argument of TerrainRenderer::add_mesh(): views of this object.
+    /// The levels as an argument of TerrainRenderer::add_mesh(); they refer to this object's arrays.
     std::vector<MeshLevel> mesh_levels() const;
 };
 
@@ -62,7 +62,7 @@ public:
     ~SquareMaker();
 
     /// @param scatter caller's index of the scatter
-    /// @param from    must outlive the taking of the square, or the maker
+    /// @param from    must live until the square has been taken or the maker is destroyed
     void request(std::size_t scatter, const Scatter& from, const ScatterSquare& square);
     /// Appends at most `most` computed squares, in the order of their requests.
     void take(std::size_t most, std::vector<MadeSquare>& made_out);
@@ -82,7 +82,7 @@ private:
     std::condition_variable_any changed_;
     std::deque<Request> requests_;  // the first one is being computed
     std::deque<MadeSquare> made_;
-    std::jthread thread_;  // last: it uses all of the above
+    std::jthread thread_;  // declared last: it uses all other members
 };
 
 /// Statistics of the objects of a frame.
@@ -90,7 +90,7 @@ struct ObjectCounts {
     std::size_t drawn = 0;
     std::size_t culled = 0;       ///< out of view
     std::size_t left_out = 0;     ///< in view, too small for the threshold
-    std::size_t occluded = 0;     ///< behind the ground; in none of the others
+    std::size_t occluded = 0;     ///< behind the ground; not in the other counts
     double occluded_share = 0.0;  ///< SceneCounts::occluded_share
     std::size_t triangles = 0;
     std::size_t failed_squares = 0;  ///< so far: their heights could not be read
@@ -134,7 +134,7 @@ public:
     /// Ends the frame: see Scene::end_frame().
     SceneDraws end_frame(double threshold_px);
 
-    /// Of the last frame; before end_frame() only the counts of occlusion are valid.
+    /// Counts of the last frame; before end_frame() only those of occlusion are valid.
     const ObjectCounts& counts() const { return counts_; }
 
 private:
@@ -143,7 +143,7 @@ private:
         Scatter scatter;
         ModelId model;
         double range = 0.0;  // no object is drawn beyond it, metres
-        /// Requested or in the scene; no group: requested, or without objects.
+        /// Squares that are requested or in the scene; those without a group are not computed yet, or have no objects.
         std::map<ScatterSquare, std::optional<GroupId>> squares = {};
         std::vector<ScatterSquare> absent = {};      // to be requested, nearest last
         std::optional<WorldPos> followed_from = {};  // eye position at which `absent` was computed

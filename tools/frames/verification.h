@@ -93,12 +93,12 @@ inline constexpr double kPopErrorLimit_px = 1.5;
 struct Measurement {
     double error_px = 0.0;  ///< largest screen error of all points
     double max_pop_px =
-        0.0;  ///< largest movement since the previous frame, where kPopLimit_px holds
-    double max_pop_elsewhere_px = 0.0;  ///< the same where the limit does not hold
+        0.0;  ///< largest movement since the previous frame, where kPopLimit_px applies
+    double max_pop_elsewhere_px = 0.0;  ///< the same where the limit does not apply
     std::size_t points = 0;             ///< number of points measured
     std::size_t holes = 0;              ///< points without a displayed height
     std::size_t solid_points = 0;       ///< points of volumes measured
-    double solid_error_px = 0.0;        ///< their part of error_px
+    double solid_error_px = 0.0;        ///< largest screen error of these points
     /// Largest movement of volumes, which switch levels of detail at once: excluded from the two figures above.
     double max_solid_pop_px = 0.0;
 };

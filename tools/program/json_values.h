@@ -52,7 +52,7 @@ std::optional<std::array<double, count>> numbers_of(const nlohmann::ordered_json
     return numbers;
 }
 
-/// [count] numbers.
+/// Reads an array of `count` numbers.
 template <std::size_t count>
 Parsed<std::array<double, count>> read_array(const nlohmann::ordered_json& object,
                                              const char* key) {

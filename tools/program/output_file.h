@@ -36,8 +36,8 @@ public:
 
     /// Closes the stream and renames the file. Call once.
     ///
-    /// @param replaces whether to replace an existing file; otherwise returns EEXIST for it @return 0, or an errno; the
-    /// destructor then removes the file
+    /// @param replaces whether to replace an existing file; if not, its presence is the error EEXIST
+    /// @return 0, or an errno: the destructor then removes the temporary file
     int rename_to(const std::string& path, bool replaces);
 
 private:

@@ -24,7 +24,7 @@ struct SegmentPart {
 };
 
 /// The part of a segment that may be within a margin of the surface over the extent, by the source's intervals; a ray
-/// need not load ground outside it. None if no point may be.
+/// need not load ground outside it. None if no point of the segment is so near.
 ///
 /// @param margin metres, >= 0, along each axis
 ///

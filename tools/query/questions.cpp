@@ -143,7 +143,7 @@ Parsed<PickQuestion> read_pick(const Json& object) {
     if (!(*far_distance > 0.0 && *far_distance <= kMostFar))
         return wrong(fmt::format("far_m must be above 0, at most 1e9, got {:.6g}", *far_distance));
 
-    // from the origin, so that the eye's coordinates cost the direction no precision
+    // looks from the origin, because large coordinates of the eye would cost precision of the direction
     Result<View> view =
         look_at(WorldPos::Zero(), *forward, *fov_deg * std::numbers::pi / 180.0, width, height);
     if (!view) return wrong(view.error().message);

@@ -46,7 +46,7 @@ private:
     bool at_end_ = false;
 };
 
-/// The highest surface; with `below` the highest one at or below that height, for ground folded by volumes.
+/// Asks for the highest surface; with `below`, for the highest one at or below that height, as in a cave.
 struct HeightQuestion {
     double x = 0.0, y = 0.0;
     std::optional<double> below = {};

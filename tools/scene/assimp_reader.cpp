@@ -52,7 +52,7 @@ public:
     void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-/// Whether the lengths in a GLB file's header match its size: assimp allocates them before reading.
+/// Whether the lengths in a GLB file's header match its size: assimp allocates memory for them before reading.
 bool has_glb_header(std::string_view bytes) {
     std::uint32_t words[5];  // magic, version, bytes, bytes of the JSON chunk, its kind
     if (bytes.size() < sizeof words) return false;

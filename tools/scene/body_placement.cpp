@@ -24,8 +24,8 @@ namespace {
 constexpr std::size_t kMostCrates = 10'000;
 constexpr double kLeastHalf = 0.2, kGreatestHalf = 0.5;            // half extents, metres
 constexpr double kLeastDensity = 100.0, kGreatestDensity = 400.0;  // kg/m^3
-constexpr double kLane = 1.0;         // largest distance from the path of crates on it, metres
-constexpr double kLeastBeside = 5.0;  // least half width of the strip of the others, metres
+constexpr double kLane = 1.0;         // largest distance of a crate on the path from it, metres
+constexpr double kLeastBeside = 5.0;  // least half width of the strip for other crates, metres
 constexpr double kAreaOfOne = 8.0;    // least area of the strip for one crate, m^2
 constexpr double kApart = 0.2;        // least gap of the crates' bounding discs, metres
 constexpr double kGentle = 0.906;  // cosine of the slope beyond which other positions are preferred
@@ -36,13 +36,13 @@ double strip_half_width(const CrateLayout& layout) {
     return std::max(kLeastBeside, 0.5 * area / layout.path.length());
 }
 
-/// The point at a distance along the path and another to its left.
+/// The point `left` metres to the left of the path's point at `along`.
 Eigen::Vector2d point_beside(const Polyline& path, double along, double left) {
     const Eigen::Vector2d direction = path.direction(along);
     return path.at(along) + left * Eigen::Vector2d(-direction.y(), direction.x());
 }
 
-/// A pose with a side on the plane of the ground, turned about its normal.
+/// The pose of a box that lies on the plane of the ground, rotated by `yaw` about its normal.
 Pose pose_on(const HeightAnswer& at, const Eigen::Vector2d& p_world, double yaw, double half) {
     const Eigen::Vector3d along =
         Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0.0).cross(at.normal).normalized();
@@ -351,7 +351,7 @@ Result<ObjectBodies> ObjectBodies::create(std::shared_ptr<const HeightSource> so
     return made;
 }
 
-// Quantised, so that bodies at rest and small motions change nothing.
+// The result is quantised: bodies at rest and small motions do not change it.
 std::vector<ObjectBodies::Surroundings> ObjectBodies::surroundings_of(const World& world) {
     std::vector<Surroundings> around;
     const double corner = 0.5 * std::sqrt(3.0) * kCube;

@@ -33,7 +33,7 @@ struct CrateLayout {
     Polyline path;
     std::size_t count = 0;
     std::uint64_t seed = 1;
-    double start_radius = 0.0;  ///< of the disc around the path's start kept free, metres
+    double start_radius = 0.0;  ///< of a disc around the path's start without crates, metres
 };
 
 /// Adds --crates.
@@ -63,7 +63,7 @@ struct DropLayout {
     double speed = 0.0;  ///< downward at the start, m/s
     double spin = 0.0;   ///< rad/s, about a random axis of each body
     std::uint64_t seed = 1;
-    std::optional<WorldVec2> start = {};  ///< centre of the square, metres; absent: the extent's
+    std::optional<WorldVec2> start = {};  ///< centre, metres; absent: the extent's centre
 };
 
 /// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; hull: a stone of six

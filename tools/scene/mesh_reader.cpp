@@ -238,7 +238,7 @@ private:
             ++normal_count_;
         } else if ((name == "s" || name == "u" || name == "t" || name == "v") &&
                    texture_count_ < 2) {
-            // the first of two pairs
+            // of two pairs the first one
             texture_[name == "s" || name == "u" ? 0 : 1] = static_cast<float>(value);
             ++texture_count_;
         }

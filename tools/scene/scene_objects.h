@@ -43,7 +43,7 @@ Parsed<SceneImagery> read_imagery(const nlohmann::ordered_json& value, const std
 
 /// Opens the raster, placed over the DEM by its georeferencing if both have a CRS, otherwise centred on world (0, 0).
 ///
-/// @param dem null where the terrain is no raster
+/// @param dem null if the terrain is not a raster
 ///
 /// Fails as ImageryRaster::open()
 Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& imagery,
@@ -52,7 +52,7 @@ Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& im
 /// The surface as a map. A raster is placed over the DEM by its georeferencing if the DEM has a CRS, otherwise centred
 /// on world (0, 0).
 ///
-/// @param dem null where the terrain is no raster
+/// @param dem null if the terrain is not a raster
 ///
 /// Fails as SurfaceRaster::open()
 Result<std::shared_ptr<const SurfaceMap>> open_surface(const SceneSurface& surface,

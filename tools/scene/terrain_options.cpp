@@ -30,9 +30,9 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kChunkLog2 = 7;     // of the cells along a chunk
+constexpr int kChunkLog2 = 7;     // number of cells along a chunk
 constexpr int kMostLevels = 24;   // below the root squares, as Lattice allows
-constexpr int kBoundedLog2 = 17;  // of a bounded world, and the limit of --world-m
+constexpr int kBoundedLog2 = 17;  // side of a bounded world, and the limit of --world-m, metres
 // Root squares of a windowed world, and how many are resident along a side: a camera in the middle two is at least one
 // root square away from the edge.
 constexpr int kWindowRootLog2 = 16;
@@ -50,8 +50,8 @@ double reach_of(int spacing_log2) {
     return std::ldexp(1.0, std::min(kMostWorldLog2 - 1, spacing_log2 + 40));
 }
 
-// The multiple of `side` nearest to a position such that a square of that side to either direction stays within
-// `reach`.
+// The multiple of `side` nearest to `place`, among those from which an interval of length `side` in either direction
+// stays within `reach`.
 double middle_near(double place, double side, double reach) {
     const double farthest = reach - side;
     return std::clamp(std::floor(place / side + 0.5) * side, -farthest, farthest);
@@ -263,7 +263,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         DemHeights::open(options.dem, settings, &info);
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
-        // the only argument of the library that comes from the command line
+        // the only setting that comes from the command line: the message names the flag instead
         std::string message = source.error().message;
         constexpr std::string_view kArgument = "finest_spacing";
         if (message.starts_with(kArgument)) {

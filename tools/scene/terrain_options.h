@@ -150,7 +150,7 @@ DemCache choose_cache(const std::string& option);
 inline constexpr std::size_t kMostTriangles = 1'000'000'000;
 
 /// Check that --budget (triangles) and --memory-mb hold the root squares of the terrain, which are always resident.
-/// Fail with exit_failed, not exit_usage, because their number depends on the terrain.
+/// Fail with exit_failed, not exit_usage, because the number of root squares depends on the terrain.
 CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget);
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb);
 

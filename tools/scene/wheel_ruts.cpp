@@ -29,14 +29,14 @@ const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Cons
 struct WheelRuts::State {
     std::shared_ptr<const HeightSource> undisturbed;
     VolumeEditor editor;
-    /// Per wheel: position of its last dig, or where it began to roll on the ground; none if it does not.
+    /// Per wheel: position of its last dig, or where it began to roll; none while it does not roll on the ground.
     std::vector<std::optional<Eigen::Vector2d>> places = {};
     std::uint64_t digs = 0;
     struct Waiting {
         std::uint32_t change;
         Aabb box;
     };
-    std::deque<Waiting> waiting = {};  // until their change is applied, ascending
+    std::deque<Waiting> waiting = {};  // digs not applied yet, by ascending change
 
     WorldPos groove(const Eigen::Vector2d& p) const {
         return {p.x(), p.y(), undisturbed->height(p.x(), p.y()) - kDepth + kRadius};

@@ -13,7 +13,7 @@
 
 namespace terrane::tools {
 
-/// Coarsest spacing of ground for ruts, metres; --ruts requests it.
+/// Coarsest spacing of ground that can have ruts, and the spacing that --ruts requests, metres.
 inline constexpr double kMostRutSpacing = 0.5;
 inline constexpr double kRutSpacing = 0.25;
 

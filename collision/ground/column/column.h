@@ -158,7 +158,7 @@ void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Visitor&& 
     }
 }
 
-/// Visits the horizontal normals of these facets likewise.
+/// Visits the horizontal facet normals of the same Minkowski difference: `visitor(unit normal, drop)`.
 template <class Visitor>
 void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -223,20 +223,20 @@ void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3
 /// Visits the candidate separating axes of a shape and a column, `visitor(normal, gap)`: visit_tops() those with z > 0,
 /// visit_walls() the horizontal ones.
 ///
-/// For boxes and hulls the largest gap over both is that of the separating axis theorem: positive if and only if shape
-/// and column are disjoint, otherwise minus the length of the minimum translation. For a sphere or capsule whose core
-/// does not touch the triangle, one of the gaps is the exact distance.
+/// For boxes and hulls both together visit all axes of the separating axis theorem: the largest gap is positive if and
+/// only if shape and column are disjoint, otherwise minus the length of the minimum translation. For a sphere or
+/// capsule whose core does not touch the triangle, one of the gaps is the exact distance.
 template <class Visitor>
 void visit_tops(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor);
 template <class Visitor>
 void visit_walls(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor);
 
-/// The axis with the largest gap; horizontal axes only if `with_walls`.
+/// Finds the axis with the largest gap. Horizontal axes are tested only if `with_walls`.
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls);
 
 /// Lift of a shape over one column: the maximum of triangle height minus z over the points of the shape that lie above
-/// or below the triangle, metres; minus infinity if there are none. Exact: feature pairs in closed form, or a proving
-/// facet. A lift of at most `floor` may be returned as minus infinity.
+/// or below the triangle, metres; minus infinity if there are none. Exact: from feature pairs in closed form or, for
+/// hulls, a facet that proves it. A lift of at most `floor` may be returned as minus infinity.
 double compute_column_lift(const LocalShape& shape, const Triangle& triangle,
                            double floor = -std::numeric_limits<double>::infinity());
 

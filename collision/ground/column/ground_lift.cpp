@@ -255,8 +255,8 @@ GroundLift find_lift(const LocalGround& local, const LocalWindow& window, const 
     return result;
 }
 
-// The first point on the line from a shape's lowest to its highest point that is over the ground to which a range of
-// cells is clamped; the lowest point if there is none.
+// Goes along the line from a shape's lowest to its highest point to the first point over the ground, to which `cells`
+// is clamped. Returns the lowest point if no point is over the ground.
 Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange& cells,
                                        const LocalShape& shape, const Eigen::Vector3d& lowest) {
     // The range may include two cells outside the ground.

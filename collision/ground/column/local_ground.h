@@ -146,8 +146,8 @@ public:
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
-    /// A window over a range of cells and `ring` more on each side, valid until the next call; null if these are too
-    /// many, or if a cell of the range is not ground or not resident.
+    /// A window over a range of cells and `ring` more on each side, valid until the next call; null if that is too many
+    /// cells, or if a cell of the range is not ground or not resident.
     ///
     /// @param ring 0 or 1
     const LocalWindow* window(const CellRange& cells, int ring) const;

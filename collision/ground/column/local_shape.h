@@ -104,7 +104,7 @@ struct LocalShape {
     Eigen::Vector3d corner(int index) const {
         return centre + corners[static_cast<std::size_t>(index)];
     }
-    /// The face normal of a box along an axis that has z >= 0.
+    /// The face normal of a box along an axis, with the sign that makes z >= 0.
     Eigen::Vector3d up(std::size_t axis) const {
         return axes[axis][2] < 0.0 ? Eigen::Vector3d(-axes[axis]) : axes[axis];
     }
@@ -160,8 +160,8 @@ public:
 
     /// Visits the parts whose bounds pass `wants`; a convex shape is its own part 0 and always visited.
     ///
-    /// @param wants bool(centre, bounds): whether to visit the parts inside this box
-    /// @param visitor  void(const LocalShape&, part)
+    /// @param wants   bool(centre, bounds): whether to visit the parts inside this box
+    /// @param visitor void(const LocalShape&, part)
     template <class Wants, class Visitor>
     void visit(Wants&& wants, Visitor&& visitor) const {
         if (!is_compound()) {

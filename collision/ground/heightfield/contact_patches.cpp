@@ -48,7 +48,7 @@ struct NearestVisitor {
     }
 };
 
-// The nearest point to one shape within a distance.
+// Finds the nearest point of the ground to one shape within a distance.
 Nearest find_within(const LocalGround& local, const LocalShape& shape, double reach) {
     NearestVisitor visitor{local, shape, reach, {}};
     const Eigen::Vector3d low = shape.centre - shape.bounds;
@@ -157,8 +157,8 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 std::size_t reduce(std::span<Contact> patch) {
     constexpr double kSamePosition = 1e-20;  // square metres
     constexpr double kSameDepth = 1e-12;     // metres
-    // Of the contacts as deep as the deepest within rounding, the first by position: an outermost one, so that the
-    // result does not depend on the position of the ground's edges.
+    // Starts with the first by position of the contacts that are deepest within rounding. It is an outermost one, so
+    // that the result does not depend on the position of the ground's edges.
     std::size_t first = 0;
     for (std::size_t i = 1; i < patch.size(); ++i) {
         if (patch[i].depth < patch[0].depth - kSameDepth) break;

@@ -2,8 +2,8 @@
 //
 // Sources: G. van den Bergen. Collision detection in interactive 3D environments. 2003, section 4.4
 //          (contacts from pairs of features).
-// Deviations: features are paired after a *separating* translation, so that every normal is that of a contact there;
-//             depths are counted back from there.
+// Deviations: features are paired after a *separating* translation, where every pair has a normal; depths are those at
+//             the untranslated pose.
 #include "ground/heightfield/feature_contacts.h"
 
 #include "ground/column/column.h"
@@ -71,7 +71,7 @@ void FeaturePairs::pair_box(const Triangle& triangle) {
     pair_box_edges(triangle);
 }
 
-// Corners, over the triangle, of the box face that is most nearly parallel to it.
+// Adds corners of the box that lie over the triangle, of the face that is most nearly parallel to it.
 void FeaturePairs::pair_box_face(const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
     const std::size_t face = shape_.nearest_axis(n);
@@ -87,7 +87,7 @@ void FeaturePairs::pair_box_face(const Triangle& triangle) {
     }
 }
 
-// Corners of the triangle below the lower faces of the box.
+// Adds corners of the triangle that lie below the lower faces of the box.
 void FeaturePairs::pair_box_corners(const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& axis = shape_.axes[i];
@@ -272,7 +272,7 @@ void FeaturePairs::pair_hull(const Triangle& triangle) {
         shape_.deepest(nearest.normal).feature);
 }
 
-// Clips the support feature of the hull along a direction against that of the triangle. Returns the smallest gap found.
+// Clips the hull's support feature along a direction against the triangle's one. Returns the smallest gap found.
 double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle) {
     const Eigen::Vector3d& origin = triangle.v[0];
     const ContactPlane plane(n);

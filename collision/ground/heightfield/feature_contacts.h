@@ -6,7 +6,7 @@
 
 namespace terrane::internal {
 
-/// Pairs the features of a separated shape with those of one triangle at a time.
+/// Pairs the features of a separated shape with the features of one triangle at a time.
 class FeaturePairs {
 public:
     /// @param shape       after the translation, separated
@@ -54,8 +54,8 @@ private:
     ContactPatches& patches_;
 };
 
-/// Finds the contacts of a box with some cells, as find_patches() does: with the faces, southern and western sides,
-/// diagonals and south-western corners of the cells.
+/// Finds the contacts of a box with some cells: see find_patches(). Of each cell it tests the faces, the diagonal, the
+/// southern and western sides and the south-western corner.
 ///
 /// @param window      holds the cells and one more on each side
 /// @param cells       all cells under the box's bounds widened by the margin, or some of them
@@ -65,8 +65,8 @@ void find_box_patches(const LocalGround& local, const LocalWindow& window, const
                       const LocalShape& box, std::uint32_t part, const Eigen::Vector3d& translation,
                       double margin, double reach, ContactPatches& patches);
 
-/// Finds the contacts of a sphere or capsule with some cells, as find_patches() does: with the faces, southern and
-/// western sides, diagonals and south-western corners of the cells.
+/// Finds the contacts of a sphere or capsule with some cells: see find_patches(). Of each cell it tests the faces, the
+/// diagonal, the southern and western sides and the south-western corner.
 ///
 /// @param window      holds the cells and one more on each side
 /// @param cells       all cells under the bounds widened by the margin, or some of them

@@ -32,7 +32,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
     constexpr int kSteps =
         200;  // reached only by grazing within the tolerance, which then counts as a hit
     double time = 0.0;
-    // At `time`: the largest gap, and how long the best plane keeps separating.
+    // The largest gap at `time`, and how long the best plane then keeps separating.
     double widest = -kInfinity;
     double wait = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
@@ -259,8 +259,8 @@ bool clip_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triang
     return true;
 }
 
-// The time at which the gap along the normal is an eighth of the tolerance, but at most half the tolerance of path
-// length before contact.
+// Backs off from the time of contact, so that a gap remains: an eighth of the tolerance along the normal, or less if
+// the path back would exceed half the tolerance. At least 0.
 double back_from(const EntryClip& clip, double speed, double tolerance) {
     const double size = std::sqrt(clip.square);
     const double back = 0.5 * tolerance * size / std::max(4.0 * clip.speed, speed * size);
@@ -314,8 +314,8 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
 
 namespace {
 
-// bound_time() for a hull. With constant velocities of its points the gap is a support function and concave in time, so
-// that it holds up to a time if it holds at that time.
+// bound_time() for a hull. If its points kept their velocities, the gap would be a minimum of linear functions of time,
+// hence concave: if it is large enough at a time, it is so at all times before.
 double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
                        const Eigen::Vector3d& turn, double speed, double acceleration,
                        double clearance, double shortest, double remaining) {

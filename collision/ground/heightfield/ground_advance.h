@@ -106,8 +106,8 @@ private:
     Eigen::Vector3d along_ = Eigen::Vector3d::Zero();  // unit, perpendicular to a core; or zero
 };
 
-/// Visits the cells of a range inside a window, all of them ground, in the order in which the bounds of a part reach
-/// them, until the next cell is reached no sooner than the best hit so far. The visitor has
+/// Visits cells of a window, which must all be ground, in the order in which a part's AABB may reach them. Stops when
+/// the next cell is reached no sooner than the best hit so far. The visitor has
 ///   double limit()                   the time of the best hit so far
 ///   bool wants(const CellPrism&)     whether to visit the cells inside
 ///   void visit(const Triangle&, const Approach::Interval& over)   `over`: interval in which the part is over the cell
@@ -205,8 +205,8 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
 
 // Bounds of the time for which a moving, turning shape cannot meet a column of the ground.
 
-// Largest distance of a shape's points from an axis through its body's origin, metres. For a round shape, of its core:
-// rotation about the core moves no surface.
+// Largest distance of a shape's points from an axis through its body's origin, metres. For a round shape only its core
+// counts, because rotation about the core moves no surface.
 double find_arm(const LocalShape& shape, const Eigen::Vector3d& axis);
 
 // The motion of a cast; times are fractions of it.
@@ -228,7 +228,7 @@ struct Sweep {
     double arm = 0.0;  ///< of the whole body, metres
 };
 
-// Lower bound of the time at which the gap along n of a moving, turning shape has shrunk to `rest`.
+// Lower bound of the time at which the gap between a moving, turning shape and a plane of normal n shrinks to `rest`.
 //
 // `arm` is find_arm() of the shape, metres.
 double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const Eigen::Vector3d& n,

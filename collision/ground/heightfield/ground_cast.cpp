@@ -10,9 +10,9 @@
 
 #include <algorithm>
 
-// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, section 2.3
-//          (conservative advancement). X. Zhang, M. Lee, Y. Kim. Interactive continuous collision
-//          detection for non-convex polyhedra. The Visual Computer 2006 (bounds along the normal).
+// Sources: B. Mirtich. Impulse-based dynamic simulation of rigid body systems. 1996, 2.3 (conservative advancement).
+//          X. Zhang, M. Lee, Y. Kim. Interactive continuous collision detection for non-convex polyhedra. The Visual
+//          Computer 2006 (bounds along the normal).
 // Deviations: each column of the ground is its own convex obstacle with its own normal, so that ground beside the
 //             trajectory does not shorten the steps. For a part that does not turn, the time of contact with each
 //             column has a closed form (find_entry()), so that one step per piece of the motion is enough. For a
@@ -125,7 +125,7 @@ private:
         cut(from[2], velocity[2], -Approach::kNever, highest);
     }
 
-    // Bounding box of an AABB of the body that is swept from t to end.
+    // Bounding box of the sweep of an AABB of the body from t to `end`.
     SweptBox swept_box(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
                        double t, double end) const {
         return {centre, bounds, (end - t) * sweep_.motion.translation,
@@ -143,7 +143,7 @@ private:
         return visitor(sweep_.at(local, t));
     }
 
-    // Advances from t to end, or by the part of it that is proved clear. Adapts the length of the next piece.
+    // Advances from t to `end`, or until the first time that is not proved clear. Adapts the length of the next piece.
     PieceAnswer advance_piece(const LocalGround& local, double t, double end,
                               double& length_of_piece) {
         const bool is_short = !(length_of_piece > shortest_);
@@ -158,7 +158,7 @@ private:
         return {clear - t > shortest_ ? clear : t};
     }
 
-    // The time until which the body is above all ground that it could meet from t to end; `end` if it is throughout.
+    // The time until which the body stays above all ground that it could meet from t to `end`; at most `end`.
     double find_clear(const LocalGround& local, double t, double end) const {
         return with_body(local, t, [&](const LocalBody& body) {
             const CellRange cells = swept_box(body, t, end).cells(local);

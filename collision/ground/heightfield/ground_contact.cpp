@@ -90,7 +90,7 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
 
 // Whether a shape is round with its core above the ground.
 //
-// @param lift of the shape; that of its core is less by at least the radius
+// @param lift lift of the shape; the core's lift is less by at least the radius
 bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {
     if (body.is_compound() || body.whole().kind != ShapeKind::round) return false;
     const LocalShape& shape = body.whole();
@@ -103,9 +103,9 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
     return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
 }
 
-// Finds the minimum translation of a round shape whose core is above the ground from its contacts. False if they do not
-// prove it. No translation shorter than the depth of a contact separates the shape from the part of the ground at that
-// contact.
+// Finds the minimum translation of a round shape from its contacts. The core must be above the ground: then no
+// translation shorter than the depth of a contact separates the shape from the ground at that contact. False if the
+// contacts do not prove the minimum.
 bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody& body,
                                       std::span<const Contact> contacts, double deep_share,
                                       Eigen::Vector3d& translation_out) {

@@ -45,8 +45,7 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
 }
 
 // Adds a half-space for each overlapped column in turn and solves for the shortest translation inside all. `least_out`
-// is the largest of the minimum translations out of a single one of these columns, which is a lower bound of the
-// answer's length.
+// is a lower bound of the answer's length: the largest `least_out` of find_exit() over these columns.
 bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
                       double& least_out) {
     constexpr int kRounds = 24;
@@ -86,7 +85,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // The plane that separates the column from the shape moved by d, with the shortest translation.
+            // Of the planes that separate the column from the shape moved by d, the one nearest to the unmoved shape.
             Separation best;
             const auto offer = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;

@@ -28,7 +28,7 @@ struct ColumnName {
     bool operator==(const ColumnName&) const = default;
 };
 
-/// The column and the part that attain a finite lift.
+/// The column and the part that attain a lift, which must be finite.
 ColumnName name_of(const LocalGround& local, const GroundLift& lift);
 
 /// A column as an obstacle of a part of a body. Neither copied nor moved, because the part may point into it.
@@ -70,8 +70,8 @@ bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heigh
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out);
 
-/// Among the columns around a given one that overlap in plan over all of a triangle, the top that is highest over a
-/// point p. False if none is above p. Needed if a column ends inside the triangle at a wall to a neighbour.
+/// Finds the top that is highest over a point p, among the columns around a given one that the body overlaps in plan at
+/// all offsets of a triangle. False if none is above p. Needed if a column ends in the triangle, at a neighbour's wall.
 bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, const ColumnName& name,
                            const OffsetTriangle& triangle, const Eigen::Vector3d& p,
                            HalfSpace& top_out);
@@ -414,8 +414,8 @@ private:
         return !cannot_improve(node.bound);
     }
 
-    // Adds the top of a column if it overlaps the body in plan over all of a triangle. False if it does not, or if it
-    // was added before.
+    // Adds the top of a column that the body overlaps in plan at all offsets of a triangle. False if it does not, or if
+    // the column was added before.
     bool add_column(const OffsetTriangle& triangle, const ColumnName& name, HalfSpaces& spaces) {
         for (std::size_t i = 0; i < column_count_; ++i) {
             if (columns_[i].name == name) return false;
@@ -438,7 +438,7 @@ private:
         return true;
     }
 
-    // Cuts off the offsets at which a column is too high for a short enough translation.
+    // Adds half-spaces that cut off the offsets at which a column is too high for a short enough translation.
     bool add_rims(const OffsetTriangle& triangle, double near, HalfSpaces& spaces) const {
         const double high = std::sqrt(std::max(0.0, size_ * size_ - near * near));
         bool is_any = false;
@@ -454,7 +454,7 @@ private:
     }
 
     // Lower bound of the length of separating translations inside the half-spaces: the body leaves every overlapped
-    // column through one of the facets of their Minkowski difference. Only for polyhedra are these few.
+    // column through one of the facets of their Minkowski difference. Only polyhedra have few facets.
     //
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {

@@ -33,7 +33,7 @@ public:
     }
     /// The gap that a fixed plane needs.
     double clearance() const { return margin_ + 0.125 * acceleration_; }
-    /// Distance below the centre at the start that gives a fixed plane this gap at both ends, metres.
+    /// Distance of a fixed plane below the centre at the start, at which it has this gap at both ends, metres.
     double depth(const Eigen::Vector3d& n) const {
         return clearance() +
                std::max(start_.drop(n), end_.drop(n) - dot(n, end_.centre - start_.centre));
@@ -46,7 +46,7 @@ private:
     const LocalShape& start_;
     const LocalShape& end_;
     double margin_;
-    double travel_;        ///< most distance that any point moves, metres
+    double travel_;        ///< largest distance that a point moves, metres
     double acceleration_;  ///< largest second derivative of the trajectory of any point, metres
 };
 
@@ -59,10 +59,10 @@ bool are_cells_separated(const LocalGround& local, const LocalWindow& window,
 
 // Sources: S. Redon, A. Kheddar, S. Coquillart. Fast continuous collision detection between rigid bodies. 2002
 //          (one direction that separates over an interval of time).
-// Deviations: a plane is interpolated linearly between one that separates shape and column at the start and one that
-//          does at the end. The ground is static, so that it stays beyond the plane in between; the gap to the turning
-//          shape is reduced by a bound of its curvature. Vertices have outcodes for a few common planes; triangles
-//          whose corners share a bit need no plane of their own.
+// Deviations: the separating plane is interpolated linearly between a plane for the start and one for the end. The
+//             ground is static, so it stays beyond the plane in between; the gap to the turning shape is reduced by a
+//             bound of its curvature. Vertices have outcodes for a few common planes; triangles whose corners share a
+//             bit need no plane of their own.
 
 namespace {
 
@@ -86,7 +86,7 @@ public:
         mark();
     }
 
-    /// Whether each triangle is beyond a plane.
+    /// Whether every triangle is proved to be beyond some plane.
     bool are_cells_separated() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {

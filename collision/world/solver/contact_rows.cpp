@@ -143,9 +143,9 @@ void ContactSolver::apply(ContactRows& contact, Row& row, double impulse) {
     if (contact.second_ != nullptr) add_scaled(contact.second_->change_, row.second, impulse);
 }
 
-/// Sets the allowed closing speed of each contact. If rotation curves the path of a corner into the ground, the contact
-/// must open at half of that acceleration times the duration, so that its gap at the end is that at the start. Contacts
-/// between bodies tolerate this overlap. Returns the largest change, m/s.
+/// Sets the allowed closing speed of each contact. If the spin accelerates a corner towards the ground, the contact
+/// must open at half this acceleration times the duration, so that the curved path ends at the gap at which it began.
+/// Contacts between bodies tolerate this overlap. Returns the largest change, m/s.
 double ContactSolver::set_targets(double duration) {
     double change = 0.0;
     for (ContactRows& contact : contacts()) {
@@ -224,7 +224,7 @@ double ContactSolver::best_step_length() const {
         square += dot(body.direction_, body.direction_);
         slope += dot(body.direction_, body.step_start_) - dot(body.direction_, body.change_);
     }
-    // The contact speeds include the changes by sweeps since the last step; the sum above subtracts them.
+    // These speeds include what the sweeps since the last step changed; the sum above subtracts it.
     for (std::size_t i = 0; i < directions_.size(); ++i) {
         const ContactRows& contact = rows_[i];
         const std::array<double, 3>& along = directions_[i].direction;
@@ -235,7 +235,7 @@ double ContactSolver::best_step_length() const {
     return square > 0.0 ? -slope / square : 0.0;
 }
 
-/// Replaces the changes by sweeps since the last step by a step along a direction conjugate to the last one.
+/// Replaces what the sweeps since the last step changed by a step along a direction conjugate to the last one.
 void ContactSolver::step_along_directions() {
     double last_square = 0.0, product = 0.0, gradient_square = 0.0;
     for (const std::uint32_t member : direction_members_) {

@@ -393,8 +393,8 @@ double ContactSolver::sweep_normals(bool is_forward) {
         [](ContactRows& contact) { return solve_normal<false>(contact); });
 }
 
-/// @param duration of the motion ahead; the targets are updated once, because impulses change the spin on which they
-///                 depend. 0: fixed targets
+/// Sweeps until the rule holds. Updates the targets once, because impulses change the spin on which they depend.
+/// @param duration of the motion ahead, seconds; 0: fixed targets
 void ContactSolver::iterate(double duration, const StoppingRule& rule, double tolerance) {
     activate_closing();
     restart_directions();

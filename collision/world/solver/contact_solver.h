@@ -46,15 +46,15 @@ struct SolverContact {
     double target_gap = 0.0;  ///< separation opens the contact to this gap, metres
     double friction = 0.0;
     double max_friction_impulse = kNoLimit;  ///< N s
-    /// Target tangential velocity of a relative to b for friction, such as of a belt, m/s. The normal component is
-    /// ignored.
+    /// Tangential velocity of a relative to b that friction drives towards, for example a belt's, m/s. The normal
+    /// component is ignored.
     Eigen::Vector3d slip_velocity = Eigen::Vector3d::Zero();
     double restitution = 0.0;
     Eigen::Vector3d initial_impulse = Eigen::Vector3d::Zero();  ///< warm start: on a, N s
 };
 
-/// Stopping rule of the solver: converged (no velocity changes by more than `tolerance` of the fastest approach in a
-/// sweep), `iterations` sweeps done, or that change improved by less than a tenth in `patience` sweeps.
+/// When the solver stops: on convergence (in a sweep no speed changes by more than `tolerance` times the fastest
+/// approach, at least 1 m/s), after `iterations` sweeps, or if `patience` sweeps reduce this change by less than 10 %.
 struct StoppingRule {
     int iterations = 0;
     double tolerance = 0.0;
@@ -110,11 +110,11 @@ public:
     ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> storage)
         : bodies_(bodies), rows_(storage) {}
 
-    /// Adds a contact; ignored if the storage is full.
+    /// Adds a contact; ignores it if the storage is full.
     void add(const SolverContact& contact);
     bool empty() const { return count_ == 0; }
-    /// Enables steps along conjugate directions between sweeps. Sweeps alone converge slowly if a body bears others of
-    /// many times its mass. Call after adding all contacts.
+    /// Enables steps along conjugate directions between sweeps: sweeps alone converge slowly if a light body bears
+    /// heavy ones. Call after adding all contacts.
     ///
     /// @param members the moving bodies of the contacts; they outlive the solver
     /// @param storage    storage, [contacts]
@@ -174,8 +174,8 @@ public:
     /// Impulse of a contact on its body a in the last solve, N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
 
-    /// Writes displacements into the velocities, which must be zero. They open every contact below its target gap by
-    /// half of the missing distance, at most `max_distance` metres.
+    /// Writes displacements into the velocities, which must be zero. The displacements open every contact below its
+    /// target gap by half of the missing distance, at most `max_distance` metres.
     /// @param may_turn false: translations only
     void solve_separation(double max_distance, bool may_turn);
 
@@ -218,11 +218,11 @@ private:
     std::span<ContactRows> rows_;
     std::size_t count_ = 0;
     bool is_sorted_ = false;
-    std::size_t active_count_ = 0;  // contacts that sweep() visits
+    std::size_t active_count_ = 0;  // contacts that sweeps visit
     std::size_t pair_count_ = 0;    // contacts of two moving bodies, which come first
     std::span<const std::uint32_t> direction_members_;
     std::span<ContactDirection> directions_;  // [contacts]; empty: sweeps only
-    double last_gradient_square_ = 0.0;       // of the change of all bodies, J
+    double last_gradient_square_ = 0.0;       // squared norm of the last gradient, J
 };
 
 }  // namespace terrane::internal

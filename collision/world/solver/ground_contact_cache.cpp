@@ -34,8 +34,8 @@ constexpr std::array<double, kOffsetCount> make_offset_depths() {
 constexpr std::array<double, kOffsetCount> kOffsetDepths = make_offset_depths();
 /// Reuse distance: motion after which contacts are found anew, in tolerances.
 constexpr double kReuseDistance = 1.0 / 32.0;
-/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances: then ground beyond the
-/// margin was at least as far away, and has approached by at most the reuse distance.
+/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances. Ground without a
+/// contact was then at least as far away, and has approached by at most the reuse distance.
 constexpr double kReusableGap = 1.0 / 8.0;
 /// Least cosine between normals of the same contact in two refreshes.
 constexpr double kSameNormal = 0.95;
@@ -46,8 +46,8 @@ constexpr double kClearShare = 0.5;
 /// Bodies over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
-/// Whether all cells below and above a body with a margin are ground: then it can only touch the surface examined in
-/// the refresh, not the side of the ground.
+/// Whether all cells below and above a body widened by a margin are ground: then the body can only touch the surface
+/// that the refresh examined, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
     const double around = body.tolerance + margin;
     if (!(2.0 * (body.radius + around) < kMaxCells * ground.spacing())) return false;

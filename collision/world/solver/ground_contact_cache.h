@@ -23,8 +23,8 @@ inline constexpr int kOffsetCount = 48;
 inline constexpr double kStopGap = 1.0 / 256.0;
 /// Least stop gap, metres, slightly above rounding, so that a body closer than kStopGap may move away.
 inline constexpr double kLeastStopGap = 1e-11;
-/// Gap at which bodies rest above the first offset surface, in tolerances. This is the contact surface itself, so that
-/// a body placed on it stays, and it is above every stop gap, so that the body can slide.
+/// Gap at which bodies rest above the first offset surface, in tolerances. At this gap a body is on the contact surface
+/// itself, so that a body placed there stays. The gap exceeds every stop gap, so that the body can slide.
 inline constexpr double kRestGap = kFirstOffset;
 /// Gap to which separation lifts a body above the offset surface, in tolerances. A body placed on a slope of up
 /// to 60 degrees has at least this gap, so separation does not move it.
@@ -50,7 +50,8 @@ struct MeshOffset {
     }
 };
 
-/// Finds the first offset from `from` on at which a body near volumes is clear by the stop gap, if any.
+/// Finds the first offset from `from` on at which a body near volumes is clear by the stop gap; at the last offset any
+/// distance suffices.
 MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int from);
 
 /// The offset surface against which a body moves.
@@ -61,7 +62,7 @@ struct OffsetSurface {
     double clear_distance = 0.0;  ///< distance every point may move clear of the surface, metres
 };
 
-/// The cells that a body with a margin, metres, may overlap.
+/// The cells that a body widened by a margin, metres, may overlap.
 CellRange cells_around(const RigidBody& body, const Ground& ground, double margin);
 
 /// Cached contacts of one body with an offset surface. Reused while the body has moved less than the reuse distance:
@@ -73,9 +74,9 @@ public:
     /// Parameters of a search for contacts.
     struct Search {
         int offset_index = 0;  ///< of the surface
-        /// Gap beyond the contact margin, metres: distance that the body may move until the next refresh.
+        /// Search distance beyond the contact margin, metres: how far the body may move until the next refresh.
         double reach = 0.0;
-        /// Additional search distance for triangles of volumes, metres.
+        /// Additional distance at which volumes count as near, metres.
         double travel = 0.0;
         bool is_clear = false;  ///< known not to penetrate the surface: the lift is not computed
     };
@@ -122,7 +123,7 @@ public:
     /// `extra_offset`, metres: at most half of the smallest gap. <= 0 if unknown.
     double clear_distance(double extra_offset) const;
 
-    /// The highest offset surface that the body does not penetrate; none if it penetrates all. Refreshed for surface 0.
+    /// The highest offset surface that the body does not penetrate, if any. Requires a refresh for surface 0.
     std::optional<OffsetSurface> highest_clear_surface(const RigidBody& body) const;
     /// Offset surface `index`, at or below the refreshed one. Near volumes, the first surface at or below it that the
     /// body does not penetrate.
@@ -138,8 +139,7 @@ public:
     }
 
     /// Serialises the fields of the previous contacts that refresh() reads. A copy made between two steps needs no
-    /// others.
-    /// See world/world_bytes.h.
+    /// others. See world/world_bytes.h.
     /// @param cache a GroundContactCache, const for writing
     template <class Stream, class Cache>
     static void list_fields(Stream& stream, Cache& cache) {

@@ -27,7 +27,7 @@ constexpr double kLeastProved = 1.0 / 16.0;
 constexpr std::uint64_t kMaxImpacts = 8;  // of an interval
 constexpr int kMaxPieces = 64;            // of an interval
 constexpr int kMaxIntervals = 32;         // of a lone step
-/// Rotation after which contacts are found anew, radians: they are solved for points with straight paths.
+/// Rotation after which contacts are found anew, radians, because the solver takes the paths of points as straight.
 constexpr double kContactTurn = 0.1;
 /// Least share of the interval for which impacts are solved.
 constexpr double kLeastSolveShare = 0.01;
@@ -55,8 +55,8 @@ double reach_of(const RigidBody& body, const Twist& displacement) {
     return length(displacement.linear) + body.radius * length(displacement.angular);
 }
 
-/// Search distance for contacts of a collision step beyond the contact margin, metres: the distance that the body may
-/// move, at most its smallest half extent and the spacing of the ground.
+/// Search distance beyond the contact margin for the contacts of a collision step, metres: the distance that the body
+/// may move, limited to its smallest half extent and to the spacing of the ground.
 double contact_reach(const RigidBody& body, const Ground& ground, const StepSpan& span) {
     const double most = std::min(body.thickness, ground.spacing());
     const double fall = length(body.acceleration) * span.duration * span.duration;
@@ -205,7 +205,7 @@ GateAnswer GroundGate::end(RigidBody& body, const Ground& ground, const StepSpan
         displacement.angular = rotation_vector_between(start_.rotation, end.rotation);
     }
     body.pose = start_;
-    // Other bodies may have pushed the body out of the space that was clear at the start of the step.
+    // Other bodies may have pushed the body out of the space that begin() tested.
     if (contacts_.is_out_of_reach() && !is_swept_sphere_clear(body, ground, displacement.linear)) {
         surface_.clear_distance = 0.0;
     }
@@ -241,7 +241,7 @@ GateAnswer GroundGate::end(RigidBody& body, const Ground& ground, const StepSpan
     return answer;
 }
 
-/// Advances a body by `duration` seconds, alone. Its velocity already includes the acceleration over that time.
+/// Advances a body by `duration` seconds, without other bodies. Its velocity already includes the acceleration.
 GateAnswer GroundGate::step_alone(RigidBody& body, const Ground& ground, double duration) {
     GateAnswer total;
     const Eigen::Vector3d velocity_before = body.velocity.linear;
@@ -448,7 +448,7 @@ MoveAnswer GroundGate::advance(RigidBody& body, const Ground& ground, const Twis
 MoveAnswer GroundGate::advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
                                        const Pose& end) {
     if (!surface_.is_mesh) {
-        // The contacts were found against the heightfield, farther from the volumes.
+        // The contacts were found against the heightfield alone, when the body was farther from the volumes.
         const MeshOffset first = find_mesh_offset(body, ground, surface_.index);
         if (first.is_missing) return kNotResident;
         if (first.index == kOffsetCount) return kStopped;

@@ -19,11 +19,11 @@ struct StepSpan {
     double substep() const { return duration / substep_count; }
 };
 
-/// How far a displacement was made.
+/// How far a body was moved.
 struct MoveAnswer {
     bool resident = true;
     bool hit = false;
-    double fraction = 1.0;  ///< share of the displacement made
+    double fraction = 1.0;  ///< of the displacement
 };
 
 /// What happened to a body in a step, or in a part of it.
@@ -34,7 +34,7 @@ struct GateAnswer {
     std::uint64_t impacts = 0;
     double simulated_time = 0.0;
     double lost_time = 0.0;
-    /// Impulse of the ground on the body, without the contacts that the island solved, N s.
+    /// Impulse of the ground on the body, N s; excludes impulses that the island's solver applied.
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
 
     void add(const GateAnswer& later) {
@@ -47,9 +47,9 @@ struct GateAnswer {
     }
 };
 
-/// The gate between one body and the ground: owns the body's ground contacts and the offset surface above which it
-/// stays, and changes its pose only along motions that are proved clear of that surface or cast against it, so that the
-/// penetration depth is bounded by construction, independent of solver and integrator.
+/// The gate between one body and the ground. It owns the body's ground contacts and the offset surface above which the
+/// body stays, and moves the body only along motions that are proved clear of that surface or cast against it. So the
+/// penetration depth is bounded by construction, whatever solver and integrator do.
 ///
 /// A collision step calls begin(), lets the island solver move the body in substeps on contacts(), with scratch poses,
 /// and calls end(), which applies the net displacement.
@@ -66,7 +66,7 @@ public:
     /// Invalidates the contacts of the previous step. If they were reused, results would depend on which other chunks
     /// are resident.
     void begin_step() { contacts_.begin_step(); }
-    /// Restores the impulses and forgets what was proved since begin_step(), for a body that is put back.
+    /// Restores the impulses of begin_step() and forgets the proofs since then, for a body whose step is undone.
     void undo_step();
 
     // ---- A collision step ----
@@ -95,7 +95,7 @@ public:
     /// The contacts with the ground, at the poses of the substeps.
     GroundContactCache& contacts() { return contacts_; }
     const GroundContactCache& contacts() const { return contacts_; }
-    /// Makes the next collision step test the body for penetration even if its pose and the ground are unchanged.
+    /// Makes the next begin() test the body for penetration even if its pose and the ground are unchanged.
     void forget_proof() { clear_pose_.reset(); }
     /// Resets to a new gate, keeping its memory.
     void reset();
@@ -133,8 +133,8 @@ private:
     std::optional<Pose> clear_pose_;
 };
 
-/// Casts a wheel against the first offset surface for a tolerance. The contact is that of the raised shape,
-/// kFirstOffset tolerances too high.
+/// Casts a wheel against the first offset surface for a tolerance. Except near volumes, the contact is that of the
+/// raised shape, kFirstOffset tolerances too high.
 CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
                       double tolerance);
 

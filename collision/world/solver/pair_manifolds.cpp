@@ -81,8 +81,8 @@ Motion predicted_motion(const RigidBody& body, double duration) {
             angle > kMostTurn ? Eigen::Vector3d(turn * (kMostTurn / angle)) : turn};
 }
 
-/// Thickness that a pair must not tunnel through in a step. Against a body that is not dynamic, such as a thin wall,
-/// the thicker body counts.
+/// Thickness through which the bodies of a pair must not tunnel in a step: that of the thinner body, or of the thicker
+/// one if a body is not dynamic, such as a thin wall.
 double least_thickness(const RigidBody& a, const RigidBody& b) {
     return is_dynamic(a) && is_dynamic(b) ? std::min(a.thickness, b.thickness)
                                           : std::max(a.thickness, b.thickness);
@@ -231,8 +231,8 @@ double PairManifold::least_gap() const {
     return least;
 }
 
-/// Finds the contact of fast bodies by a cast. Its gap is the distance that its points close until the time of impact,
-/// so that the solver lets the bodies meet then.
+/// Finds the contact of fast bodies by a cast. The contact's gap is the distance that its points close until the time
+/// of impact, so that the solver lets the bodies meet at that time.
 void PairManifold::predict_impact(std::span<PairManifold> manifolds, const RigidBody& a,
                                   const RigidBody& b, double duration) {
     const Motion motion_a = predicted_motion(a, duration);

@@ -46,7 +46,7 @@ private:
     double travel_of(const BodyPair& pair) const { return travel_[pair.a] + travel_[pair.b]; }
 
     std::vector<Entry> entries_, kept_, added_;
-    std::size_t next_ = 0;  // of entries_
+    std::size_t next_ = 0;  // index of the next entry
     std::vector<double>
         travel_;  // [bodies] upper bound of the distance travelled by any point, metres
     std::vector<Pose> poses_;  // [bodies] at the last begin()

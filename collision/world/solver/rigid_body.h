@@ -14,7 +14,7 @@ namespace terrane::internal {
 struct BodyMotion {
     Pose pose;
     Twist velocity;
-    bool started_deep = false;  ///< was placed deeper than its tolerance, still recovering
+    bool started_deep = false;  ///< was placed deeper than its tolerance and still recovers
     bool is_fresh = true;       ///< not stepped since it was placed
     /// Remaining recovery translation of a body that penetrates too deeply, metres.
     Eigen::Vector3d escape_translation = Eigen::Vector3d::Zero();
@@ -39,7 +39,7 @@ struct RigidBody : BodyMotion {
     Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
 
-/// Radius of a sphere or capsule, 0 for shapes with corners; for a compound, that of the part.
+/// Radius of a sphere or capsule; 0 for shapes with corners. For a compound, the radius of one of its parts.
 inline double rounding_of(const auto& shape) {
     if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->radius;
     if (const auto* capsule = std::get_if<Capsule>(&shape)) return capsule->radius;
@@ -72,8 +72,8 @@ inline double greatest_speed(const RigidBody& body) {
 /// Upper bound of the distance that a point of a body moves between two poses, metres.
 double greatest_move(const RigidBody& body, const Pose& from, const Pose& to);
 
-/// Rotation vector of a free motion, radians: in flight from the spin at the middle of the interval, in contact from
-/// the solved spin at its start.
+/// Rotation vector of a free motion, radians. In flight it uses the spin at the middle of the interval; in contact, the
+/// solved spin at the start.
 /// @param is_flying no contact was solved
 Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying);
 

@@ -41,7 +41,7 @@ struct Moments {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  ///< integral of d d^T, d from the centre
 
-    /// Sets of lower dimension have no content.
+    /// Adds a set. Of two sets of different dimension, the one of lower dimension has no content.
     void add(const Moments& other) {
         if (other.dimension < dimension || !(other.content > 0.0)) return;
         if (other.dimension > dimension) {
@@ -126,7 +126,7 @@ Eigen::Vector3d inertia_of(const Box& box, double mass) {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Dimension and content only.
+/// Moments of which only dimension and content are set.
 Moments content_of(const Sphere& sphere) {
     const double r = sphere.radius;
     if (!(r > 0.0)) return {.dimension = 0, .content = 1.0};

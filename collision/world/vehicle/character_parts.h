@@ -67,7 +67,7 @@ public:
     void place(const BodyState& body);
 
 private:
-    /// A contact, and the other body.
+    /// A contact and the body that the character touches there.
     struct FootContact {
         SolverContact contact;
         std::uint32_t body;  // kNone: the ground
@@ -90,7 +90,7 @@ private:
     GroundGate gate_;
     std::vector<FootContact> contacts_;  // of the last find_contacts()
     bool is_stepping_up_ = false;        // the last collision step ended below step_height_
-    double step_height_ = 0.0;           // of the capsule's centre on the step
+    double step_height_ = 0.0;           // world z of the capsule's centre on the step
 };
 
 }  // namespace terrane::internal

@@ -20,8 +20,8 @@ namespace {
 
 constexpr double kStandardGravity = 9.81;  // m/s^2: design weight of the springs
 constexpr double kAirDensity = 1.225;      // kg/m^3
-/// Springs act along the contact normal. Lower limit of the cosine between normal and suspension axis, below which the
-/// force does not grow further.
+/// Springs act along the contact normal, so their force grows with the angle between normal and suspension axis. This
+/// least cosine of the angle limits it.
 constexpr double kLeastAlignment = 0.4;
 /// Least length of the rolling direction projected onto the contact plane; below it a wheel has no grip.
 constexpr double kLeastRoll = 0.1;
@@ -152,7 +152,7 @@ void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassi
                              bar * (contact.compression_now - roll_bar_compression(i));
         const double softness = substep * ((spring + bar) * substep + damping) / (lean * lean);
         const double wanted = substep * force / lean - softness * speed(lever, before);
-        // All wheels act simultaneously, so each moves its share of the mass; otherwise the equilibrium would be wrong.
+        // All wheels act at once, so each moves its share of the mass; else the springs would not balance the weight.
         const double moved_mass = std::min(share, lever.effective_mass);
         contact.load_impulse = std::max(0.0, wanted / (1.0 + softness / moved_mass));
         push(lever, chassis, contact.load_impulse);

@@ -45,7 +45,7 @@ struct WheelCommand {
     /// Force that a steering differential adds to one side and subtracts from the other, newtons, positive forward. It
     /// costs power only to the extent that one side runs faster.
     double turn_force = 0.0;
-    double brake_force = 0.0;  ///< newtons, upper limit, against the roll
+    double brake_force = 0.0;  ///< largest force against rolling, newtons
     double steer = 0.0;        ///< radians, positive to the left
 };
 
@@ -108,7 +108,7 @@ public:
 
     /// Applies the forces of a substep to the velocities.
     /// @param bodies       solver bodies with the velocities of the substep; bodies of infinite mass are not written
-    /// @param chassis      index
+    /// @param chassis      index of the chassis in `bodies`
     /// @param chassis_pose in the substep; poses of the bodies below wheels are in the contacts
     /// @return kinetic energy added, J; < 0 if energy was removed
     double apply(std::span<SolverBody> bodies, std::uint32_t chassis, const Pose& chassis_pose,

@@ -22,11 +22,11 @@ constexpr double kLookAheadTime = 0.7;   // seconds
 constexpr double kGravity = 9.81;        // m/s^2
 constexpr double kLeastLookAhead = 5.0;  // metres
 constexpr double kMostLookAhead = 25.0;  // metres
-/// Length of the chords for computing the path's curvature, metres; a corner extends this far to both sides.
+/// Length of the chords from which the path's curvature is computed, metres; a corner extends this far to both sides.
 constexpr double kCornerReach = 5.0;
 constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
 constexpr double kBrakeGain = 0.25;       // brake per m/s above it
-constexpr double kBrakeSlack = 0.5;       // excess left to rolling resistance, m/s
+constexpr double kBrakeSlack = 0.5;       // excess that rolling resistance removes, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
 constexpr double kLeastDistance = 0.001;  // metres between points
@@ -98,7 +98,7 @@ double track_of(const VehicleSettings& settings) {
 struct Reserve {
     double lateral = 0.0;        ///< to either side, before sliding or rolling over, m/s^2, >= 0
     double braking = 0.0;        ///< deceleration along its heading, m/s^2, >= 0
-    double braking_share = 0.0;  ///< `braking` over that on level ground, 0 to 1
+    double braking_share = 0.0;  ///< ratio of `braking` to its value on level ground, 0 to 1
 };
 
 /// Subtracts gravity along the vehicle's axes from the limits of friction, stability and brakes.

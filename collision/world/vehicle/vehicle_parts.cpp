@@ -2,14 +2,14 @@
 //
 // Sources of the presets:
 //   Wong. Theory of ground vehicles. 2008, chapters 1, 3 and 4: tyres on dry asphalt, peak friction 0.8 to 0.9 and 0.75
-//     sliding; rolling resistance 0.012 to 0.015 on hard roads, of tracks on firm ground 0.04; drag.
+//     sliding; rolling resistance of tyres on hard roads 0.012 to 0.015, of tracks on firm ground 0.04; drag.
 //   NHTSA. Rating system for rollover resistance. Federal Register 66 FR 3388, 2001: static stability factor track / (2
 //     height of the centre of mass); light trucks have 1.0 to 1.3. A vehicle slides before it rolls over if its tyre
 //     friction is below this factor less the effect of suspension roll.
 //   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4, 5 and 7: bounce frequencies of 1 to 2 Hz, damping
 //     ratios of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2; anti-roll bars.
-// The drive force is limited by the tyres' grip on a slope, as for trucks in low gear. The default power of the tracked
-// vehicle is that at the tracks of a 12 t M113 with 158 kW, at an efficiency of 70 %.
+// The drive force is limited by the tyres' grip on a slope, as for trucks in low gear. The tracked vehicle's default
+// power is that of a 12 t M113 at its tracks: 158 kW at an efficiency of 70 %.
 // Deviations: power is specified at the wheels and is independent of speed, as with a gearbox of many ratios. The roll
 //     axis lies on the ground: there is no suspension geometry. A track is a row of wheels of equal force; its belt has
 //     neither mass nor tension.

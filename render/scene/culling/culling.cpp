@@ -51,8 +51,8 @@ BoundingSphere bounding_sphere(const OrientedBox& box) {
 }
 
 // Deviation from the sources: the volume is a pyramid without a near plane, in general infinite. It is treated as any
-// convex polyhedron: the candidate separating axes are its face normals, those of the box, and cross products of their
-// edges (the facets of the Minkowski difference).
+// convex polyhedron: the candidate separating axes are the face normals of volume and box, and the cross products of
+// their edges (the facets of the Minkowski difference).
 
 namespace {
 
@@ -170,8 +170,8 @@ bool ViewVolume::is_inside_but(int plane, const Eigen::Vector3d& p_eye) const {
     return true;
 }
 
-// The nearest point of the volume is the point itself, or on a face (where the point's projection is in it), or on an
-// edge: the smallest of these.
+// Squared distance of a point from the volume: 0 inside, else the smallest to a face (if the projection of the point is
+// on the face) or to an edge.
 double ViewVolume::squared_distance(const Eigen::Vector3d& p_eye) const {
     if (is_inside_but(-1, p_eye)) return 0.0;
     double least = dot(p_eye, p_eye);  // the apex
@@ -204,8 +204,8 @@ bool ViewVolume::meets(const BoundingSphere& sphere_world) const {
     return !(squared_distance(centre) > reach * reach);
 }
 
-// Whether the plane perpendicular to the axis through the volume's extreme point separates the two. Without a far plane
-// the volume is infinite along its edges.
+// Whether the projections of the volume and the box onto an axis are disjoint. Without a far plane the volume is
+// infinite along its edges.
 bool ViewVolume::is_separated(const LocalBox& box, const Eigen::Vector3d& axis) const {
     const double squared = dot(axis, axis);
     // The direction of the product of nearly parallel edges is lost to rounding; other axes cover it.
@@ -311,8 +311,8 @@ bool ViewVolume::meets_triangles(const Pose& world_from_object, double scale,
 
 // Source: M. Stamminger, G. Drettakis. Perspective Shadow Maps. SIGGRAPH 2002 (casters are in the convex hull of the
 //         receivers and the light).
-// Deviation: a plane may have any normal that does not point away from the sun and passes through the extreme corner of
-//            the receivers along it, so that no plane excludes a caster, however the corners are rounded.
+// Deviation: a plane passes through the extreme corner of the receivers along its normal. It then excludes no caster if
+//            the normal does not point away from the sun, however the corners are rounded.
 
 namespace {
 
@@ -324,8 +324,8 @@ using internal::reach_along;
 
 // Tolerance of comparisons, relative to the sum of the distance from the eye and the sizes of both volumes.
 constexpr double kCasterMargin = 1e-11;
-// An edge at a smaller sine to the sun's direction gives no plane: their cross product would have a relative rounding
-// error near the margin.
+// Least sine of the angle between the sun's direction and an edge that gives a plane. For smaller angles the rounding
+// error of their cross product would be near the margin.
 constexpr double kLeastSine = 1e-4;
 // An edge bounds the volume if both of its ends are within this distance of the extreme corner, relative to the
 // receivers' size.
@@ -361,7 +361,7 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
         return std::array{low, high};
     };
     for (const Eigen::Vector3d& normal : receivers.normals()) {
-        // a plane that is left towards the sun does not bound the casters
+        // the other planes are crossed on the way from a receiver to the sun
         if (dot(normal, sun) >= 0.0) add(normal, range_along(normal)[0]);
     }
     for (std::size_t i = 0; i < 4; ++i) {
@@ -383,7 +383,7 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
 }
 
 void CasterVolume::add(const Eigen::Vector3d& normal, double least) {
-    // both sides of all 8 edges bound only a volume without thickness
+    // a volume with more planes has no thickness: both sides of its edges are extreme
     if (plane_count_ < kMostPlanes) planes_[plane_count_++] = {normal, least};
 }
 
@@ -420,7 +420,7 @@ bool CasterVolume::meets(const OrientedBox& box_world) const {
     });
 }
 
-// Sources: J. Clark. Hierarchical Geometric Models for Visible Surface Algorithms. CACM 19(10), 1976.
+// Sources: J. Clark. Hierarchical Geometric Models for Visible Surface Algorithms. CACM 19(10), 1976 (hierarchy).
 //          U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
 //          Tools 5(1), 2000 (masks of planes, the last plane first).
 // Deviation: nodes are in depth-first order without pointers (base/aabb_tree.h), so that the objects below a node that
@@ -430,8 +430,8 @@ namespace {
 
 using internal::AabbNode;
 
-// Whether exactly one plane is left. The box is inside the others, so that reaching the inner side of that plane, as
-// found by the plane test, means meeting the volume.
+// Whether at most one plane is left. The plane test is then exact: the box is inside all other planes, and meets the
+// volume if it reaches the inner side of this one.
 bool is_one_plane(std::uint8_t mask) { return (mask & (mask - 1)) == 0; }
 
 }  // namespace

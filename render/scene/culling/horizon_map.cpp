@@ -23,7 +23,7 @@ namespace {
 // Rounding margin: a triangle extends this far beyond its edges, relative to its area.
 constexpr double kEdge = 1e-9;
 
-// A position on a chunk, in samples from its south-western one.
+// A position on a chunk, in sample spacings from its south-western sample.
 struct ChunkPlace {
     double column, row;
 
@@ -99,7 +99,8 @@ bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
 //   4. The ray starts above the drawn ground and is not above it at the point in 3: it has met the drawn ground before
 //      the object. It has also met the true surface, which is above the ray at the point in 3 and below the eye.
 //
-// For "in view" in 3 the object, raised by that much, must be within the planes of the view that face down.
+// For "in view" in 3 the object, raised by the height of the true point above the ray, must be within the planes of the
+// view that face down.
 
 namespace terrane {
 namespace {
@@ -115,7 +116,7 @@ using internal::Wedge;
 constexpr double kMargin_px = 1.0;
 // Largest error as an angle, radians.
 constexpr double kMostError = 0.25;
-// The azimuth of a direction closer to the vertical is unreliable.
+// Least horizontal component of a unit direction whose azimuth is reliable.
 constexpr double kLeastHorizontal = 1e-6;
 // Largest side, in cells, of the square below the eye whose errors are read.
 constexpr double kMostCells = 64.0;
@@ -170,7 +171,7 @@ std::optional<int> level_around(const std::shared_ptr<const ResidentSet>& reside
     return std::nullopt;
 }
 
-// Whether the true surface within a horizontal distance of the eye is lower than it by more than that distance.
+// Whether the true surface within a horizontal distance of the eye is lower than the eye by more than that distance.
 bool is_above_ground(const std::shared_ptr<const ResidentSet>& resident, const WorldPos& eye,
                      double distance) {
     const std::optional<int> level = level_around(resident, eye, distance);

@@ -18,10 +18,9 @@ struct GroundSquare {
     int log2_side = SamplePyramid::kCoarsest;  ///< cells along its side
     int column = 0, row = 0;                   ///< of its south-western cell in the chunk
 
-    /// Its four quarters at the finest resident level: squares of children if these are resident. Requires
-    /// can_divide().
+    /// The four quarters of the square, as squares of children where these are resident. Requires can_divide().
     std::array<GroundSquare, 4> quarters(const ResidentSet& resident) const;
-    /// False for the smallest squares for which a chunk stores a height range, unless a child is resident.
+    /// False for the smallest squares for which a chunk stores a height range.
     bool can_divide() const { return log2_side > SamplePyramid::kFinest; }
 };
 
@@ -31,7 +30,7 @@ WorldRect rect_of(const Lattice& lattice, const Chunk& chunk, const GroundSquare
 /// Certified bounds of the true surface over a square, metres. Requires a certified chunk.
 HeightInterval true_heights(const Chunk& chunk, const GroundSquare& square, double quantum);
 
-/// Whether all of its cells are ground.
+/// Whether all cells of a square are ground.
 bool is_all_ground(const Chunk& chunk, const GroundSquare& square);
 
 namespace {

@@ -47,7 +47,7 @@ struct SectorRange {
     }
 };
 
-/// The directions between two others, counter-clockwise, less than half a turn apart.
+/// The horizontal directions from `right` counter-clockwise to `left`, less than half a turn.
 struct Wedge {
     Eigen::Vector2d right, left;  ///< its first and last direction, not zero
 
@@ -122,7 +122,7 @@ class HorizonRows {
 public:
     using Row = std::array<float, kSectors>;
 
-    /// Per sector, a lower bound of the largest slope of the true surface within a ring and all nearer ones, valid for
+    /// For each sector a lower bound of the largest slope of the true surface up to the outer edge of a ring; valid for
     /// every direction of the sector.
     const Row& row(int ring) const { return rows_[static_cast<std::size_t>(ring)]; }
 

@@ -135,7 +135,7 @@ using internal::norm1;
 constexpr double kThinnest = 0x1p-20;
 constexpr double kNormalError = 0x1p-28;
 constexpr double kLeastArea = 1e-150;  // its square is a normal number
-// A wider cone spans more than a hemisphere less 3 degrees.
+// Least cosine of a cone's half angle (87 degrees): a wider cone would hardly ever be culled.
 constexpr double kLeastCosine = 0.05;
 // Relative rounding of sums of a few products, with a margin.
 constexpr double kSums = 0x1p-48;

@@ -18,7 +18,7 @@ struct GraphNode {
     NodePlace place;
     NodeContent content;
     std::size_t level = 0;       ///< of a switch in the last frame
-    bool is_current = false;     ///< whether `bounds` is up to date; if not, no ancestor's is
+    bool is_current = false;     ///< whether `bounds` is valid; if not, no ancestor is current
     std::optional<Aabb> bounds;  ///< of its subtree, in its frame
 };
 

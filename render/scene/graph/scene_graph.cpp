@@ -35,7 +35,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
 
 /// The first geometry that a segment meets: see SceneGraph::ray().
 ///
-/// @param nodes updates their bounds
+/// @param nodes the bounds are updated
 /// @param view  view that billboards face; null: nodes below billboards are ignored
 std::optional<NodeHit> find_hit(NodeStore& nodes, const View* view, const WorldPos& from_world,
                                 const WorldPos& to_world);

@@ -67,7 +67,7 @@ void ContinuousLevels::follow(std::span<const NearObject> objects) {
     former_.clear();
 }
 
-// The kept level with the fewest contractions from `count`.
+// Removes and returns the kept level that is the fewest contractions from `count`; a new copy if none is kept.
 ProgressiveMesh ContinuousLevels::take(std::uint32_t model, std::uint32_t count) {
     std::vector<ProgressiveMesh>& kept = models_[model].kept;
     if (kept.empty()) return models_[model].mesh->share();

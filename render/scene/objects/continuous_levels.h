@@ -32,7 +32,7 @@ struct NearObject {
 };
 
 /// Selects the nearest objects in view: those with the most pixels per metre of their models. A selected object stays
-/// until another one exceeds it by an eighth, so that equally near objects do not alternate.
+/// until another one has an eighth more pixels per metre, so that equally near objects do not alternate.
 class NearObjects {
 public:
     /// @param most objects, above 0
@@ -40,7 +40,7 @@ public:
 
     /// Begins a frame without candidates.
     void clear() { objects_.clear(); }
-    /// Adds a candidate. Candidates must be added in the order of their keys, which is that of their places.
+    /// Adds a candidate. Keys and places must increase from candidate to candidate.
     void add(const NearObject& object) { objects_.push_back(object); }
     /// Keeps the nearest candidates, in the same order. Keys break ties.
     ///
@@ -122,7 +122,7 @@ public:
     void clear();
     /// Begins a frame. @param log2_least log2 of the frame's least threshold in pixels
     void begin(float log2_least);
-    /// Adds an object of the frame if it may have a continuous level; in the order of keys and places.
+    /// Adds an object of the frame if it may have a continuous level. Keys and places must increase.
     void add(const NearObject& object) {
         const std::optional<ContinuousModel>& model = models_[object.model];
         if (model && model->draws_mesh(object.log2_factor, log2_least_)) near_.add(object);

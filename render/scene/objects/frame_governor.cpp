@@ -78,7 +78,7 @@ void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, d
 
 // Adapts the model to another scene: scales the costs of past frames to that of this one, or shifts them if most of the
 // time does not depend on triangles, and gives them little weight. If this frame has far more or fewer triangles than
-// those before, the slope rather than the costs may be wrong: then they stay, and the next fit decides.
+// those before, the slope may be wrong instead: then the past costs stay, and the next fit decides.
 void FrameGovernor::rescale(CostModel& model, double frame_ms, double triangles) {
     const double expected = model.cost_ms(triangles);
     const double mean_n = model.n / model.weight;

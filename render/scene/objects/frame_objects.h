@@ -17,7 +17,7 @@
 
 namespace terrane::internal {
 
-/// Objects of one frame: those in view, or those out of view that cast shadows into it.
+/// The objects in the view of one frame, or the objects out of view that cast shadows into it.
 class FrameObjects {
 public:
     /// Removes all objects.
@@ -30,7 +30,7 @@ public:
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
              const HorizonMap* horizon_map);
 
-    /// Adds the objects of a cluster that can cast a shadow into the view and are not added by add() of the view.
+    /// Adds the objects of a cluster that are out of view (add() does not add them) and can cast a shadow into it.
     /// @param is_in_view whether add() has been called for the cluster
     void add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
@@ -77,7 +77,7 @@ private:
     std::size_t occluded_ = 0;
     std::vector<Range> ranges_;
     std::size_t object_count_ = 0;
-    std::vector<std::uint16_t> indices_;  // [objects] in their clusters
+    std::vector<std::uint16_t> indices_;  // [objects] index in the cluster
     std::vector<float> factors_;          // [objects] log2 of pixels per metre of error at scale 1
     std::array<float, kClusterObjects> cluster_factors_{};
 };

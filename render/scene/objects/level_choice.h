@@ -27,8 +27,8 @@ public:
     void remove(float log2_factor) { --counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
 
     /// Visits the bins that are not empty.
-    /// @param visit void(std::uint32_t count, float low, float high): log2 of the ends; infinite at the ends of the
-    ///              scale
+    /// @param visit void(std::uint32_t count, float low, float high): low and high are log2 of the bin's ends, infinite
+    ///              for the outermost bins
     template <class Visit>
     void visit(const Visit& visit) const {
         constexpr float kInfinite = std::numeric_limits<float>::infinity();
@@ -71,7 +71,7 @@ public:
         if (bin >= 0) changes_[static_cast<std::size_t>(bin)] -= triangles;
     }
 
-    /// Appends the steps of the smallest upper bound that does not increase with the threshold.
+    /// Appends demands whose sum is the smallest upper bound that does not increase with the threshold.
     void append_to(std::vector<TriangleDemand>& demands_out) const;
 
 private:
@@ -89,10 +89,10 @@ struct ChosenLevels {
 
 /// The levels of a model on a logarithmic scale.
 ///
-/// Level i + 1 is replaced by level i as its screen error rises from the threshold divided by the fade ratio to the
-/// threshold: both are drawn with complementary coverage, or level i morphs into level i + 1. Errors of consecutive
-/// levels differ by more than the ratio, so that at most two levels are drawn. "Not drawn" is represented by the last
-/// level, without triangles.
+/// Level i replaces level i + 1 while the screen error of level i + 1 rises from the threshold divided by the fade
+/// ratio to the threshold: both are drawn with complementary coverage, or level i morphs into level i + 1. Errors of
+/// consecutive levels differ by more than the ratio, hence at most two levels are drawn. The last level has no
+/// triangles: it means not drawn.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
@@ -142,7 +142,7 @@ public:
     std::uint32_t triangle_count(float log2_factor, float log2_threshold) const;
 
 private:
-    /// Triangles that are drawn below one error and not drawn below another.
+    /// Triangles added to (or removed from) the demand at thresholds below this error times the object's factor.
     struct Change {
         float log2_error;
         std::int64_t triangles;

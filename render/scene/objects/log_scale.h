@@ -8,8 +8,8 @@
 
 namespace terrane::internal {
 
-/// Base-2 logarithm of a positive normal number, without libm, so that results are bit-identical everywhere; loops over
-/// it vectorise.
+/// Base-2 logarithm of a positive normal number, without libm, so that results are bit-identical everywhere. Loops that
+/// call it vectorise.
 ///
 /// Source: the series of the inverse hyperbolic tangent, log(m) = 2 artanh((m - 1) / (m + 1)), for a mantissa m in
 /// [1/sqrt(2), sqrt(2)). Accuracy: 2e-6 absolute.
@@ -34,8 +34,8 @@ inline float log2_of_error(double error_m) {
     return log2_of(static_cast<float>(std::max(error_m, 1e-30)));
 }
 
-/// Bins of screen errors on a logarithmic scale: bin b holds pixels whose log2 is in ((b - 1) / kBinsPerOctave,
-/// b / kBinsPerOctave], from kFirstOctave on; the first bin has no lower end, and the last no upper end.
+/// Bins of screen errors on a logarithmic scale: bin b holds the errors with kBinsPerOctave * (log2(error in pixels) -
+/// kFirstOctave) in (b - 1, b]. The first bin has no lower end, and the last no upper end.
 struct ErrorBins {
     static constexpr int kBinsPerOctave = 32;
     static constexpr int kFirstOctave = -10;  ///< 1/1024 pixel

@@ -161,7 +161,7 @@ struct Scene::State {
     void find_casters(const View& view, const ViewVolume& volume, const SunShadows& shadows);
 };
 
-// Excludes objects in view with continuous levels from the counts of the others.
+// Selects the objects with continuous levels, and removes them from the factor counts of their models.
 void Scene::State::find_nearest() {
     if (!streamed.is_needed()) return;
     streamed.begin(log2_of_threshold(least_threshold_px));

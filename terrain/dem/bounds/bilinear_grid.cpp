@@ -17,8 +17,8 @@ std::string in_metres(double value) {
     return text;
 }
 
-/// The largest number with eight significant bits that is at most `value`: less than 1 % below it, and its multiples
-/// are exact.
+/// The largest number with eight significant bits that is at most `value`: it is less than 1 % smaller, and its
+/// multiples are exact.
 double round_down_to_eight_bits(double value) {
     int exponent = 0;
     const double mantissa = std::frexp(value, &exponent);

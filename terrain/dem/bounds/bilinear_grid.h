@@ -19,9 +19,9 @@ struct SamplePlace {
 
 /// Positions of a raster's samples relative to lattice and world; rows count from the south.
 ///
-/// *Aligned*: cells are square and a cell is 2^cell_log2 finest spacings, so that every sample is a lattice point.
-/// Otherwise 2^cell_log2 finest spacings are the *base spacing*, the largest such multiple that is no longer than a
-/// cell's shorter side.
+/// The *base spacing* is 2^cell_log2 finest spacings. A grid is *aligned* if cells are square: the base spacing then is
+/// a cell's side, and every sample is a lattice point. Otherwise the base spacing is the largest power of two of finest
+/// spacings that is not longer than a cell's shorter side.
 struct BilinearGrid {
     int columns = 0, rows = 0;
     double cell_x = 0.0, cell_y = 0.0;
@@ -37,8 +37,8 @@ struct BilinearGrid {
 
     SamplePlace column_at(double x) const { return split((x - west) / cell_x); }
     SamplePlace row_at(double y) const { return split((y - south) / cell_y); }
-    /// Sample position of a lattice index; non-decreasing, so that a region inside another one covers a subset of its
-    /// samples.
+    /// Sample position of a lattice index. Non-decreasing, so that a region inside another one covers a subset of the
+    /// other's samples.
     SamplePlace column_at_index(std::int64_t ix) const {
         return aligned ? split_index(ix - first.x) : column_at(lattice.x(ix));
     }
@@ -76,7 +76,7 @@ inline double bilinear(double south_west, double south_east, double north_west, 
 
 /// A rectangle of samples, metres relative to the store's base; beyond the raster its edge is repeated.
 struct RasterPatch {
-    std::int64_t column = 0, row = 0;  ///< of the south-western sample
+    std::int64_t column = 0, row = 0;  ///< the south-western sample
     int columns = 0, rows = 0;
     std::vector<double> samples;
 

@@ -22,7 +22,7 @@ namespace terrane::internal {
 /// Side of a block in tiles, which are the cells of the first tier.
 inline constexpr int kBlockTiles = 8;
 
-/// Heights over a square: at its south-western corner and how they rise from tile to tile.
+/// A plane over a square: its height at the south-western corner, and its rises from tile to tile.
 struct Plane {
     double corner = 0.0, rise_x = 0.0, rise_y = 0.0;
     double at(std::int64_t x, std::int64_t y) const {
@@ -41,8 +41,8 @@ struct Target {
 /// The half of a tile whose right angle is at this corner, or the whole tile.
 enum class Part { whole, south_west, south_east, north_west, north_east };
 
-/// A square of a level, divided into the two triangles of its cell, and into four around its centre. The latter are
-/// halves of the diamonds of the midpoints of its sides, which are vertices of half its side.
+/// A square of a level, divided into the two triangles of its cell, and also into four triangles around its centre.
+/// Each of these is half the diamond of the midpoint of a side, a vertex whose spacing is half the side.
 struct Square {
     std::int64_t west = 0, south = 0, side = 0;  ///< tiles
     bool is_cut_north_east = false;
@@ -76,7 +76,7 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     const auto add = [&](Target& target, Part part) {
         if (target.deviation != nullptr) visit(part, target);
     };
-    // Positive: north of the diagonal.
+    // Positive: the tile is north of the diagonal.
     const std::int64_t rising = y - x, falling = y + x - (square.side - 1);
     const std::int64_t cut = square.is_cut_north_east ? rising : falling;
     if (cut != 0) {
@@ -99,9 +99,9 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     }
 }
 
-/// Visits the tiles of a square within a block, for each triangle that contains the tile or half of it.
+/// Visits the tiles of a square within a block, once for each triangle that contains the tile or half of it.
 ///
-/// @param block its south-western tile
+/// @param block the block's south-western tile
 /// @param visit called with column and row in the block, Part, Target&
 template <typename Visit>
 void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
@@ -124,10 +124,10 @@ void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
 }
 
 // Beyond the raster the surface repeats the raster's edge: it is constant along x beyond the western and eastern edges,
-// and along y beyond the others. A plane is linear. So on a row of tiles beyond the western or eastern edge, surface
-// minus plane is monotone in x over each triangle, and its extremes lie at the ends of the row and where the row meets
-// the diagonals of the square; beyond a corner of the raster, they lie at the vertices of the part of the triangle
-// there. Rounded sums and products are monotone, too, so rounding does not invalidate this along a row or column.
+// and along y beyond the southern and northern ones. A plane is linear. So on a row of tiles beyond the western or
+// eastern edge, surface minus plane is monotone in x over each triangle: its extremes lie at the row's ends and on the
+// square's diagonals. Beyond a corner of the raster, the extremes lie at the vertices of the triangle's part there.
+// Rounded sums and products are monotone too, so this also holds with rounding.
 //
 // A square of n x n tiles beyond the raster thus costs O(n) tiles, or O(1), instead of n^2, and a sweep over the
 // squares around a long narrow raster is linear in its length.
@@ -145,7 +145,8 @@ struct Tiles {
 
 namespace beyond {
 
-/// The positions in [begin, end) of the interval's ends and of the intersections of a line with a square's diagonals.
+/// Visits the tiles of a row or column in [begin, end) at which surface minus plane may be extreme: both ends, and the
+/// tiles on the square's diagonals.
 template <typename Visit>
 void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, std::int64_t side,
                       Visit&& visit) {
@@ -161,8 +162,8 @@ void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, s
 
 }  // namespace beyond
 
-/// Visits tiles of a square beyond `core`, including all in which surface minus plane is extreme over the part of any
-/// triangle of the square beyond `core`.
+/// Visits tiles of a square outside `core`. For each triangle of the square, they include the tiles in which surface
+/// minus plane is extreme over the triangle's part outside `core`.
 ///
 /// @param core   a rectangle of tiles outside of which the surface repeats the raster's edge
 /// @param visit  called with the tile's position x, y in the square; some tiles twice
@@ -278,9 +279,9 @@ Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std
 }
 
 // Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the longest
-// side cuts from corner to corner. The deviation over a tile has an upper bound: its corners minus the plane, plus
-// cell_high. Branch and bound: only tiles whose bound exceeds the deviation found so far are evaluated exactly, for all
-// triangles at once, block by block, while their part of the raster is in memory.
+// side cuts from corner to corner. An upper bound of the deviation over a tile is the deviation at the tile's corners
+// plus cell_high. Branch and bound: only tiles whose bound exceeds the deviation found so far are evaluated exactly,
+// for all triangles at once, block by block, while their part of the raster is in memory.
 //
 // The order decides which tiles are pruned, but not the result: a pruned tile does not exceed the maximum. Beyond the
 // raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles in which it can be
@@ -344,9 +345,9 @@ private:
     void for_each_square(const Block& block, Visit&& visit) const;
     void add_corners(const Block& block) const;
     Result<void> evaluate_block(Block& block) const;
-    /// Adds the bounds of the tiles beyond the core to the squares of a row of a level.
+    /// Adds the bounds of the tiles outside the core to the deviations of the squares in one row of a level.
     void add_beyond(std::size_t level, std::int64_t row) const;
-    /// Upper bound of surface minus plane over a whole tile: the value at its corners plus the deviation between them.
+    /// Upper bound of |surface - plane| over a whole tile: the range at its corners, enlarged by `low` and `high`.
     ///
     /// @param x, y position of the tile in the plane's square
     static double most(const std::array<double, 4>& corners, float low, float high,
@@ -428,7 +429,7 @@ void Sweep::add_corners(const Block& block) const {
 
 double Sweep::most(const std::array<double, 4>& corners, float low, float high, const Plane& plane,
                    std::int64_t x, std::int64_t y) {
-    // Over the whole tile: along a diagonal the surface may exceed its ends.
+    // Uses the whole tile even for half of one: along the diagonal the surface may exceed its heights at the ends.
     Range range = corner_range(corners, plane, x, y, Part::whole);
     range.low += static_cast<double>(low);
     range.high += static_cast<double>(high);

@@ -3,8 +3,8 @@
 // Sources: P. Lindstrom, V. Pascucci, Terrain Simplification Simplified: A General Framework for
 //          View-Dependent Out-of-Core Visualization, IEEE TVCG 8(3), 2002: nested bounds over the
 //          4-8 mesh.
-// Deviations: a vertex carries the deviation of the surface itself from its two triangles, found
-//          over every lattice point below, instead of the height differences of single splits.
+// Deviations: the bound of a vertex is the deviation of the surface itself from the vertex's two triangles, found over
+//          all lattice points in them, instead of the height differences of single splits.
 #include "bounds/fine_surface.h"
 
 #include <algorithm>
@@ -63,8 +63,8 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     range.add(here[0]);
 }
 
-/// The same for legs of one cell, the most frequent case: only the right-angled corner and the hypotenuse can deviate,
-/// the latter by a quarter of the cell's twist.
+/// The same for legs of one cell, the most frequent case: the surface can deviate only at the right-angled corner and
+/// on the hypotenuse, there by a quarter of the cell's twist.
 void add_small_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const double* beyond = corner + static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
@@ -117,7 +117,7 @@ float largest_around(const DiamondWindow& window, int x, int y, int n) {
                              window.middle_bounds[window.cell_at(x, y)]));
 }
 
-/// The smallest window coordinate >= n whose index is an even or odd multiple of n.
+/// The smallest window coordinate >= n whose lattice index is an even multiple of n, or with `odd` an odd one.
 int first_multiple(std::int64_t first_index, int n, bool odd) {
     const std::int64_t side = 2 * static_cast<std::int64_t>(n);
     const std::int64_t wanted = odd ? n : 0;
@@ -242,7 +242,7 @@ std::vector<SamplePlace> FineSurface::places(std::int64_t first, std::int64_t st
 }
 
 Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
-    // Clamped, so that indices far beyond the raster, where the edge is repeated, fit in an int.
+    // Indices far beyond the raster, where its edge is repeated, are clamped to fit in an int.
     constexpr std::int64_t kBeyond = 8;
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);
@@ -302,20 +302,20 @@ DiamondWindow FineSurface::make_window(const RasterPatch& patch, const SampleGri
 
 // A-priori bounds of the deviation of a piecewise bilinear surface from the triangles of a lattice.
 //
-// Aligned: a lattice cell of side s lies in one raster cell of side c. The surface in it is a plane plus xy times the
-// twist T / c^2, which deviates from either diagonal's triangles by |T| / 4 (s / c)^2.
+// Aligned: a lattice cell of side s lies in one raster cell of side c with the twist T. The surface over it is a plane
+// plus x y T / c^2, which deviates from the triangles of either diagonal by |T| / 4 (s / c)^2.
 //
-// Not aligned: a triangle of the lattice with legs a <= a raster cell crosses at most one grid line along each axis.
-// Across a vertical line the slope jumps by at most Jx, across a horizontal one by Jy; t is the largest |twist| /
-// (cell_x cell_y). On a segment of length L that crosses a kink J, with its ends on the surface, the chord is off by at
-// most J L w (1 - w), where w is the relative position along it. A point of the triangle lies on a chord along x that
-// ends on a leg (one kink: a tau (1 - tau) Jy) and on the hypotenuse (both kinks and the twist: a tau (1 - tau) (Jx +
-// Jy + a t)), with L = a tau:
+// Not aligned: a triangle of the lattice whose legs a are at most a raster cell's side crosses at most one grid line
+// along each axis. The slope jumps by at most Jx across a line along y, and by Jy across a line along x; t is the
+// largest |twist| / (cell_x cell_y). A chord of length L with its ends on the surface that crosses a jump J deviates
+// from the surface by at most J L w (1 - w) at the relative position w. A point of the triangle lies on a chord along x
+// of length L = a tau. One end is on a leg, off by a tau (1 - tau) Jy; the other is on the hypotenuse, off by
+// a tau (1 - tau) (Jx + Jy + a t). In total the point is off by
 //     a Jx tau w (2 - w - tau) + a Jy tau (1 - tau) + a^2 t w tau (1 - tau)
 //  <= 8/27 a Jx + 1/4 a Jy + 1/4 a^2 t
-// and the same with x and y exchanged: the smaller is 1/4 a (Jx + Jy) + 5/108 a min(Jx, Jy) + 1/4 a^2 t. With J and t
-// as maxima over all descendants of a vertex these bounds are nested. The bound of the centre of a square of side a
-// holds for all its descendants.
+// The same holds with x and y exchanged; the smaller bound is 1/4 a (Jx + Jy) + 5/108 a min(Jx, Jy) + 1/4 a^2 t. These
+// bounds are nested if J and t are maxima over all descendants of a vertex. The bound of the centre of a square of side
+// a holds for all its descendants.
 
 namespace {
 
@@ -326,8 +326,8 @@ std::int64_t last_cell(const SamplePlace& end) {
 /// The first sample at or after a position.
 std::int64_t sample_after(const SamplePlace& place) { return last_cell(place) + 1; }
 
-/// If not aligned, deviations are computed for vertices of the requested spacing and of half of it; the a-priori bound
-/// of nearby kinks covers all finer ones.
+/// If not aligned, deviations are computed for vertices of the requested spacing and of half of it; an a-priori bound
+/// covers all finer vertices.
 constexpr std::int64_t kFinerStep = 2;
 constexpr double kRounding = 1e-9;
 
@@ -425,7 +425,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 if (r > row.first_cell) largest.bend_y = std::max(largest.bend_y, line.bend_y);
             }
             const double x = s * (largest.bend_x * jump_x), y = s * (largest.bend_y * jump_y);
-            // At least the exact deviation at a single kink, which is computed in another order of operations.
+            // The margin keeps the bound at least the deviation at a single kink, which other operations compute.
             const double t = warp * largest.twist + kRounding;
             bounds_out[at] = round_outward((0.5 * (x + y) + 5.0 / 54.0 * std::min(x, y)) + t);
         }

@@ -17,25 +17,24 @@ namespace terrane::internal {
 /// Rounds a deviation outward to float, plus a nanometre for the rounding of previous sums. Non-decreasing; 0 at 0.
 float round_outward(double deviation);
 
-/// A rectangle of lattice points with the surface between them and the bounds of the triangulation's vertices at the
-/// points.
+/// A rectangle of lattice points, with the surface between them and the bounds of the vertices at these points.
 ///
 /// Distances are in units of the window's spacing. The bound of a vertex depends only on the surface within three times
-/// its spacing (a centre) or twice (a midpoint): two windows that contain this region agree bit for bit.
+/// (centres) or twice (midpoints) its spacing: two windows that contain this region agree on the bound bit for bit.
 struct DiamondWindow {
     std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point
     int columns = 0, rows = 0;              ///< points
     std::vector<double> heights;            ///< [rows * columns]
 
-    /// The surface over the window if its cells may overlap several raster cells; null if the surface is the bilinear
-    /// interpolant of each cell's corners.
+    /// The surface over the window, if a cell of the window may overlap several raster cells. Null: over each cell the
+    /// surface is the bilinear interpolant of the cell's corners.
     std::shared_ptr<KinkedSurface> kinked;
 
-    /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, which belongs to a finer lattice.
+    /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, a vertex of the next finer spacing.
     /// May be empty.
     std::vector<float> middle_bounds;
 
-    /// [rows * columns] e(v) of the vertices up to the spacing that was computed; otherwise 0.
+    /// [rows * columns] bounds of vertices, up to the spacing for which they were computed; otherwise 0.
     std::vector<float> bounds;
 
     std::size_t at(int x, int y) const {
@@ -54,8 +53,8 @@ float cell_deviation(const DiamondWindow& window, int x, int y, int n);
 
 /// Adds the range of surface minus plane over a triangle that is part of a larger one.
 void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range);
-/// The same over the square of side n whose south-western corner is window point (x, y); the plane's
-/// heights are those at that corner, n to the east and n to the north.
+/// The same over the square of side n whose south-western corner is window point (x, y); the plane has the given
+/// heights at that corner, n to the east of it and n to the north of it.
 void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
                 double at_y_end, Range& range);
 
@@ -63,12 +62,12 @@ void add_square(const DiamondWindow& window, int x, int y, int n, double at_corn
 /// corner is window point (x, y).
 HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n);
 
-/// Computes the bounds of the vertices of spacing 1, 2, 4 ... last_n. Bounds of vertices with dependencies outside the
+/// Computes the bounds of the vertices of spacing 1, 2, 4 ... last_n. Bounds that depend on the surface outside the
 /// window are too small.
 void compute_bounds(DiamondWindow& window, int last_n);
 
-/// Margin of samples around a grid that its bounds depend on: the descendants of a vertex extend one and a half cells,
-/// second differences one sample more.
+/// Width of the margin of samples around a grid on which the grid's bounds depend: the descendants of a vertex extend
+/// one and a half cells from it, and second differences one sample more.
 inline constexpr int kBoundsMargin = 4;
 
 /// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres relative to the
@@ -97,9 +96,10 @@ public:
     /// As HeightSource::cell_bounds, up to 128 base spacings.
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
-    /// A window of a lattice with at most base spacing, indices in its steps: heights and the surface between them.
+    /// Heights of a grid's points and the surface between them, without bounds. Requires a step of at most the base
+    /// spacing; indices of the window are in steps of the grid.
     Result<DiamondWindow> surface_window(const SampleGrid& grid) const;
-    /// The same with bounds of the vertices in the middle of its cells, which cover all their descendants.
+    /// The same with middle_bounds, which cover all descendants of the vertices in the middle of the cells.
     Result<DiamondWindow> bounds_window(const SampleGrid& grid) const;
 
 private:
@@ -117,7 +117,7 @@ private:
     /// along the same axis.
     void aligned_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                         std::span<float> bounds_out) const;
-    /// Bounds of a grid of centres that cover their descendants, too.
+    /// Bounds of a grid of centres that also cover the centres' descendants.
     void kinked_bounds(const RasterPatch& patch, const SampleGrid& grid, std::int64_t vertex_step,
                        std::span<float> bounds_out) const;
 

@@ -2,11 +2,11 @@
 //
 // Exact deviations of a bilinear surface from planes.
 //
-// Surface minus plane is bilinear in each raster cell: over a rectangle it is extreme at the corners,
-// along a line between raster cells and along a triangle's legs it is linear from one crossing to
-// the next. So over a triangle it is extreme at a sample inside, where a leg crosses a line, at a
-// corner, or on the hypotenuse, where it is a parabola from one crossing to the next. All of these
-// are visited; rounding apart, the bound is the greatest deviation itself.
+// Surface minus plane is bilinear in each raster cell. So over a rectangle its extremes are at the corners, and along a
+// line between raster cells or a leg of a triangle it is linear from one crossing to the next. Over a triangle its
+// extremes are therefore at a sample inside, at a crossing of a leg and a line, at a corner, or on the hypotenuse,
+// where it is a parabola from one crossing to the next. All of these are visited: apart from rounding, the bound is the
+// greatest deviation itself.
 #include "bounds/kinked_surface.h"
 
 #include <bit>

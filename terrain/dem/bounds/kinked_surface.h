@@ -35,9 +35,9 @@ struct RightTriangle {
 };
 
 /// The bilinear surface of a raster whose samples are not lattice points, evaluated over a grid of lattice points.
-/// Points count from the grid's corner, in its steps; values depend only on the address.
+/// Points are counted from the grid's corner in steps of the grid; values depend only on a point's lattice address.
 ///
-/// *Lines* separate the raster cells; samples are their intersections.
+/// *Lines* separate the raster cells; they intersect at the samples.
 /// Threads: const calls from several at once; keep_diagonals() alone.
 class KinkedSurface {
 public:
@@ -54,8 +54,8 @@ public:
     /// The same without that requirement, for a part of a larger triangle.
     void add_part(const RightTriangle& t, Range& range) const;
 
-    /// The same over the square of side n whose south-western corner is point (x, y); the plane's
-    /// heights are those at that corner, n to the east and n to the north.
+    /// The same over the square of side n whose south-western corner is point (x, y); the plane has the given heights
+    /// at that corner, n to the east of it and n to the north of it.
     void add_square(int x, int y, int n, double at_corner, double at_x_end, double at_y_end,
                     Range& range) const;
 
@@ -76,7 +76,7 @@ private:
         double per_cell = 1.0;      ///< raster cells in a step
         std::vector<double> lines;  ///< increasing
         std::vector<int> at_or_after,
-            after;  ///< [points] first line at or after the point, and after it
+            after;  ///< [points] first line at or after the point, and first line after it
 
         double point(int i) const { return static_cast<double>(first + i); }
     };
@@ -110,18 +110,18 @@ private:
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +
                         static_cast<std::size_t>(x)];
     }
-    /// All but the hypotenuse, except its crossings with lines on a leg.
+    /// Adds the right-angled corner, the crossings of the legs with lines, and the samples inside.
     void add_legs_and_inside(const RightTriangle& t, Range& range) const;
-    /// Range of the surface minus a chord along the diagonal from (x, y) to n steps east and n north or south, given
-    /// the chord's heights at both ends.
+    /// Range of the surface minus a chord along the diagonal from (x, y) to the point n steps to the east and n to the
+    /// north, or south; the chord has the given heights at its ends.
     Range diagonal(int x, int y, int n, bool north, double begin_height, double end_height) const;
 
     RasterPatch patch_;
     Axis x_, y_;
     /// Surface at the crossings of rows of points with lines along y, and of columns with lines along x.
     std::vector<double> on_rows_, on_columns_;
-    std::vector<double> heights_;       ///< at the points
-    std::vector<Diagonals> diagonals_;  ///< of side 1, 2, 4 ...
+    std::vector<double> heights_;       ///< [rows * columns] at the points
+    std::vector<Diagonals> diagonals_;  ///< for sides 1, 2, 4 ...
 };
 
 }  // namespace terrane::internal

@@ -40,7 +40,7 @@ BoundTier BoundTiers::make_extent(std::int64_t step) const {
     const BilinearGrid& grid = fine_->grid();
     BoundTier tier;
     tier.step = step;
-    // The lattice points around the samples' rectangle, and a margin.
+    // The rectangle of lattice points that contains all samples, with a margin.
     const double spacing = grid.lattice.spacing * static_cast<double>(step);
     const auto index_below = [&](double from_origin) {
         return static_cast<std::int64_t>(std::floor(from_origin / spacing));
@@ -117,7 +117,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
 }
 
 Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
-    // A root also has the vertices of half its side.
+    // The coarsest tier's cells are root squares; the vertices of half their side belong to the tier before it.
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
@@ -372,8 +372,8 @@ double HeightPyramid::rise_bound(double distance) const {
     return std::min(rise, slope_ * reach * (1.0 + 1e-9)) + kHeightRounding;
 }
 
-// Serialisation of the bounds of an opening. Sizes follow from the grid and are not written, so no file can give wrong
-// ones.
+// Serialisation of the bounds of an opening. Sizes follow from the grid and are not written, so no file can contain
+// wrong sizes.
 
 namespace {
 

@@ -17,19 +17,19 @@
 
 namespace terrane::internal {
 
-/// Points of a tier beyond the raster: a vertex there depends on three points around it, and all four residues modulo 4
-/// are needed.
+/// Number of points by which a tier extends beyond the raster on each side: a vertex there depends on the points within
+/// three steps, and all four residues modulo 4 are needed.
 inline constexpr std::int64_t kBeyondRaster = 6;
 
-/// A decimated lattice over a raster with bounds of the surface at its spacing. Beyond the raster the surface repeats
-/// its edge, so a point there has the values of the point just beyond the edge whose index is equal modulo 4: their
-/// squares are cut along the same diagonals.
+/// A decimated lattice over a raster, with the bounds of the vertices and cells of its spacing. Beyond the raster the
+/// surface repeats the raster's edge. So a point there has the values of the stored point near the edge whose index is
+/// equal modulo 4, because the squares around both are cut along the same diagonals.
 struct BoundTier {
-    std::int64_t step = 1;                  ///< finest spacings between its points
+    std::int64_t step = 1;                  ///< finest spacings between neighbouring points
     std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point, in steps
     int columns = 0, rows = 0;
     std::vector<float> bounds;  ///< [rows * columns] of the vertices of spacing `step`; otherwise 0
-    std::vector<float> cell_bounds;  ///< of the two triangles of the cell north-east of a point
+    std::vector<float> cell_bounds;  ///< [rows * columns] of the cell north-east of a point
 
     // Only in the first tier.
     std::vector<double> heights;  ///< [rows * columns]
@@ -57,9 +57,9 @@ private:
 /// Finds the greatest deviation of the surface over every triangle that is larger than a cell of the first tier.
 ///
 /// @param first   with heights, cell_low and cell_high
-/// @param levels  tiers of two, four, eight ... times the first tier's step, initialised with zeros: receives
-///                cell_bounds of all, and in bounds, at the midpoints of all but the last, the deviation over their
-///                diamonds
+/// @param levels  tiers with 2, 4, 8 ... times the first tier's step, initialised with zeros. Receives in cell_bounds
+///                the deviation over each cell, and, except in the last tier, in bounds the deviation over the diamond
+///                of each midpoint
 ///
 /// @return visited tiles, summed over passes and triangles
 ///
@@ -69,7 +69,7 @@ Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& f
                                      std::span<BoundTier> levels, OpeningProgress& progress);
 
 /// Bounds that are computed once and stored. The first tier is eight times coarser than the base spacing (more for huge
-/// rasters): finer bounds need a window of at most about 500 points a side and are computed on demand.
+/// rasters). Finer bounds are computed on demand, from windows of at most about 500 points a side.
 class BoundTiers {
 public:
     /// Computes all tiers: two passes over the raster.
@@ -85,7 +85,7 @@ public:
     static Result<std::unique_ptr<BoundTiers>> read(std::shared_ptr<const FineSurface> fine,
                                                     ByteReader& in);
 
-    /// Heights of a grid whose corner is a multiple of its step, and its step of the first tier's.
+    /// Whether sample() can give the heights of a grid: its corner and step must be multiples of the first tier's step.
     bool has_heights(const SampleGrid& grid) const;
     void sample(const SampleGrid& grid, std::span<double> heights_out) const;
 
@@ -116,8 +116,8 @@ private:
     std::int64_t tile_visits_ = 0;
 };
 
-/// Lowest and highest sample of the closed squares of 8, 16, 32 ... raster cells, and the steepest slope: bounds of the
-/// bilinear surface. Heights are metres relative to the store's base.
+/// Bounds of the bilinear surface's heights and rises: the lowest and highest sample of closed squares of 8, 16, 32 ...
+/// raster cells, and the steepest slope. Heights are metres relative to the store's base.
 class HeightPyramid {
 public:
     /// Fails: io; cancelled

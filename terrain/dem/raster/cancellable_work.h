@@ -31,7 +31,7 @@ public:
     GuardedCalls(const GuardedCalls&) = delete;
     GuardedCalls& operator=(const GuardedCalls&) = delete;
 
-    /// Runs a call and waits until it returns; rethrows its exceptions. Returns false if it, or an earlier one, timed
+    /// Runs a call and waits until it returns; rethrows its exceptions. Returns false if this or an earlier call timed
     /// out.
     ///
     /// Threads: any; waiting for other calls does not count towards the timeout
@@ -76,7 +76,7 @@ private:
 /// Calls work(i) for 0 <= i < count from several threads, in any order, until one fails.
 ///
 /// @param work returns Result<void>
-/// @return the last failure
+/// @return the last failure, if any
 template <typename Work>
 Result<void> in_parallel(int count, Work&& work) {
     std::atomic<int> next{0};

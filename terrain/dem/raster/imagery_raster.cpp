@@ -159,7 +159,7 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     bool is_foreign = false;
     if (dem) {
         OGRSpatialReference wanted;
-        // The axis order of GDAL's datasets, which IsSame() compares, too.
+        // The axis order of GDAL's datasets: IsSame() also compares axis orders.
         wanted.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
         is_foreign =
             wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
@@ -198,7 +198,7 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
     rows_go_north_ = transform[5] > 0.0;
     const double centre_x = transform[0] + 0.5 * columns * transform[1];
     const double centre_y = transform[3] + 0.5 * rows * transform[5];
-    DemInfo of_place;  // the CRS in metres
+    DemInfo of_place;  // conversion from the CRS to metres
     of_place.centre_x = centre_x;
     of_place.centre_y = centre_y;
     if (dem) {
@@ -244,7 +244,7 @@ Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns
     extra.dfYOff = rows.low;
     extra.dfXSize = columns.high - columns.low;
     extra.dfYSize = rows.high - rows.low;
-    // The whole samples around the range.
+    // GDAL also needs the window of whole samples around the range.
     const auto begin = [](double low) { return static_cast<int>(std::floor(low)); };
     const auto count = [&](const Range& range, int most) {
         return std::min(static_cast<int>(std::ceil(range.high)), most) - begin(range.low);

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Largest accepted relative error of lengths along parallels caused by a constant scale: ten times too long. A raster
-/// centred on the equator reaches it at 84 degrees of latitude.
+/// Largest accepted relative error that the constant scale of a geographic raster causes in lengths along parallels: a
+/// length is ten times too long. A raster centred on the equator reaches it at a latitude of 84 degrees.
 inline constexpr double kMostScaleError = 9.0;
 
 struct Ellipsoid {
@@ -21,15 +21,15 @@ struct Ellipsoid {
 /// Metres per angular unit of a CRS at a latitude.
 struct AngularScale {
     double east = 0.0, north = 0.0;
-    /// Largest relative error of a length, on the parallels half_height north and south of that latitude.
+    /// Largest relative error of an eastward length, on the parallels half_height north and south of that latitude.
     double east_error = 0.0;
 };
 
 /// Scale of a geographic raster. Its sines are the only calls of the C library that could affect a world's bits;
 /// rounding to 2^-10 m removes the effect.
 ///
-/// @param radians_per_unit of the CRS's angular unit
-/// @param latitude         of the centre, in that unit
+/// @param radians_per_unit radians per angular unit of the CRS
+/// @param latitude         latitude of the centre, in that unit
 /// @param half_height      from the centre to the northern edge, in that unit
 ///
 /// Fails: bad_data if the raster extends beyond a pole, or so near it that the error exceeds kMostScaleError; the
@@ -47,8 +47,8 @@ namespace terrane::internal {
 /// number of points per sample.
 inline constexpr double kMostCellRatio = 32.0;
 
-/// Checks made before the samples of a raster are read. Every message is one sentence that names the raster and the
-/// value. `raster` is the raster's path in all of them.
+/// The checks below are made before the samples of a raster are read. Every message is one sentence that names the
+/// raster and the value. `raster` is the raster's path.
 
 /// Fails: io for a path that exists but is neither a file nor a folder: reading a pipe, socket or device cannot seek,
 ///        or blocks
@@ -66,8 +66,8 @@ Result<void> check_cells(const std::string& raster, const DemInfo& info);
 
 /// Fails: bad_data for a width of more than a full turn, or values that cannot be longitudes
 ///
-/// @param west, east of the outer edges, degrees
-/// @param cell       degrees
+/// @param west, east longitudes of the outer edges, degrees
+/// @param cell       width of a cell, degrees
 Result<void> check_longitudes(const std::string& raster, double west, double east, double cell);
 
 /// Fails: out_of_memory if a raster needs more than the limit

@@ -52,7 +52,7 @@ public:
     RasterReader& operator=(const RasterReader&) = delete;
 
     const std::string& path() const { return path_; }
-    /// Size and georeferencing; the range of heights and the shares of nodata are not set.
+    /// Size and georeferencing of the raster; the range of heights and the shares of nodata are not set.
     const DemInfo& info() const { return info_; }
     /// Whether the file's first row is the southernmost.
     bool rows_go_north() const { return rows_go_north_; }

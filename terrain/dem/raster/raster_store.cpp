@@ -47,7 +47,7 @@ SamplePacking SamplePacking::of_range(double low, double high) {
     const double reach = std::max(high - packing.base_, packing.base_ - low);
     packing.step_ = std::ldexp(1.0, kFinestStepLog2);
     while (reach > (kMostNumber - 1.0) * packing.step_) packing.step_ *= 2.0;
-    // A multiple of the step, and so an integer if the step is one.
+    // The base is a multiple of the step, and so an integer if the step is an integer.
     if (is_far) packing.base_ = std::floor(packing.base_ / packing.step_) * packing.step_;
     return packing;
 }
@@ -79,7 +79,7 @@ void SamplePacking::unpack(std::span<const std::uint32_t> packed, double* height
 
 namespace {
 
-// Share of the pass over the file in the progress of opening.
+// Progress of the opening when the pass over the file ends.
 constexpr double kReadingShare = 0.5;
 
 }  // namespace

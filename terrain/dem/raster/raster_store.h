@@ -51,19 +51,19 @@ int strip_rows(int columns);
 /// Internal settings, for tests.
 struct StoreSettings {
     std::size_t memory_bytes = std::size_t{256}
-                               << 20;  ///< of samples; larger rasters are read by window
-    std::size_t cache_bytes = std::size_t{128} << 20;  ///< of a raster read by window
+                               << 20;  ///< for all samples; larger rasters are read by window
+    std::size_t cache_bytes = std::size_t{128} << 20;  ///< cache of a raster read by window
     std::size_t limit_bytes = std::size_t{2} << 30;    ///< as DemSettings::memory_bytes
     double patience_s = 60.0;                          ///< as DemSettings::read_timeout
     DemCache bounds_cache = {};                        ///< see DemSettings::cache
 };
 
-/// The samples of a raster with voids and outside filled: all finite, rows from south to north, relative to a base.
-/// Either in memory, or read by window through a cache of squares.
+/// The samples of a raster, with nodata filled: all finite, rows from south to north, heights relative to a base. They
+/// are held in memory, or read by window through a cache of squares.
 class RasterStore {
 public:
-    /// First pass: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers are not exact as
-    /// floats is read once before, for its range.
+    /// Reads the raster once: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers are not
+    /// exact as floats is read once before, for its range.
     ///
     /// @param needed_bytes part of the limit reserved for everything except runs and rims of nodata
     ///
@@ -80,8 +80,8 @@ public:
 
     /// Heights are base() plus the result of read(), metres.
     double base() const { return packing_.base(); }
-    /// Upper bound of the vertical distance between the surface of the stored samples and that of the file's, metres. 0
-    /// if no sample was rounded and doubles resolve the heights to a small fraction of a nanometre.
+    /// Upper bound of the vertical distance between the surfaces of the stored samples and of the file's, metres. 0 if
+    /// no sample was rounded and doubles resolve the heights to a small fraction of a nanometre.
     double rounding() const { return rounding_; }
 
     /// Reads a window of samples. Beyond the raster the nearest sample is repeated.

@@ -137,7 +137,7 @@ bool has_area(const WorldRect& rect, int columns, int rows) {
            height / rows > 0.0;
 }
 
-/// Fails: with the code, for edges that are not finite or leave no area to a sample; the message begins with a verb
+/// Fails: `code` for edges that are not finite or leave no area to a sample; the message begins with a verb
 Result<void> check_rect(const WorldRect& rect, int columns, int rows, ErrorCode code) {
     if (has_area(rect, columns, rows)) return {};
     return fail(code, "must be finite and have an area, got west " + number_text(rect.west) +
@@ -152,7 +152,7 @@ Result<void> check_properties(const std::string& name, const SurfaceProperties& 
     return {};
 }
 
-/// @param sorted the settings' materials, by number
+/// @param sorted the settings' materials, ascending by number
 Result<void> check_materials(const SurfaceRasterSettings& settings,
                              const std::vector<SurfaceProperties>& sorted) {
     if (settings.numbers == SurfaceNumbers::friction && !sorted.empty()) {
@@ -190,7 +190,7 @@ Result<void> check_crs(const std::string& path, const DemInfo& raster, const Dem
     const auto has_name = [](const DemInfo& info) {
         return !info.crs.empty() && info.crs != "unknown" && info.crs != "unnamed";
     };
-    // A degree has a different length at each latitude.
+    // Degrees are not compared: their lengths in metres depend on the raster's latitude.
     const bool has_units =
         raster.geographic || (raster.metres_per_unit_x == dem.metres_per_unit_x &&
                               raster.metres_per_unit_y == dem.metres_per_unit_y);
@@ -236,7 +236,7 @@ std::size_t cell_at(double coordinate, double first, double size, int count) {
 
 class RasterMap final : public SurfaceMap {
 public:
-    /// @param materials by number
+    /// @param materials ascending by number
     RasterMap(const SurfaceRasterInfo& info, SurfaceSamples samples,
               std::vector<SurfaceProperties> materials, const SurfaceRasterSettings& settings)
         : SurfaceMap(settings.defaults),

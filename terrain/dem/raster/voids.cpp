@@ -136,8 +136,8 @@ std::uint8_t VoidMap::flags(int west, int south, int east, int north) const {
 
 // Sources: S. Gortler et al., The Lumigraph, SIGGRAPH 1996, section 3.4 (pull-push);
 //          D. Young, Iterative Solution of Large Linear Systems, 1971 (successive over-relaxation).
-// Deviations: a fixed number of sweeps in a fixed order instead of a residual, so that the bits are
-//          the same everywhere; two scales instead of a full multigrid.
+// Deviations: a fixed number of sweeps in a fixed order instead of a limit of the residual, so that the bits are the
+//          same everywhere; two scales instead of a full multigrid.
 // GDALFillNodata is no replacement: in a smooth void 300 samples wide, its four-direction search leaves steps of 47 m
 // and second differences of 79 m (here: 0.7 m and 0.1 m), and it fills nothing beyond a given distance.
 
@@ -346,7 +346,7 @@ float VoidFill::rim_or_field(int column, int row) const {
 double VoidFill::relax_block(Block& block, double gain) const {
     constexpr int kSide = kBlockSide + 2;
     const int west = block.bx * kBlockSide - 1, south = block.by * kBlockSide - 1;
-    // The block and a ring around it; beyond the raster the nearest sample, which gives a slope of zero at the border.
+    // The block and a ring around it. Beyond the raster the nearest sample is used: the slope at the border is zero.
     std::array<double, kSide * kSide> patch{};
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {

@@ -62,9 +62,9 @@ private:
 
 /// Fills nodata, voids and outside, with smooth heights. Memory grows with the rim of the nodata, not with its area.
 ///
-/// Far from data: bilinear between the nodes of a coarse field with one node per block of 8 x 8 samples: the mean of
-/// the block if it has data, else relaxed towards a harmonic field.
-/// Within two blocks of data: individual samples, relaxed between the data and that field.
+/// Far from data, heights are interpolated bilinearly between the nodes of a coarse field, one per block of 8 x 8
+/// samples. A node is the mean of its block if the block has data, else it is relaxed towards a harmonic field.
+/// Within two blocks of data (the *rim*), individual samples are relaxed between the data and the coarse field.
 /// Rasters in memory and rasters read by window give the same bits.
 class VoidFill {
 public:
@@ -76,13 +76,13 @@ public:
     void make_field();
     /// Bytes of the second pass, which grow with the rim of the nodata.
     std::size_t rim_bytes() const { return rim_count_ * sizeof(Block); }
-    /// Before the second pass.
+    /// Call before the second pass.
     void begin_rim();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
     /// Second pass: adds the needed rows again.
     void add_rim_row(int row, std::span<const double> samples);
-    /// After the second pass.
+    /// Computes the heights of the rim; call after the second pass.
     void relax();
 
     /// Height of a sample without data, metres.

@@ -20,7 +20,7 @@ constexpr double kPredictionAhead_s = 0.5;
 constexpr double kErrorDecay = 0.973;
 // Rotation between two ticks above which it is a discontinuity (sine).
 constexpr double kLargestTurn = 0.87;
-// Duration of extrapolated acceleration.
+// Seconds for which the acceleration is extrapolated.
 constexpr double kAcceleration_s = 1.5;
 // Angle up to which a new turn is trusted, radians, and initial time for which it is trusted, seconds.
 constexpr double kSmallTurn = 0.3;
@@ -33,7 +33,7 @@ constexpr double kTrustedError = 0.35;
 constexpr double kTrustedShare = 0.3;
 // Time constant of the decay of vertical speed: cameras over ground tend to follow it.
 constexpr double kClimb_s = 1.0;
-// Interval between states: a share of the time ahead, at least the first interval; shorter in turns.
+// Interval between two predicted states: kGapShare of the time ahead, at least kFirstGap_s; shorter in turns.
 constexpr double kFirstGap_s = 0.1;
 constexpr double kGapShare = 0.2;
 constexpr double kLargestGapTurn = 0.4;
@@ -105,7 +105,7 @@ void predict_trajectory(const CameraNeed& camera, double time_s, double horizon,
             Eigen::Vector3d up = last.up + t * (next.up - last.up);
             up -= up.dot(forward) * forward;
             up = up.norm() > 1e-6 ? up.normalized() : next.up;
-            // the last state before a jump is also a sample
+            // the state after a jump is always added
             sampler.add({.time_s = at_s, .eye_world = eye, .is_jump = is_jump}, forward, up,
                         is_jump);
         }
@@ -126,7 +126,7 @@ bool CameraMotion::is_jump(const CameraSample& now) const {
            now.forward.dot(before.forward) < 0.0;
 }
 
-// Turn rates and acceleration over the history.
+// Estimates turn rates and acceleration from the history.
 void CameraMotion::estimate_motion(const CameraSample& now) {
     const CameraSample& then = history_[history_count_ - 1];
     const double passed = now.time_s - then.time_s;

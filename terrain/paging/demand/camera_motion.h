@@ -21,11 +21,11 @@ class CameraMotion {
 public:
     /// Records the camera's current state. A discontinuity of position or view direction resets the estimate.
     ///
-    /// @return whether there was one
+    /// @return whether there was a discontinuity
     bool observe(const CameraNeed& camera, double time_s);
 
     /// Predicts the view: along the camera's trajectory if given, else extrapolated with the speed, acceleration and
-    /// turn rates of the last fifth of a second. A turn is trusted for as long as it has lasted; the direction margin
+    /// turn rates of the last quarter of a second. A turn is trusted for as long as it has lasted; the direction margin
     /// grows with the recent prediction errors.
     PredictedView predict(const CameraNeed& camera, double time_s, double horizon) const;
 
@@ -54,7 +54,7 @@ private:
     void advance(CameraSample& sample, double step_s) const;
     void extrapolate(const CameraNeed& camera, double horizon, PredictedView& predicted) const;
 
-    static constexpr std::size_t kHistory = 5;    // a fifth of a second
+    static constexpr std::size_t kHistory = 5;    // ticks: a quarter of a second
     std::array<CameraSample, kHistory> history_;  // newest first
     std::size_t history_count_ = 0;
     std::vector<Prediction> predictions_;  // oldest first
@@ -65,8 +65,8 @@ private:
     Eigen::Vector3d path_turn_rate_ = Eigen::Vector3d::Zero();  // of the velocity, rad/s
     double acceleration_ = 0.0;                                 // along the velocity, m/s^2
     double steady_s_ = 0.0;        // time for which the turn rates have been constant
-    double turn_error_ = 0.0;      // of predictions, rad/s
-    double position_error_ = 0.0;  // of predictions, m/s^2
+    double turn_error_ = 0.0;      // recent error of predicted view directions, rad/s
+    double position_error_ = 0.0;  // recent error of predicted positions, m/s^2
 };
 
 }  // namespace terrane::internal

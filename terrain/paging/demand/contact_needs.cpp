@@ -130,11 +130,11 @@ void TouchTable::drop_unused() {
     most_chunks_ = 2 * chunks_.size() + kSpareChunks;
 }
 
-// Body sweep: time intervals in which a moving, growing sphere touches the columns over chunks.
+// The body sweep finds the time intervals in which a moving, growing sphere touches chunks.
 //
-// The sphere is approximated by its axis-aligned box. For each column and row of chunks it finds the interval of
-// overlap in plan, then within that the time at which the box is low enough. The sphere itself is tested only against
-// squares that the box overlaps from the start. The box is conservative: it adds a few chunks and misses none.
+// It replaces the sphere by its axis-aligned box. For each column and row of chunks it computes the interval of overlap
+// in plan, and within that interval the time at which the box is low enough. The sphere itself is tested only at the
+// start, and at the corners of squares if it is large. The box adds a few chunks and misses none.
 //
 // A sphere with a given speed whose radius grows by g t^2 / 2 closes a gap of at most speed t + g t^2 / 2 in t seconds.
 
@@ -142,7 +142,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// Relative enlargement of the sphere by its coordinates, to cover rounding.
+// Enlargement of the sphere's radius per metre of coordinates, to cover rounding.
 constexpr double kRounding = 1e-14;
 // Share of a chunk's side: for smaller spheres the box overlaps few chunks that the sphere does not.
 constexpr double kLargeSphere = 0.5;
@@ -260,7 +260,7 @@ struct BodySweep::AxisMotion {
         }
         const bool is_ahead = low_end > east;
         if (is_ahead || high_end < west) {
-            // the distance travelled is at least that at the smallest mean speed
+            // lower bound of the mean speed of the trailing face
             const double distance = is_ahead ? east - low_begin : high_begin - west;
             const double slowest = std::abs(speed) - 0.5 * growth * duration;
             when.leave = std::min(duration, distance / slowest);
@@ -323,7 +323,7 @@ bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& squ
 BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& table,
                                 std::vector<Touch>& touches_out) {
     touches_out.clear();
-    // columns and rows that the box overlaps, if it is ever low enough
+    // finds the columns and rows that the box overlaps, if it is ever low enough
     ChunkSpan columns, rows;
     const auto find_spans = [&] {
         columns = rows = {};
@@ -332,7 +332,7 @@ BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& 
         columns = grid_.x.touched(x.lowest(), x.highest(), columns_);
         rows = grid_.y.touched(y.lowest(), y.highest(), rows_);
     };
-    // rounding margin for coordinates near the world
+    // margin for the rounding of coordinates
     segment.radius +=
         kRounding * (segment.from_world.cwiseAbs().maxCoeff() + scale_ + segment.radius);
     find_spans();

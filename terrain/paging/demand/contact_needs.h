@@ -90,7 +90,7 @@ private:
         TimeIndex time_index = kNever;
         double end = 0.0;  // if touched
         Slot parent = kNone;
-        std::uint32_t last_used_round = 0;  // of slot()
+        std::uint32_t last_used_round = 0;  // round_ at the last slot()
         double highest = kUnknown;
     };
 
@@ -99,7 +99,7 @@ private:
         Slot slot = kNone;
     };
 
-    // Position in the index of a key, or of the free entry for it.
+    // Position in index_ of a key's entry, or of the free entry where the key belongs.
     std::size_t bucket_of(const ChunkKey& key) const {
         const std::size_t mask = index_.size() - 1;
         std::size_t at = ChunkKeyHash{}(key)&mask;
@@ -116,7 +116,7 @@ private:
     std::vector<Chunk> chunks_;
     std::vector<HashEntry> index_;  // open addressing; its size is a power of two
     std::vector<Slot> touched_;     // unordered
-    std::vector<Slot> order_;       // of all chunks: level, key
+    std::vector<Slot> order_;       // by level and key, without those in added_
     std::vector<Slot> added_;       // not yet in order_
     std::vector<std::size_t> counts_;
     std::vector<Chunk> kept_;
@@ -134,16 +134,15 @@ struct ChunkSpan {
 
 /// The columns or the rows of the chunks of one level.
 struct ChunkAxis {
-    double origin = 0.0;  ///< of lattice index 0, world, metres
-    double side = 1.0;    ///< of a chunk, metres
+    double origin = 0.0;  ///< world coordinate of lattice index 0, metres
+    double side = 1.0;    ///< side of a chunk, metres
     double inverse_side = 1.0;
-    ChunkSpan world;  ///< all of the world
+    ChunkSpan world;  ///< all columns or rows of the world
 
     /// The western or southern edge of a chunk, bit-identical to Lattice::x() and y().
     double edge(std::int64_t index) const { return origin + side * static_cast<double>(index); }
 
-    /// Chunks of `within` that share a point with the closed interval from low to high. Unspecified for
-    /// NaN.
+    /// Columns or rows in `within` that share a point with the closed interval [low, high]. Unspecified for NaN.
     ChunkSpan touched(double low, double high, const ChunkSpan& within) const {
         std::int64_t first = index_at(low, within), last = index_at(high, within);
         // the index may be off by one, and neighbours share their edge
@@ -155,7 +154,7 @@ struct ChunkAxis {
     }
 
 private:
-    // Clamped to two beyond the span, to fit an integer.
+    // The column or row at a coordinate, clamped to at most two beyond the span so that it fits an integer.
     std::int64_t index_at(double place, const ChunkSpan& within) const {
         const double index = (place - origin) * inverse_side;
         if (!(index > static_cast<double>(within.first - 2))) return within.first - 2;
@@ -184,15 +183,15 @@ struct ChunkGrid {
     ChunkAxis x, y;
 };
 
-/// A piece of a body's trajectory: a bounding sphere of constant velocity, whose radius grows by the distance that
-/// gravity or an impact may deflect the body.
+/// A piece of a body's predicted path: its bounding sphere, moving at constant velocity. The radius grows by
+/// growth t^2 / 2, an allowance for the deviation from the straight line (mainly free fall).
 struct MotionSegment {
     double begin = 0.0;     ///< seconds from now
     double duration = 0.0;  ///< seconds
     WorldPos from_world = WorldPos::Zero();
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     double radius = 0.0;
-    double growth = 0.0;  ///< m/s^2: growth t^2 / 2 is added to the radius
+    double growth = 0.0;  ///< m/s^2; 0 along a given trajectory
 };
 
 /// Splits the motion of a body over the horizon into segments. A given trajectory starts at the body's current
@@ -206,12 +205,13 @@ void find_segments(const BodyNeed& body, double time_s, double horizon,
 struct Touch {
     TouchTable::Slot slot;
     double time = 0.0;  ///< lower bound of the first touch, seconds since the segment's start
-    /// Upper bound of the last touch, same clock; infinite if the (possibly truncated) segment ends over the chunk.
+    /// Upper bound of the last touch, seconds since the segment's start; infinite if the (possibly truncated) segment
+    /// ends over the chunk.
     double last = 0.0;
 };
 
-/// Finds the chunks touched by motion segments. A chunk is its closed square in plan, and everything up to the highest
-/// ground in it. Conservative: finds all touched chunks, and some that are narrowly missed.
+/// Finds the chunks that motion segments touch. A chunk stands for the column over its closed square that extends from
+/// the highest ground in it downwards without limit. Conservative: also finds some chunks that are narrowly missed.
 class BodySweep {
 public:
     /// The source outlives it.
@@ -253,8 +253,8 @@ private:
                               const Window& when);
 
     ChunkGrid grid_;
-    ChunkSpan columns_, rows_;  // with ground
-    double highest_ = 0.0;      // of all ground
+    ChunkSpan columns_, rows_;  // those that contain ground
+    double highest_ = 0.0;      // upper bound of all ground, metres
     double scale_ = 0.0;        // largest chunk coordinate, metres
     std::vector<Lane> column_lanes_, row_lanes_;
 };
@@ -268,15 +268,15 @@ struct RegionNeed {
 /// The chunks of the contact level touched by bodies and regions, and their ancestors, with times of first and last
 /// touch.
 ///
-/// A body is a sphere that moves with its velocity and grows by g t^2 / 2, because gravity or an impact may deflect it
-/// from the straight line; with a given trajectory it follows that and does not grow. It touches a chunk if it shares a
-/// point with the column over the chunk's closed square up to the highest ground in it, also from below. Nothing is
-/// touched beyond the source's extent. A region touches all chunks of the world that share a point with it at its
-/// deadline, whatever the horizon.
+/// A body is a sphere that moves with the body's velocity and whose radius grows by g t^2 / 2, an allowance for the
+/// deviation from the straight line (mainly free fall); along a given trajectory it does not grow. The sphere touches a
+/// chunk if it shares a point with the column over the chunk's closed square, from the highest ground in it downwards.
+/// Bodies touch nothing beyond the source's extent. A region touches, at its deadline and whatever the horizon, all
+/// chunks of the world that share a point with it.
 ///
-/// Times are seconds from now. The first time is a lower bound of the first touch, for bodies rounded down to one of
-/// kSteps steps of the horizon. The last time is an upper bound of the last touch; infinite for regions and for chunks
-/// touched at the end of the horizon.
+/// Times are seconds from now. The first time is a lower bound of the first touch; for bodies it is rounded down to one
+/// of kSteps steps of the horizon. The last time is an upper bound of the last touch; it is infinite for regions and
+/// for chunks that are touched at the end of the horizon.
 ///
 /// Answers are a pure function of the source and the arguments of the last find().
 /// Allocates: when it needs more memory than ever before
@@ -302,10 +302,10 @@ public:
     /// The source outlives it.
     ContactNeeds(const HeightSource& source, int contact_level);
 
-    /// Recomputes the needs of bodies and regions. Requires finite ones, as ensured by Pager::update(); deadlines may
-    /// be infinite.
+    /// Recomputes the needs of bodies and regions. Requires finite bodies and regions, which Pager ensures; deadlines
+    /// may be infinite.
     ///
-    /// @param time_s   current time, on the clock of moments and deadlines
+    /// @param time_s   current time, on the clock of trajectories and deadlines
     /// @param horizon  seconds, >= 0
     ///
     /// Cost: about 10 ns per chunk and body
@@ -341,7 +341,7 @@ private:
     ChunkGrid grid_;
     BodySweep sweep_;
     TouchTable table_;
-    std::vector<double> times_;  // of first touches, increasing
+    std::vector<double> times_;  // possible first touches, increasing
     std::array<TouchTable::TimeIndex, kSteps> step_times_{};
     struct Deadline {
         double time;

@@ -23,7 +23,7 @@ namespace {
 // are drawn, and chunks are approximated by boxes.
 constexpr double kSeenMargin = 0.05;
 
-// Priority falloff outside the frustum, per sine of the angle to it.
+// Reduction of the ratio outside the frustum, per sine of the angle to the frustum.
 constexpr double kOutsideLoss = 0.7;
 // A need's ratio is the maximum over this time from its start.
 constexpr double kSoon_s = 0.5;
@@ -87,7 +87,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
     if (apart.squaredNorm() > square) return need;
 
     const double last_s = states.back().time_s;
-    double from_before = 0.0;  // of the previous state
+    double from_before = 0.0;  // distance at the previous state
     double sine_before = 1.0;
     bool is_trusted_before = true;
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -119,7 +119,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
         const double direction_margin = kSeenMargin + state.direction_margin;
         const double end_s =
             i + 1 == states.size() ? std::numeric_limits<double>::infinity() : states[i + 1].time_s;
-        // a need lasts through times out of view
+        // a need does not end while the box is temporarily out of view
         if (need.is_needed()) need.end_s = std::max(need.end_s, end_s);
         if (!is_seen &&
             (direction_margin < 1.0 ? least_off > direction_margin : state.direction_margin <= 0.0))
@@ -131,7 +131,7 @@ Need PredictedView::find_need(const WorldBox& box, double bound, double arrival_
         Need here{is_seen && is_trusted ? NeedClass::drawn : NeedClass::speculation, state.time_s,
                   state.time_s, 0.0};
         if (has_before) {
-            // the need starts between the two states: interpolated by distance, otherwise at the first
+            // the need starts between the two states, interpolated by distance, or at the first of them
             const CameraState& last = states[i - 1];
             const double share = before > distance && before > nearest
                                      ? (before - distance) / (before - nearest)

@@ -13,9 +13,9 @@ namespace terrane::internal {
 /// Reason for a need, highest priority first.
 enum class NeedClass : std::uint8_t {
     root,         ///< required for any drawing or contact
-    contact,      ///< a body or a required region touches it, or is predicted to
-    drawn,        ///< without it a camera's error will exceed its threshold
-    speculation,  ///< as drawn, if the camera turns or moves in an unpredicted direction
+    contact,      ///< a body or a required region touches the chunk, or will
+    drawn,        ///< without the chunk, a camera's error exceeds its threshold, or will
+    speculation,  ///< the same if the camera turns or moves in an unpredicted direction
     none,
 };
 
@@ -25,7 +25,7 @@ struct Need {
     double begin_s = std::numeric_limits<double>::infinity();  ///< start; 0: now
     /// End of the need; infinite if beyond the horizon.
     double end_s = 0.0;
-    /// Largest screen error without the chunk over the camera's threshold, from the chunk's earliest arrival on.
+    /// (Largest screen error without the chunk) / (the camera's threshold), from the chunk's earliest arrival on.
     double ratio = 0.0;
 
     bool is_needed() const { return why != NeedClass::none; }
@@ -44,8 +44,8 @@ inline Need combine(const Need& a, const Need& b) {
 struct LoadCandidate {
     ChunkKey key;
     Need need;
-    /// Time left until its load must start so that it, and the chunks that need it as their parent, arrive in time;
-    /// seconds, negative if already too late.
+    /// Seconds left until the load must start, for this chunk and the chunks whose ancestor it is to arrive in time;
+    /// negative if already too late.
     double slack_s = 0.0;
     bool can_wait = false;  ///< the load may be postponed to a later update
 };
@@ -72,15 +72,15 @@ struct PredictedView {
         double time_s = 0.0;  ///< from now
         Eigen::Vector3d eye_world = Eigen::Vector3d::Zero();
         Frustum frustum{};
-        /// Uncertainty of the view direction, as a sine: content that only the frustum widened by it contains is
-        /// speculation.
+        /// Sine of the angle by which the predicted view direction may be wrong. Content outside the frustum but within
+        /// this angle of it is loaded as speculation. 0: none; 1: in any direction.
         double direction_margin = 0.0;
         bool is_trusted = true;  ///< false: the whole view is speculation
         bool is_jump = false;  ///< discontinuity: no motion between the previous state and this one
     };
     /// At least one state; the first is the present; times do not decrease.
     std::vector<CameraState> states;
-    /// Distance per metre of error bound at which the bound projects to the camera's error threshold.
+    /// An error bound projects to the camera's threshold at this distance per metre of the bound.
     double distance_per_bound = 1.0;
     double near_distance = 1.0;
     /// Bounding box of the eyes of all states.
@@ -89,15 +89,15 @@ struct PredictedView {
     /// Computes eye_bounds. Requires at least one state.
     void update_eye_bounds();
 
-    /// The need for content of a box whose absence causes an error of `bound` metres there.
+    /// The need for a chunk whose absence causes an error of up to `bound` metres in a box.
     ///
-    /// @param arrival_s   earliest time at which it can be resident
-    /// @param is_resident true: end_s may be too early, because the caller does not use it
+    /// @param arrival_s   earliest time at which the chunk can be resident, seconds from now
+    /// @param is_resident true: the caller does not use end_s, which may then be too early
     Need find_need(const WorldBox& box, double bound, double arrival_s, bool is_resident) const;
 
-    /// Error over threshold in the current view, without speculation; 0 if find_need() would find no need now.
+    /// Error / threshold in the current view, without speculation; 0 if find_need() would find no need now.
     double visible_ratio(const WorldBox& box, double bound) const;
-    /// Error over threshold from the current eye, for any view direction.
+    /// Error / threshold from the current eye, if the box were in view.
     double ratio_in_any_direction(const WorldBox& box, double bound) const;
 };
 

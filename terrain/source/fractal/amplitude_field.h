@@ -29,7 +29,7 @@ public:
 
     double amplitude(const Place& x, const Place& y) const;
 
-    /// Bounds over a closed rectangle. They do not decrease from a rectangle to one that contains it.
+    /// Bounds over a closed rectangle; at least the bounds over any rectangle within it.
     AmplitudeBounds over(const WorldRect& rect) const;
 
     /// Bounds everywhere.

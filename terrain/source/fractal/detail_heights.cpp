@@ -66,8 +66,8 @@ double AmplitudeField::amplitude(const Place& x, const Place& y) const {
 AmplitudeBounds AmplitudeField::over(const WorldRect& rect) const {
     const Stretch x = stretch(place_x(rect.west), place_x(rect.east), levels_[0].columns);
     const Stretch y = stretch(place_y(rect.south), place_y(rect.north), levels_[0].rows);
-    // A larger rectangle uses the same or a coarser level, whose blocks are unions of these: the blocks that it covers
-    // contain those that this one covers.
+    // A larger rectangle uses the same or a coarser level, whose blocks are unions of finer ones. Its blocks therefore
+    // contain the blocks of this rectangle.
     const int longest = std::max(x.last - x.first, y.last - y.first);
     std::size_t level = 0;
     while ((longest >> level) > 3) ++level;
@@ -119,7 +119,7 @@ AmplitudeField::Block AmplitudeField::make_cell(int column, int row) const {
     const int east = std::min(column + 1, columns_ - 1), north = std::min(row + 1, rows_ - 1);
     const double a00 = node(column, row), a10 = node(east, row);
     const double a01 = node(column, north), a11 = node(east, north);
-    // the slope of a bilinear cell along an axis lies between those of its two sides
+    // the slope of a bilinear cell along an axis lies between the slopes of its two sides
     const double rise_x = std::max(std::abs(a10 - a00), std::abs(a11 - a01));
     const double rise_y = std::max(std::abs(a01 - a00), std::abs(a11 - a10));
     return {round_up(std::max({a00, a10, a01, a11})), round_up(rise_x / spacing_x_ * kOutward),
@@ -127,8 +127,8 @@ AmplitudeField::Block AmplitudeField::make_cell(int column, int row) const {
 }
 
 // The surface is base(x, y) + a(x, y) N(u, v). N is a sum of octaves of gradient noise without offsets, in grid
-// coordinates u = (x - origin_x) / cell_x and v likewise, with wavelengths of 2^-octave cells, so that every octave has
-// nodes at all integers (u, v) and vanishes there. a is the bilinear amplitude.
+// coordinates u = (x - origin_x) / cell_x and v likewise, with wavelengths of 2^-octave cells. Every octave therefore
+// has nodes at all integers (u, v) and vanishes there. a is the bilinear amplitude.
 //
 // Bounds. Over a right triangle with corners v_i, hypotenuse l and largest amplitude A, for p = sum w_i v_i:
 //
@@ -156,9 +156,9 @@ struct GridAxis {
     double offset = 0.0;  ///< grid coordinate of lattice index 0
     double ratio = 1.0;   ///< cells per finest spacing
 
-    /// If the origin is off by rounding, the noise is not zero at the grid's points. Therefore, if the ratio of spacing
-    /// and cell is close to a power of two, it is made exactly that; and if a grid point is a lattice point to a
-    /// millionth of the spacing, it is made so exactly.
+    /// Corrects rounding, which would make the noise nonzero at the grid's points: a ratio of spacing to cell close to
+    /// a power of two becomes that power; a grid point within a millionth of the spacing of a lattice point becomes
+    /// that point.
     static GridAxis make(double lattice_origin, double lattice_spacing, double grid_origin,
                          double cell) {
         GridAxis axis{lattice_origin, lattice_spacing, (lattice_origin - grid_origin) / cell,

@@ -84,8 +84,8 @@ double OctaveBounds::rise(double distance) const {
 // slope of v is at most S (1 + k / 2 + k^2 / 4 + ...), so at most 2 S. (The usual weight of 2 v, clamped to 1, would
 // make it S times the number of octaves.)
 //
-// The same recursion bounds the difference of f between two points r apart by its spread: each of its steps holds for a
-// single d_i. Sums, products and minima of non-decreasing functions of r are non-decreasing, in floating point too.
+// The same recursion bounds the difference of f between two points r apart by the spread of f: each step also holds for
+// a single d_i. Sums, products and minima of non-decreasing functions of r are non-decreasing, in floating point too.
 
 namespace {
 
@@ -139,8 +139,8 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
             rounding_ = sums_.interpolation(0.0);
             return;
         }
-        // The error of each component of the warp is below 2^-43 of its sum of amplitudes, and it is rounded to 2^-53
-        // of itself; a deviation involves three points.
+        // The error of each component of the warp is below 2^-43 of its sum of amplitudes, and its rounding adds 2^-53
+        // of the component. A deviation involves three points.
         double displacement = 0.0;
         for (const OctaveScale& octave : warp_) displacement += octave.amplitude;
         rounding_ = 3.0 * sums_.rise(0x1p-42 * displacement);

@@ -15,8 +15,8 @@ struct OctaveScale {
     double wavelength = 1.0;  ///< metres, > 0
 };
 
-/// A-priori bounds of a sum of octaves of gradient noise, valid everywhere, from the suprema in noise.h. All are
-/// rounded outward and include the rounding errors of computed heights.
+/// A-priori bounds of a sum of octaves of gradient noise, valid everywhere, derived from the suprema in noise.h. All
+/// are rounded outward and include the rounding errors of computed heights.
 class OctaveBounds {
 public:
     explicit OctaveBounds(std::span<const OctaveScale> octaves);
@@ -24,8 +24,8 @@ public:
     /// Largest absolute value of the sum.
     double sup() const { return sup_; }
 
-    /// Bound of the deviation from linear interpolation over right triangles with at most this hypotenuse. Does not
-    /// decrease.
+    /// Bound of the deviation from linear interpolation over right triangles with at most this hypotenuse; does not
+    /// decrease when it grows.
     double interpolation(double hypotenuse) const;
 
     /// Bound of the difference between two points at most `distance` apart. Does not decrease.
@@ -45,7 +45,7 @@ class FractalSurface;
 ///   L + centre + centre_slope w  +-  (radius + radius_slope w).
 ///
 /// Over a right triangle it lies within the linear interpolation of these limits between the corners, widened by
-/// `bend`: the interpolation error of the leading octaves, including that of the ones sampled at twice the step.
+/// `bend`: the interpolation error of the leading octaves, including the error of octaves sampled at twice the step.
 struct FractalHead {
     int octave_count = 0;
     int coarse_count = 0;  ///< leading octaves that are sampled at twice the step
@@ -74,11 +74,11 @@ public:
     double coarsest_wavelength() const { return octaves_.front().wavelength; }
 
     /// Bound of the deviation of the heights from linear interpolation over right triangles with at most this
-    /// hypotenuse. Does not decrease.
+    /// hypotenuse; does not decrease when it grows.
     double interpolation(double hypotenuse) const;
 
-    /// The head with the tightest bounds if it is sampled at the corners of right triangles with this hypotenuse; of
-    /// heads with similar bounds, one that costs less.
+    /// The head with the tightest bounds for samples at the corners of right triangles with this hypotenuse, or one
+    /// with similar bounds that costs less.
     FractalHead head(double hypotenuse) const;
 
     /// Bound of the difference between two points at most `distance` apart. Does not decrease.

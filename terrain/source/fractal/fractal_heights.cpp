@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Sampling of heads. The first octaves of the head are so smooth that samples at twice the step suffice: between these
-// they are interpolated linearly, in the middle of a cell between its south-western and north-eastern corner.
+// Sampling of heads. The first octaves of a head are so smooth that they are sampled at twice the step and interpolated
+// linearly: in the middle of a cell, between its south-western and north-eastern corner.
 #include "base/settings_check.h"
 #include "base/simd_level.h"
 #include "source/fractal/fractal_bounds.h"
@@ -43,8 +43,8 @@ struct Coarse {
     }
 };
 
-/// Every other value is the mean of two neighbours; the others are means of `low` and `high`, which may be the same
-/// row.
+/// Interpolates a row between two coarse rows, which may be the same. A value at a coarse column is the mean of both
+/// rows there; a value between two columns, of `low` at the western one and `high` at the eastern one.
 void interpolate_row(const double* low, const double* high, int first, std::span<double> out) {
     std::size_t i = 0;
     if (first != 0) {
@@ -90,12 +90,12 @@ void HeadSamples::sample(const UnitGrid& grid, std::span<double> centres_out,
     }
 }
 
-// A head consists of the first m octaves of a fractal. The other octaves, its tail, are too fine to be bounded by
-// samples and are bounded by their suprema.
+// A head consists of the first m octaves of a fractal. The other octaves, the tail, are too fine for bounds by samples:
+// they are bounded by their suprema.
 //
 //   sums:           |tail| <= sup |n| (a_m + a_(m+1) + ...): a constant radius.
 //   multifractals:  v_i = w_i s_i with 0 <= s_min <= s_i <= 1, and w_(i+1) = 1 - k + k v_i increases with
-//                   v_i. So the tail lies between the sums for s_i = s_min and for s_i = 1, which are
+//                   v_i. The tail therefore lies between its sums for s_i = s_min and for s_i = 1, which are
 //                   both linear functions of w_m: centre +- radius.
 //
 // L + centre + radius and L + centre - radius are linear functions of L and w_m, with slopes in w_m between 0 and
@@ -104,10 +104,10 @@ void HeadSamples::sample(const UnitGrid& grid, std::span<double> centres_out,
 //
 // The first octaves of a head may themselves be interpolated from samples at twice the step, which are corners of right
 // triangles with twice the hypotenuse. The error of their sum is at most its bend there, and so is the error of the
-// weight w after them. Octave i then adds a_i v_i, whose error is a_i times that of w_i, and passes k times that error
-// to w_(i+1), because 0 <= s_i <= 1.
+// weight w after them. Octave i then adds a_i v_i, with an error of at most a_i times the error of w_i, and passes k
+// times the latter to w_(i+1), because 0 <= s_i <= 1.
 //
-// `rounding_` is counted twice: for the heights at a triangle's corners and for the samples.
+// `rounding_` is added twice: for the heights at a triangle's corners and for the samples.
 
 /// Adds the interval of the tail.
 void FractalBounds::add_tail(FractalHead& head) const {
@@ -174,7 +174,7 @@ FractalHead FractalBounds::head(double hypotenuse) const {
         if (longer.bend - best.bend > kWorthwhile * gain) break;
         best = longer;
     }
-    constexpr double kShare = 0.125;  // of the bound, accepted for fewer samples
+    constexpr double kShare = 0.125;  // share of the bound that fewer samples may add
     const double most = kShare * (best.bend + radius_of(best));
     double error = 0.0;
     while (best.coarse_count < best.octave_count) {
@@ -189,7 +189,7 @@ FractalHead FractalBounds::head(double hypotenuse) const {
 
 namespace {
 
-/// The world's edges must lie within 2^38 m: half of the range of 64 bits, so that margins fit as well.
+/// The world's edges must lie within 2^38 m, half of the range of 64 bits, to leave room for margins.
 constexpr int kMaxExtentLog2 = 38;
 
 class Fractal final : public HeightSource {
@@ -346,8 +346,8 @@ Result<void> check(const FractalSettings& settings) {
     return check_origin("origin_y", settings.origin_y, settings);
 }
 
-/// Heights are 32-bit multiples of the quantum: the smallest one that represents the fractal's supremum, but at least a
-/// 4096th of the spacing or 2^-12 m, whichever is less.
+/// The smallest quantum of which 32-bit multiples represent the fractal's heights, but at least a 4096th of the spacing
+/// or 2^-12 m, whichever is less.
 double make_quantum(double sup, int spacing_log2) {
     double quantum = std::ldexp(1.0, std::min(spacing_log2, 0) - 12);
     while (sup > 0x1p30 * quantum) quantum *= 2.0;

@@ -53,13 +53,13 @@ void NoiseColumns::find_row(std::uint64_t axis_key, std::uint64_t cell_mask, Noi
                    quintic_fade(y.fraction), row_out);
 }
 
-// Sources: Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH 1989, and Ebert,
-//          Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd edition, 2003, chapter 16 (ridged and hybrid
-//          multifractals); Quilez. Domain warping. 2002.
-// Deviations: the crest, 1 - |n|, is rounded; a weight is a linear function of the octave's weighted value instead of a
-//             multiple that is clamped to 1, so that its slope grows from octave to octave no faster than that of the
-//             octaves; the hybrid's first octave is weighted like the others. All of this permits tighter bounds: see
-//             fractal_bounds.cpp.
+// Sources:
+//   Musgrave, Kolb, Mace. The Synthesis and Rendering of Eroded Fractal Terrains. SIGGRAPH 1989. (multifractals)
+//   Ebert, Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd ed., 2003, ch. 16. (ridged and hybrid)
+//   Quilez. Domain warping. 2002. (warped)
+// Deviations, for tighter bounds (fractal_bounds.cpp): the crest, 1 - |n|, is rounded; the hybrid's first octave is
+// weighted like the others; a weight is a linear function of the octave's weighted value instead of a multiple that is
+// clamped to 1, so its slope grows from octave to octave no faster than the slope of the octaves.
 
 namespace {
 
@@ -200,7 +200,7 @@ void add_multifractal(const FractalSurface& surface, std::span<const NoiseOctave
         });
 }
 
-/// Side of the equal pieces that a side is divided into; the last one may be smaller.
+/// Length of the equal pieces into which a side is divided; the last one may be shorter.
 int piece_side(int side, int most) {
     const int pieces = (side + most - 1) / most;
     return (side + pieces - 1) / pieces;

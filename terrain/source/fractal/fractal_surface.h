@@ -86,7 +86,7 @@ struct UnitGrid {
 /// The height function of FractalSettings, without a lattice.
 ///
 /// fbm:     h = sum a_i n_i
-/// warped:  the same at (x + wx, y + wy), both of which are sums of kWarpOctaves octaves
+/// warped:  the same at (x + wx, y + wy), where wx and wy are sums of kWarpOctaves octaves
 /// ridged:  h = sum a_i v_i, v_i = w_i s(n_i), w_0 = 1, w_(i+1) = 1 - k + k v_i,
 ///          where k is the heterogeneity,
 ///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 outside the crest c, t^2 / (2 c) within

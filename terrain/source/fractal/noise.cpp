@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Sources: Perlin. Improving Noise. SIGGRAPH 2002 (quintic fade). Hash: the finaliser of Steele, Lea and Flood. Fast
-//          Splittable Pseudorandom Number Generators. OOPSLA 2014 (Stafford's mix 13).
-// Deviations: 64-bit nodes, 64 unit gradients, and an order of operations that blends gradients along y first, so that
-//             a row of samples within one cell costs four products each. noise() is for single points;
-//             noise_kernels_impl.h performs the same operations in the same order for rows.
+// Sources:
+//   Perlin. Improving Noise. SIGGRAPH 2002. (gradient noise with a quintic fade)
+//   Steele, Lea, Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014. (hash: Stafford's mix 13)
+// Deviations: 64-bit nodes, 64 unit gradients; gradients are blended along y first, so that each sample of a row in one
+// cell costs four products. noise_kernels_impl.h does the same operations in the same order for rows.
 //
 // Bounds. In a cell, n(p) = sum over its four nodes c of w_c(p) g_c . (p - c), where
 // w_c = wx wy >= 0 sum to 1, wx being f(t) = 6 t^5 - 15 t^4 + 10 t^3 or 1 - f(t). As |g_c| = 1:
@@ -23,9 +23,9 @@
 //   on the cell's diagonal at 0.3555, e along it. The Hessian is symmetric: its operator norm is the
 //   largest second derivative along any e.
 //
-// Both maxima are over three numbers (p, e); noise_test bounds them from above by interval arithmetic. First and second
-// derivatives of f vanish at 0 and 1, so the bounds also hold across cells. The tables' gradients have unit length to
-// 2^-53; the constants are rounded up by more than that.
+// Both maxima are over three numbers (p and the angle of e); noise_test bounds them by interval arithmetic. First and
+// second derivatives of f vanish at 0 and 1, so the bounds also hold across cells. The tables' gradients have unit
+// length to 2^-53; the constants are rounded up by more than that.
 #include "source/fractal/noise.h"
 
 #include "source/fractal/noise_kernels.h"

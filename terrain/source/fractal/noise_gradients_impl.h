@@ -146,7 +146,7 @@ struct GradientPair {
 
 #if defined(__AVX2__)
 
-/// Hash of a node from those of its two indices; its six highest bits are the index of the gradient.
+/// Hash of a node from the hashes of its two indices; its six highest bits are the index of the gradient.
 [[gnu::always_inline]] inline Words node_hash(Words x_hash, Words y_hash) {
     const Words hash = (x_hash ^ y_hash) * kNodeFirst;
     const Words folded = hash ^ (hash >> 32);

@@ -66,9 +66,9 @@ struct NoiseColumnData {
     alignas(64) uint64_t cells[kMaxNoiseColumns];
     alignas(64) double fractions[kMaxNoiseColumns];
     alignas(64) double fades[kMaxNoiseColumns];
-    bool is_direct;  ///< the number of every column's lower node is the column's number
-    bool is_picked;  ///< otherwise, whether each group is a near run
-    int run_count;   ///< otherwise, runs from the first column to the last
+    bool is_direct;  ///< column i's lower node is node i, for every column
+    bool is_picked;  ///< if not direct: whether each group is a near run
+    int run_count;   ///< if neither: number of runs, from the first column to the last
     NoiseRun runs[kMaxNoiseColumns];
     alignas(
         64) uint64_t lanes[kMaxNoiseColumns];  ///< lower nodes, in the layout of the level's kernel
@@ -108,9 +108,9 @@ struct NoisePoints {
 /// The inner loops of noise. Rows of sums and weights have column_count values and are 64-byte aligned. Every level
 /// gives the same bits as noise() in noise.h.
 struct NoiseKernels {
-    /// Sets cells and fractions to those of `first`, `first + step`, ... units.
+    /// Sets cells and fractions of columns at `first`, `first + step`, ... units.
     void (*place)(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint64_t step);
-    /// Sets what depends on cells and fractions, which must be filled to the end of a vector.
+    /// Sets the data that depend on cells and fractions, which must be filled to the end of a vector.
     void (*arrange)(NoiseColumnData& columns, uint64_t axis_key);
     /// Gradients of the columns' nodes in the row of nodes with this hash.
     void (*find_gradients)(const NoiseColumnData& columns, uint64_t row_hash,

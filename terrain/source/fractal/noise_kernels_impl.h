@@ -376,8 +376,8 @@ void add_weighted(const NoiseColumnData& columns, const NoiseRow& row, double am
 }  // namespace
 
 // The loops of NoiseKernels, for the vectors that the including source is compiled for. Lanes perform the operations of
-// noise() in noise.cpp in the same order. Everything here has internal linkage, and the intrinsics are always inlined,
-// so that no wide instructions reach other code.
+// noise() in noise.cpp in the same order. Everything here has internal linkage, and the intrinsics are always inlined;
+// no wide instructions therefore reach other code.
 //
 // TERRANE_NOISE_KERNELS is the name of the table that the including source defines.
 

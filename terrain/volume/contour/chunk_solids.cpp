@@ -23,9 +23,9 @@ std::array<bool, 4> sides_of_chunk(const VolumeTileKey& key) {
             place(key.row) == kTilesPerChunk - 1};
 }
 
-/// Largest vertical distance of a contour's vertices from the heightfield, metres. Vertical distance is linear over
-/// each triangle, so this bounds that of all its points; above or below every replaced part of the heightfield there is
-/// a part of the contour.
+/// Largest vertical distance of a contour's vertices from the heightfield, metres. Over each triangle the vertical
+/// distance is linear, so this bounds the distance of all points of the contour. It also bounds the distance of every
+/// replaced part of the heightfield, because a part of the contour lies above or below.
 double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
     const auto ground = [&](const VolumeNode& node) {
         return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
@@ -104,7 +104,7 @@ std::size_t bytes_of(const ChunkTiles& tiles) {
 
 namespace {
 
-/// Merges the triangles of a chunk's tiles: each vertex once, remainders of the heightfield first.
+/// Merges the triangles of a chunk's tiles. Makes each vertex once, and puts remainders of the heightfield first.
 class ChunkTriangles {
 public:
     void add(const TileSolid& tile, int tile_column, int tile_row) {
@@ -451,7 +451,7 @@ std::optional<ChunkExtent> SolidExtents::of_chunk(const ChunkKey& key) const {
 
 std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
     if (!(rect.west <= rect.east && rect.south <= rect.north)) return std::nullopt;
-    // The finest level at which the rectangle touches at most two columns and rows.
+    // The finest level at which the rectangle touches at most two columns and two rows of chunks.
     const double width = std::max(rect.east - rect.west, rect.north - rect.south);
     int level = lattice_.finest_level;
     while (level > 0 && lattice_.level_spacing(level) * kChunkCells < width) --level;
@@ -479,8 +479,8 @@ std::optional<HeightInterval> SolidExtents::over(const WorldRect& rect) const {
                                            std::max(heights->high, own.high)}
                           : own;
     };
-    // If the rectangle covers more squares than there are chunks with a surface, as in a world of many root squares,
-    // iterates over the chunks.
+    // In a world of many root squares the rectangle may cover more squares than there are chunks with a surface. Then
+    // iterates over these chunks.
     const double squares = (double{1} + east - west) * (double{1} + north - south);
     if (squares > static_cast<double>(chunks_.size())) {
         for (const auto& [key, chunk] : chunks_) {

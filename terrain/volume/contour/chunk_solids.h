@@ -38,7 +38,7 @@ struct TileSolid {
     double farthest_from_ground_m = 0.0;  ///< vertical distance of the contour from the heightfield
     std::size_t bytes = 0;                ///< of level sets, contour and errors
 
-    /// @param operations that the tile was made from, for its errors
+    /// @param operations the operations in the tile, from which its errors are bounded
     TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations);
 };
 
@@ -53,9 +53,9 @@ std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const Vol
 /// Whether to make the coarser levels of detail, which take ten times as long as everything else.
 enum class SolidLevels { none, all };
 
-/// Joins the contours of a chunk; null if they leave the heightfield unchanged.
+/// Joins the contours of a chunk's tiles; null if they leave the heightfield unchanged.
 ///
-/// Cost: O(n log n) in their triangles
+/// Cost: O(n log n) for n triangles
 std::shared_ptr<const SolidSurface> make_solid(const Lattice& lattice, const Chunk& chunk,
                                                const ChunkTiles& tiles, SolidLevels levels);
 
@@ -90,9 +90,9 @@ std::optional<ChunkExtent> extent_of(const HeightSource& heights, const Volumes&
 
 /// Extents of volumes over chunks of all levels; those of coarser levels follow from the pinned level.
 ///
-/// Below the heightfield only removed shapes matter, above it only added ones. The heightfield alone misses surfaces at
-/// most as far from it as their vertical distance, and its own points over a void are at most as far above the floor
-/// there.
+/// Below the heightfield only removed shapes matter, above it only added ones. The error of the heightfield alone
+/// (SolidExtent::error_m) is bounded by the largest vertical distance of these shapes' surfaces from it: it misses no
+/// surface that is farther away, and its own points over a void are no higher above the void's floor.
 ///
 /// Threads: any number of readers, or one thread that changes it
 class SolidExtents {
@@ -101,9 +101,9 @@ public:
 
     /// Extent over a chunk of any level; absent if there is no volume. Cost: O(1)
     std::optional<ChunkExtent> of_chunk(const ChunkKey& key) const;
-    /// Encloses the volumes over a rectangle; absent if there are none.
+    /// Interval of z that encloses the volumes over a rectangle; absent if there are none.
     ///
-    /// Cost: O(chunks of one level under it), at most 4
+    /// Cost: O(chunks of one level under the rectangle), usually at most 4
     std::optional<HeightInterval> over(const WorldRect& rect) const;
     /// Sets the extent of a chunk of the pinned level and updates its ancestors. Cost: O(levels)
     void set(const ChunkKey& key, const std::optional<ChunkExtent>& extent);

@@ -18,13 +18,13 @@ namespace {
 constexpr std::size_t kMostOperations = 64;
 /// Cells along the side of a box.
 constexpr int kBoxCells = 4;
-/// Number of layers from the heightfield beyond which tetrahedra are no longer than in level layers, with a margin.
+/// Layers from the heightfield beyond which its slope no longer makes tetrahedra longer; includes a margin.
 constexpr std::int32_t kLayersFromGround = 4;
-/// Diameter of those tetrahedra, and squared radius of their smallest enclosing ball, in spacings.
+/// Diameter of the tetrahedra beyond, and squared radius of their smallest enclosing ball, in spacings.
 constexpr double kDiameter = 1.7321, kBallSquared = 3.0 / 8.0 * kDiameter * kDiameter;
-/// Largest error that is reported, in spacings: the interpolant was not examined farther away.
+/// Largest error bound that is reported, in spacings: the bound does not examine the interpolant farther away.
 constexpr double kMostError = 0.5;
-/// Largest displacement of a vertex away from the ends of its edge, and rounding of distances, in spacings.
+/// Largest distance by which vertices are kept from the ends of their edges, plus the rounding of distances, spacings.
 constexpr double kMoved = 0x1p-8 * kDiameter + 3e-4;
 /// Largest distance of relevant nodes from the single part, in spacings: less than the level set's band.
 constexpr double kNodeDistance = kDiameter + 2.0 * kMostError;
@@ -177,15 +177,15 @@ private:
     }
     bool is_active(std::uint32_t part) const { return std::ranges::binary_search(parts_, part); }
 
-    // Whether, for the whole box, the nearest point of a capsule is its first end, which it shares with the preceding
-    // active capsule.
+    // Whether the first end of a capsule is its nearest point to the whole box, and the previous capsule, which shares
+    // this end, is active.
     bool is_before(const ExactShape& shape, std::uint32_t part) const {
         const std::optional<double> at = along(shape, part);
         return at && *at < -reach_ && part > 0 && is_active(part - 1);
     }
 
-    // The same for either end: the neighbour's distance is then nowhere larger, and the capsule is irrelevant. Of two
-    // neighbours beyond their common end, the first is kept.
+    // The same for either end. The neighbour's distance is then nowhere larger, so the capsule is irrelevant. If this
+    // holds for both capsules at a joint, the first one is kept.
     bool is_beyond_joint(const ExactShape& shape, std::uint32_t part) const {
         if (is_before(shape, part)) return true;
         const std::optional<double> at = along(shape, part);

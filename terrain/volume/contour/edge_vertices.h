@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// State of a sample of the heightfield: that of the last operation that covers it.
+/// State of a sample of the heightfield, set by the last operation that covers it.
 enum class SampleState : std::uint8_t { natural, in_void, in_solid };
 
 /// One node: a line of the tile, and k.
@@ -29,20 +29,20 @@ struct TileFields {
     TileFields(const TileLevelSet& level_set, const TileLines& lines);
 
     const FieldRuns& of(Field field) const { return field == Field::to_void ? to_void : to_solid; }
-    /// In steps, -kBandSteps to kBandSteps.
+    /// The field's value at a node, in steps, -kBandSteps to kBandSteps.
     double value(Field field, const LineNode& node) const;
-    /// Classifies `count` nodes of a line, from `first` on, by the sign of a field: 1 in the solid, 0 outside. With
-    /// `to_void`, nodes that are not void are in the solid; with `to_solid`, nodes that are solid.
+    /// Classifies `count` nodes of a line, from `first` on, by the sign of a field: 1 in the solid, 0 outside. By
+    /// `to_void`, nodes that are not void are in the solid; by `to_solid`, only nodes that are solid.
     void copy_inside(Field field, int line, std::int32_t first, std::size_t count,
                      std::vector<std::uint8_t>& inside_out) const;
 };
 
-/// The vertices of a contour: makes each edge's vertex once.
+/// Makes the vertices of a contour, one for each edge that the surface crosses.
 ///
-/// A vertex is at the zero of the field along the edge: of the linear interpolant between the ends if they are at most
-/// one spacing apart in k, else of the field interpolated between the two lines along the edge. It keeps a distance of
-/// 2^-8 of the edge from both ends. On an edge of the heightfield from void to solid it is in the middle between the
-/// zeros of both fields, so that cavity and overhang share it.
+/// The vertex is at the field's zero along the edge. If the ends are at most one spacing apart in k, the field is
+/// interpolated linearly between them, else between the two lines. The vertex keeps a distance of 2^-8 of the edge from
+/// both ends. On an edge of the heightfield from void to solid it is halfway between the zeros of both fields, so that
+/// cavity and overhang share it.
 class EdgeVertices {
 public:
     EdgeVertices(const TileLines& lines, const TileFields& fields, VolumeContour& contour_out);

@@ -22,11 +22,11 @@ namespace terrane::internal {
 /// advance sweeps one tetrahedron, the front and the new node. So the triangle of the heightfield is a face of a
 /// tetrahedron whatever its slope, and a face between two columns is divided alike from both sides, because the order
 /// of two lines does not depend on the third. Nodes of one line are a spacing apart, so that in each layer, nodes k to
-/// k - 1, the lines advance in the same order, that of their offsets: any layer can be visited alone. Upwards, the same
-/// in ascending order.
+/// k - 1, the lines advance in the same order, that of their offsets: any layer can be visited alone. The sweep upwards
+/// is the same with the lowest node first.
 ///
-/// Sources: A. Doi, A. Koide. An Efficient Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells.
-///          IEICE Transactions E74(1), 1991.
+/// Source: A. Doi, A. Koide. An efficient method of triangulating equi-valued surfaces by using tetrahedral cells.
+///         IEICE Transactions E74(1), 1991 (marching tetrahedra).
 class ColumnSweep {
 public:
     ColumnSweep(const TileLines& lines, const TileFields& fields, EdgeVertices& vertices,
@@ -72,7 +72,7 @@ private:
 /// Closes a contour along a side of its tile as if there were no volumes beyond: fills the part of the vertical plane
 /// that is void below the heightfield, or solid above it.
 ///
-/// The plane is divided as by the columns on both sides (ColumnSweep, with two lines instead of three), so that the
+/// The plane is divided in the same way as by the columns on both sides (a ColumnSweep with two lines), so that the
 /// boundary of a cap consists of the contour's edges in the plane and of whole edges of the heightfield. Where the
 /// contour has a vertex on an edge of the heightfield, a degenerate triangle joins the two parts of the edge to the
 /// neighbour's whole edge.
@@ -134,8 +134,8 @@ void ColumnSweep::sweep() {
     for (const Layers& layers : layers_) visit<field>(layers);
 }
 
-// Finds the layers with a node of a run; if any of them is beside a steep triangle of the heightfield, all layers
-// beside it.
+// Finds the layers that contain a node of a run. If one of them is beside a steep triangle of the heightfield, takes
+// all layers beside that triangle.
 template <Field field>
 void ColumnSweep::find_layers() {
     constexpr bool down = field == Field::to_void;
@@ -262,8 +262,8 @@ void ColumnSweep::emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, Field 
 
 void SideCaps::close(std::size_t side) {
     side_ = side;
-    // Lines from south to north or from west to east, z up. Seen so, the inside of the tile is behind the western and
-    // northern sides.
+    // The lines run to the right, from south to north or from west to east, and z up. In this view the inside of the
+    // tile is behind the western and northern sides.
     is_reversed_ = side == 1 || side == 2;
     const bool is_column = side < 2;
     const int fixed = side % 2 == 0 ? 0 : kVolumeTileCells;
@@ -394,7 +394,7 @@ public:
         if (natural_count == 3) return;
         contour_.replaced.push_back(name);
         if (natural_count == 0) return;
-        // The only natural sample, or the only one that is not.
+        // The sample that differs from the other two: the only natural one, or the only one that is not natural.
         std::size_t odd_one = 0;
         for (std::size_t i = 1; i < 3; ++i) {
             if (is_natural(i) == (natural_count == 1)) odd_one = i;

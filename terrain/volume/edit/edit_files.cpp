@@ -25,7 +25,7 @@ namespace {
 constexpr std::array<char, 8> kMagic{'T', 'R', 'N', 'D', 'I', 'G', 'S', '\n'};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeaderBytes = 36, kFrameBytes = 12;
-// Limit of change numbers read from a file, which is not trusted; later changes get larger ones.
+// Largest change number that is accepted from a file, which is not trusted; later changes get larger numbers.
 constexpr std::uint32_t kMostNumber = 0x7fffffff;
 
 std::vector<std::uint8_t> header_of(const std::array<std::uint64_t, 2>& fingerprint,
@@ -138,7 +138,7 @@ Result<void> DigLog::parse(std::span<const std::uint8_t> bytes) {
         const std::size_t left = bytes.size() - at;
         const auto length = ByteReader(bytes.subspan(at)).get<std::uint32_t>();
         if (!is_record(bytes, at, before)) {
-            // The next record may continue the chain from the hash that this one should have.
+            // A later record may continue the chain from the hash that this record should have.
             const bool is_whole = left >= kFrameBytes && length <= left - kFrameBytes;
             if (has_later_record(bytes, at) ||
                 (is_whole && is_record(bytes, at + kFrameBytes + length,
@@ -229,7 +229,7 @@ Result<void> DigLog::save() {
 namespace {
 
 constexpr SealedKind kKind{{'T', 'D', 'I', 'G'}, 1};
-/// Sizes in a file are not trusted for allocations.
+/// Largest size of a tile's record that is allocated, bytes: sizes in a file are not trusted.
 constexpr std::uint64_t kMostTileBytes = std::uint64_t{1} << 30;
 
 struct TileRecord {

@@ -46,7 +46,7 @@ public:
     /// Bytes of an incomplete record at the end of the file when it was opened.
     std::uint64_t torn_bytes() const { return torn_bytes_; }
 
-    /// Adds a record in memory, and returns the hash up to it. Cost: O(its bytes)
+    /// Adds a record in memory, and returns the hash of the log up to it. Cost: O(bytes of the record)
     std::uint64_t add(LogRecord record);
     /// Appends the records that the file does not have yet, and flushes it to the disk.
     ///
@@ -67,13 +67,13 @@ private:
     std::uint64_t torn_bytes_ = 0;
 };
 
-/// Files with the level sets of edited chunks, one per chunk, in a folder, so that loading a chunk need not apply all
+/// A folder of files with the level sets of edited chunks, one per chunk, so that loading a chunk need not apply all
 /// its edits again. A file holds a chunk as of one position in the log; later edits are applied when it is read.
 ///
 /// Each is a sealed file (terrane/store/sealed_file.h): written under another name, flushed and renamed. Its directory
 /// has the hashes of the volumes, of the log up to that position, of the tiles' heights and of each tile's bytes. All
-/// are checked before OpenVDB reads a byte, because its reader is not hardened. A file that does not match is refused
-/// and counted, and the chunk is made from its volumes and edits.
+/// hashes are checked before OpenVDB reads a byte, because OpenVDB's reader is not hardened. A file that does not match
+/// is refused and counted, and the chunk is made from its volumes and edits.
 ///
 /// Threads: any number
 class ChunkFiles {
@@ -87,9 +87,9 @@ public:
         std::shared_ptr<const ChunkTiles> tiles;
         std::size_t edit_count = 0;  ///< edits of the list that are applied to the tiles
     };
-    /// Absent if there is no file, or none that matches.
+    /// Reads the tiles of a chunk; absent if there is no file, or it does not match.
     std::optional<Read> read(const Chunk& chunk, const ChunkEdits& edits) const;
-    /// Fails: io; the previous file is then left as it was
+    /// Writes the file of a chunk as of a change. Fails: io; the previous file is then left as it was
     Result<void> write(const ChunkKey& key, const ChunkTiles& tiles, std::uint32_t position) const;
 
     std::string path_of(const ChunkKey& key) const;

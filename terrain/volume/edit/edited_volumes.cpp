@@ -145,10 +145,10 @@ namespace {
 /// Bytes of a SolidSurface for each square spacing of the boxes around a volume's pieces: measured 110 to 280 for tubes
 /// and spheres.
 constexpr double kBytesPerSquare = 320.0;
-/// For the replaced triangles of the heightfield and their neighbours.
+/// Additional bytes for the replaced triangles of the heightfield and their neighbours.
 constexpr double kLeastBytes = 0x1p18;
-/// Limit of a surface's area, in areas of its bounding box, because volumes may overlap. A chunk that needs more fails
-/// to load, and the retry claims its actual size.
+/// Largest surface area that an estimate assumes, in areas of the bounding box: overlapping volumes would add up to
+/// more. A chunk that needs more fails to load, and the retry claims its actual size.
 constexpr double kMostBoxAreas = 2.0;
 
 }  // namespace
@@ -230,7 +230,7 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
     const std::scoped_lock lock(mutex_);
     const auto found = entries_.find(key);
     const ChunkVersion now = found == entries_.end() ? ChunkVersion() : found->second.version;
-    // If a change has come into force meanwhile, the tiles can still be the start for the newer version.
+    // If a change has come into force meanwhile, the newer version can still start from these tiles.
     const bool is_beginning = begins_with(now.list(), version.list()) &&
                               (!now.tiles || now.tile_edits <= version.list().size());
     if (most_tile_bytes_ > 0 && is_beginning)
@@ -311,7 +311,7 @@ void begin(PreparedChange& prepared, const HeightSource& heights, const Volumes&
                 version.tiles = earlier.tiles;
                 version.tile_edits = earlier.tile_edits;
             }
-            // An undo cannot be applied to level sets, which lose what an operation overwrites.
+            // An undo cannot be applied to level sets, because an operation overwrites the earlier distances.
             if (version.tile_edits > version.list().size()) {
                 version.tiles.reset();
                 version.tile_edits = 0;

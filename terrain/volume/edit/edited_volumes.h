@@ -28,8 +28,8 @@ struct Edit {
     std::vector<ChunkKey> chunks(int level) const;
 };
 
-/// Edits in force, by ascending number. Only the last edit can be undone, so two lists with the same edit at an index
-/// are equal up to it.
+/// Edits in force, by ascending number. Only the last edit can be undone, so two lists that have the same edit at an
+/// index are equal up to that index.
 using EditList = std::vector<std::shared_ptr<const Edit>>;
 
 /// Whether `first` is a prefix of `list`.
@@ -47,12 +47,11 @@ struct ChunkEdits {
     std::vector<UndoneEdit> undone;
     std::optional<ChunkExtent> base_extent, extent;  ///< of the volumes alone, and with the edits
 
-    /// Number of the edits that a file saved at change `position` contains; absent if it contains one that was undone
-    /// since.
+    /// Number of the edits in a file that was saved at change `position`; absent if one of them has been undone since.
     std::optional<std::size_t> count_at(std::uint32_t position) const;
 };
 
-/// A chunk's edits, and its tiles if they are held. Null edits: none has ever touched the chunk.
+/// A chunk's edits, and its tiles if they are held. `edits` is null if no edit has ever touched the chunk.
 struct ChunkVersion {
     std::shared_ptr<const ChunkEdits> edits;
     std::shared_ptr<const ChunkTiles> tiles;
@@ -66,7 +65,7 @@ struct ChunkVersion {
 std::optional<ChunkExtent> extent_with(const HeightSource& heights, const Volumes& volumes,
                                        const ChunkKey& key, const ChunkEdits& edits);
 
-/// The edits of a chunk with one more, or without the last one.
+/// Adds an edit to those of a chunk, or removes the last one; returns the new edits.
 std::shared_ptr<const ChunkEdits> with_edit(const HeightSource& heights, const Volumes& volumes,
                                             const ChunkKey& key, const ChunkEdits& before,
                                             const std::shared_ptr<const Edit>& edit);
@@ -74,12 +73,11 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
                                                const ChunkKey& key, const ChunkEdits& before,
                                                std::uint32_t undo);
 
-/// The tiles of a chunk with its volumes and all its edits.
-///
-/// Applies the edits that the version's tiles lack; without tiles, the volumes and all edits.
+/// Makes the tiles of a chunk with its volumes and all its edits. Starts from the version's tiles and applies the edits
+/// that they lack; without tiles, starts from the volumes and applies all edits.
 ///
 /// Fails: as VolumeTile::create()
-/// Cost:  that of the tiles which these edits touch; without tiles, that of all tiles
+/// Cost:  making the tiles that these edits touch; without tiles, all tiles
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
@@ -94,8 +92,8 @@ std::shared_ptr<const Chunk> with_tiles(const Lattice& lattice, const Chunk& chu
 
 class ChunkFiles;
 
-/// A terrain's volumes with the edits in force, which VolumeHeights answers from. If an editor asks for it, caches the
-/// tiles of chunks up to a memory limit and evicts the least recently used.
+/// The volumes of a terrain and the edits in force; VolumeHeights takes its answers from here. After keep_tiles(), also
+/// caches the tiles of chunks up to a memory limit and evicts the least recently used.
 ///
 /// Threads: any number of readers, while one thread changes it
 class EditedVolumes {
@@ -108,7 +106,7 @@ public:
     std::optional<HeightInterval> over(const WorldRect& rect) const;
     /// Whether a chunk of the pinned level differs, or has ever differed, from the heightfield alone.
     bool is_touched(const ChunkKey& key) const;
-    /// Upper limit of a chunk's bytes: an estimate, or its actual size if known.
+    /// Expected upper limit of a chunk's bytes: see VolumeHeights::max_chunk_bytes().
     std::size_t max_bytes(const ChunkKey& key, std::size_t plain_bytes) const;
     bool is_current(const Chunk& chunk) const;
     /// Number of the last change in force.
@@ -174,10 +172,10 @@ struct PreparedChange {
     std::map<ChunkKey, std::shared_ptr<const Chunk>> chunks;
     std::vector<ChunkKey> deferred;  ///< resident chunks that a later change of the batch makes
     std::string failure;             ///< why a chunk could not be made; empty if none failed
-    bool is_completing = false;      ///< a chunk that was loaded since is being made
+    bool is_completing = false;      ///< a chunk loaded after the preparation is being made
 };
 
-/// Finds the chunks that a change touches and their new versions, without tiles if these have to be made.
+/// Finds the chunks that a change touches and their new versions; a version has no tiles if they must be made.
 ///
 /// @param before   current versions of all touched chunks
 /// @param snapshot for an undo: the versions before the edit, or null

@@ -58,8 +58,8 @@ struct VolumeEditor::State {
     std::deque<Completion> completions;
     bool is_working = false;
     std::deque<Snapshot> snapshots;
-    /// Last change of the current batch, the changes that waited when it started: each chunk is made only for the last
-    /// of them that touches it.
+    /// Last change of the current batch. A batch is the changes that waited when it started; each chunk is made only
+    /// for the last change of the batch that touches it.
     std::uint32_t batch_end = 0;
     /// Replaced chunks, megabytes each; the worker frees them when it holds the last reference.
     std::vector<std::shared_ptr<const Chunk>> old_chunks;
@@ -100,7 +100,7 @@ using internal::ChunkVersion;
 using internal::PreparedChange;
 
 namespace {
-/// A larger batch would delay its first change too long.
+/// Most changes of a batch: a larger one would delay its first change too long.
 constexpr std::size_t kMostOfBatch = 32;
 }  // namespace
 
@@ -234,7 +234,7 @@ void VolumeEditor::State::complete(Lock& lock) {
     }
 }
 
-// Takes the most recent tiles whose edits are a prefix of the change's.
+// Takes the most recent tiles of a chunk whose edits are a prefix of the edits in the change's version.
 void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKey& key) const {
     ChunkVersion& version = change.versions.at(key);
     const auto consider = [&version](const ChunkVersion& other) {
@@ -317,7 +317,7 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
     return count;
 }
 
-// Call without the lock: nothing else uses the first prepared changes while they are not being completed.
+// Call without the lock: nothing else uses the first prepared changes unless they are being completed.
 bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const ResidentSet& set) {
     std::vector<std::shared_ptr<PreparedChange>> changes;
     {
@@ -399,7 +399,7 @@ std::uint32_t VolumeEditor::State::update(Pager* pager) {
         lock.lock();
         if (fits) break;
         ++counts.postponed;
-        // If all do not fit at once, the first alone may.
+        // If the changes do not fit together, the first alone may.
         count = count == 1 ? 0 : ready_count(1, chunks, true);
     }
     if (!is_idle() || has_free_chunks()) changed.notify_all();

@@ -13,8 +13,8 @@
 namespace terrane {
 namespace {
 
-// Distance, in spacings, within which a point counts as inside a volume: exceeds the rounding of samples to the quantum
-// and of level sets.
+// Distance, in spacings, within which a point counts as inside a volume: exceeds the rounding of samples and of level
+// sets.
 constexpr double kInsideWithin = 0.25;
 
 }  // namespace

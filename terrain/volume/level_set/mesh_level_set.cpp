@@ -50,7 +50,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
         const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
         auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
                                                                      kBandVoxels, kBandVoxels);
-        // For thin triangles the area underestimates the band, which surrounds their edges.
+        // With thin triangles the estimate by area is too low, because the band also surrounds their edges.
         const auto bytes = static_cast<double>(grid->memUsage());
         if (bytes > most) return too_large(bytes);
         const double band = double{grid->background()};

@@ -23,10 +23,10 @@ public:
     const Kind& kind() const { return kind_; }
     /// Bounding box of the shape; of the band for sampled shapes.
     const Aabb& bounds() const { return bounds_; }
-    /// Visits boxes whose union contains the part of the shape over a rectangle, for finding tiles; a tube is cut into
-    /// short pieces. Stops when visit returns false.
+    /// Visits boxes whose union contains the part of the shape over a rectangle, to find the tiles that it touches. A
+    /// tube is cut into short pieces. Stops when visit returns false.
     ///
-    /// @param within rectangle: its low and high x and y
+    /// @param within its x and y are the rectangle
     void visit_part_bounds(const Aabb& within, const std::function<bool(const Aabb&)>& visit) const;
     std::size_t bytes() const;
     double signed_distance(const Eigen::Vector3d& p_world) const;
@@ -46,16 +46,16 @@ struct NodeBox {
 
 enum class BoxSide { outside, inside, near };
 
-/// Distances of one shape during a recursive subdivision of boxes: each box keeps a list of the parts that may be near.
-///
-/// The distances of a node, clamped to the band, do not depend on the boxes that led to it.
+/// Computes the distances of one shape during a recursive subdivision of boxes of nodes. Each box keeps a list of the
+/// parts of the shape that may be near.
+/// The distance of a node, clamped to the band, does not depend on the boxes that contain it.
 class ShapeTraversal {
 public:
     /// @param band largest distance that is needed, metres
     ShapeTraversal(const PlacedShape& shape, double band);
 
-    /// Enters a box inside the current one. `near`: distances in the box may be within the band; otherwise all are
-    /// beyond it, on one side.
+    /// Enters a box inside the current one. `near`: distances in the box may be within the band; otherwise the whole
+    /// box is inside or outside the shape and beyond the band.
     BoxSide enter(const NodeBox& box);
     /// Parts of an exact shape that may be within the band in the current box, ascending.
     std::span<const std::uint32_t> parts() const {

@@ -55,7 +55,7 @@ public:
         bool is_near(const Eigen::Vector3d& centre_world, const Eigen::Vector3d& half_extents);
         /// Half width of the band, metres.
         double band() const;
-        /// Side of its voxels, metres.
+        /// Side of a voxel, metres.
         double voxel() const;
 
     private:
@@ -69,12 +69,12 @@ private:
     Aabb bounds_ = empty_box();
 };
 
-/// Whether a `.vdb` file has the offsets of its grids: written by openvdb::io::File, not by openvdb::io::Stream.
+/// Whether a `.vdb` file stores the offsets of its grids: openvdb::io::File writes them, openvdb::io::Stream does not.
 enum class VdbOffsets { absent, present };
 
-/// Checks the lengths in a `.vdb` file's header and in its grids' descriptors and metadata. OpenVDB allocates and
-/// clears as many bytes as each states, up to 4 GB, before it notices that the file is shorter. Not checked: files
-/// before format 222 (2013), and all grids but the first in a file without offsets.
+/// Checks the lengths in a `.vdb` file's header and in its grids' descriptors and metadata: OpenVDB allocates and
+/// clears as many bytes as a length states, up to 4 GB, before it notices that the file is shorter. Files before format
+/// 222 (2013) are not checked, nor are the grids after the first in a file without offsets.
 ///
 /// @param in    at the start of the file
 /// @param bytes size of the file

@@ -155,7 +155,7 @@ Result<void> check_edges(const VolumeMesh& mesh) {
     return {};
 }
 
-/// Finds two triangles, among those whose boxes overlap, of which an edge of one passes through the other.
+/// Finds two triangles such that an edge of one passes through the other. Tests only triangles whose boxes overlap.
 class CrossingSearch {
 public:
     explicit CrossingSearch(const VolumeMesh& mesh)
@@ -180,7 +180,7 @@ public:
     }
 
 private:
-    // Whether an edge of one triangle passes through the interior of another that it shares no point with.
+    // Whether an edge of one triangle passes through the interior of another. Edges that share a point with it do not.
     bool pierces(std::uint32_t with_edges, std::uint32_t through) const {
         const Triangle& t = mesh_.triangles[through];
         for (std::size_t i = 0; i < 3; ++i) {
@@ -244,8 +244,8 @@ double surface_area(const VolumeMesh& mesh) {
     return area;
 }
 
-// Signed distances in closed form. Sources: C. Ericson. Real-Time Collision Detection. 2005, sections 5.1.2 (segment)
-// and 5.1.4 (box).
+// Signed distances in closed form.
+// Source: C. Ericson. Real-time collision detection. 2005, sections 5.1.2 (segment) and 5.1.4 (box).
 
 namespace {
 

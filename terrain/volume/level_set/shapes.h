@@ -15,7 +15,7 @@ namespace terrane::internal {
 
 /// Everything within `radius` of a segment, world frame. A sphere has a segment of length 0.
 struct CapsulePart {
-    Eigen::Vector3d from_world, along;  // first end, and from it to the second
+    Eigen::Vector3d from_world, along;  // first end; vector to the second end
     double inverse_square = 0.0;        // 1 / |along|^2; 0 for a sphere
     double radius = 0.0;
 };
@@ -62,11 +62,12 @@ Result<void> check_closed(const VolumeMesh& mesh);
 /// Sum of the areas of a mesh's triangles, square metres.
 double surface_area(const VolumeMesh& mesh);
 
-/// Writes an operation: op, kind of shape, its numbers, pose and voxel. Numbers are written bit for bit.
+/// Serialises an operation: `op`, the shape's type index and fields, the pose (rotation row by row, then translation),
+/// `voxel`. Floating-point values keep their bits.
 void put(ByteWriter& out, const VolumeOperation& operation);
 
-/// Reads what put() wrote; absent if the bytes end early or name an unknown kind of shape. Does not check sizes and
-/// poses.
+/// Reads an operation written by put(); absent if the bytes end early or name an unknown `op` or shape type. Does not
+/// check sizes and poses.
 std::optional<VolumeOperation> get_operation(ByteReader& in);
 
 }  // namespace terrane::internal

@@ -131,8 +131,8 @@ void fill_leaf(NodeTree& tree, const openvdb::Coord& origin, std::int16_t value)
 
 }  // namespace
 
-/// Applies one operation to a tile: divides boxes of leaves until the shape's surface is farther away than the band, or
-/// the box is one leaf.
+/// Applies one operation to a tile. Divides boxes of leaves until a box is beyond the band around the shape's surface,
+/// or a single leaf.
 class TileLevelSet::Application {
 public:
     Application(TileLevelSet& level_set, VolumeOp op, const PlacedShape& shape,
@@ -223,7 +223,7 @@ private:
 
     const TileLines& lines_;
     ShapeTraversal traversal_;
-    NodeTree& least_;  // of the field that is negative inside the shape
+    NodeTree& least_;  // tree of the field that becomes negative inside the shape
     NodeTree& most_;
 };
 

@@ -18,9 +18,8 @@ namespace terrane::internal {
 inline constexpr int kTileLines = kVolumeTileSamples * kVolumeTileSamples;
 /// Largest distance of a node from height 0, spacings.
 inline constexpr double kMostNode = 0x1p28;
-/// Half width of the band of a tile's level sets, spacings. Nodes of one prism are less than 2.45 apart, so that at
-/// least one of two nodes of different sign is within the band even where interpolated distances have a slope of
-/// sqrt(3).
+/// Half width of the band of a tile's level sets, spacings. Nodes of one prism are less than 2.45 spacings apart. So of
+/// two nodes of different sign at least one is within the band, even where interpolated distances have slope sqrt(3).
 inline constexpr double kBandSpacings = 3.0;
 
 /// Index of a vertical line in a tile: row by row from the south-west.
@@ -33,7 +32,7 @@ struct TileLines {
     std::array<double, kVolumeTileSamples> x{}, y{};  // world, metres
     std::array<double, kTileLines> height{};          // world, metres
     std::array<std::int32_t, kTileLines> surface{};   // m: the node at the sample
-    std::array<double, kTileLines> offset{};          // of nodes from z = k spacing, metres
+    std::array<double, kTileLines> offset{};          // z of node k minus k spacing, metres
 
     /// Fails: as VolumeTile::create()
     static Result<TileLines> create(const Lattice& lattice, int level, const VolumeTileKey& key,
@@ -64,8 +63,8 @@ enum class Field : std::uint8_t {
     to_solid,  ///< negative where the node is solid; used above it
 };
 
-/// The values of one field along all lines of a tile, without regions of constant sign. The sign does not change
-/// between two runs of a line.
+/// The stored values of one field along all lines of a tile, as runs of consecutive nodes. Nodes between two runs of a
+/// line are beyond the band and have the sign of the runs' ends.
 struct FieldRuns {
     struct Run {
         std::int32_t first = 0, last = 0;  // nodes
@@ -74,7 +73,7 @@ struct FieldRuns {
     std::vector<std::uint32_t> line_begin;  // [kTileLines + 1] into runs
     std::vector<Run> runs;                  // of each line, ascending
     std::vector<std::int16_t> values;       // steps
-    std::vector<float> far_value;  // [kTileLines] of lines without runs: plus or minus the band
+    std::vector<float> far_value;  // [kTileLines] of lines without runs, in steps: +-kBandSteps
     float band = 0.0f;             // limit of values, metres
 
     std::span<const Run> of_line(int line) const {
@@ -85,10 +84,10 @@ struct FieldRuns {
 
 /// Two sparse grids over the nodes of a tile: OpenVDB trees with leaves of 4 x 4 x 4 nodes at coordinates (column, row,
 /// k). Values are clamped to three spacings; where all are at the limit there is no leaf. Values have 16 bits: a step
-/// is 1e-4 spacing, and nodes within half a step of a surface are on it, whatever the rounding of its distances.
+/// is about 1e-4 spacing. A node within half a step of a surface is on it, whatever the rounding of its distance.
 ///
-/// Operations are composed here instead of by openvdb::tools::csgUnion: both fields are updated at once, without a grid
-/// for the operation and without OpenVDB's threads. The values are the same
+/// Operations are composed here instead of by openvdb::tools::csgUnion. This updates both fields at once, without a
+/// grid for the operation and without OpenVDB's threads, and gives the same values
 /// (`TileLevelSet.HasTheValuesOfOpenVdbsOwnComposition`).
 class TileLevelSet {
 public:

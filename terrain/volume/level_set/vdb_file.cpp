@@ -54,7 +54,7 @@ public:
         if (count > bytes_ - position_) is_ok_ = false;
         seek(position_ + count);
     }
-    /// Name, type and value of each entry.
+    /// Skips the name, type and value of each entry.
     void skip_metadata() {
         const std::uint64_t count = integer(4);
         for (std::uint64_t i = 0; i < 3 * count && is_ok_; ++i) skip_counted();
@@ -85,9 +85,9 @@ std::optional<VdbOffsets> check_vdb_lengths(std::istream& in, std::uint64_t byte
     if (offsets == VdbOffsets::absent && grids > 1) grids = 1;
     for (std::uint64_t i = 0; i < grids && reader.is_ok(); ++i) {
         for (int name = 0; name < 3; ++name)
-            reader.skip_counted();  // the grid's, its type's, its source's
+            reader.skip_counted();  // names of the grid, its type and its instance parent
         const std::uint64_t begin = reader.integer(8);
-        reader.integer(8);  // of the voxels
+        reader.integer(8);  // position of the voxels
         const std::uint64_t end = reader.integer(8);
         const std::uint64_t after = reader.position();
         if (offsets == VdbOffsets::present) reader.seek(begin);

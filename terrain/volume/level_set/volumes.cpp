@@ -49,13 +49,13 @@ TileRange tiles_under(const Lattice& lattice, int level, const Aabb& box) {
     return range;
 }
 
-/// Width of a box along an axis inside one column or row of tiles, metres.
+/// Extent along an axis, metres, of the part of a box inside one column or row of tiles.
 double width_inside(const Aabb& box, int axis, double origin, std::int64_t index, double side) {
     const double begin = origin + static_cast<double>(index) * side;
     return std::max(0.0, std::min(box.high[axis], begin + side) - std::max(box.low[axis], begin));
 }
 
-/// The world's rectangle, widened by the band.
+/// The world's rectangle, widened by the band and one spacing.
 Aabb world_of(const Lattice& lattice, int level) {
     const double reach = (internal::kBandSpacings + 1.0) * lattice.level_spacing(level);
     return {{lattice.x(lattice.west()) - reach, lattice.y(lattice.south()) - reach, 0.0},

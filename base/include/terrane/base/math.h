@@ -5,16 +5,16 @@
 
 #include <Eigen/Geometry>
 
-// Public headers with vectors include Eigen through this header. Geometry, because Core alone declares cross() without
-// defining it, so that a caller's program would fail to link.
+// Public headers with vectors include Eigen through this header: Eigen/Geometry, because Eigen/Core only declares
+// cross(), and a caller's program would fail to link.
 
 namespace terrane {
 
 /// A position in the world frame: metres, right-handed, x east, y north, z up. Always double.
 using WorldPos = Eigen::Vector3d;
 
-/// A position or vector in a small named frame (chunk, body, eye): metres, float. Eigen refuses to assign one to the
-/// other, so every conversion is an explicit call below.
+/// A position or vector in a small named frame (chunk, body, eye): metres, float. Eigen refuses to assign a LocalVec to
+/// a WorldPos or the reverse, so every conversion is an explicit call below.
 using LocalVec = Eigen::Vector3f;
 
 /// x and y in the world, metres or m/s. Converts to and from Eigen::Vector2d; unlike that, its alignment does not
@@ -42,8 +42,8 @@ struct Pose {
 };
 
 // Public structs hold only Eigen types whose alignment does not depend on -march or on Eigen's macros; otherwise a
-// simulator and this library could disagree about the layout. Other types do depend: Vector4d, Quaterniond, Isometry3d
-// and Matrix4f have 16, or with AVX 32 or 64; with EIGEN_MAX_ALIGN_BYTES=0 they, Vector2d and Vector4f have 8 or 4.
+// simulator and this library could disagree about the layout. Excluded are Vector4d, Quaterniond, Isometry3d, Matrix4f
+// (16 bytes, or with AVX 32 or 64), Vector2d and Vector4f: with EIGEN_MAX_ALIGN_BYTES=0 all of these have 8 or 4.
 static_assert(!Eigen::Matrix3d::IsRowMajor,
               "EIGEN_DEFAULT_TO_ROW_MAJOR transposes public matrices");
 static_assert(alignof(WorldVec2) == alignof(double) && sizeof(WorldVec2) == 16);

@@ -6,7 +6,7 @@
 #define TERRANE_VERSION_MINOR 1  ///< see TERRANE_VERSION_MAJOR
 #define TERRANE_VERSION_PATCH 0  ///< see TERRANE_VERSION_MAJOR
 
-/// A name that is the same only in headers and libraries with the same major and minor version.
+/// Appends the major and minor version to a name, so that different versions do not link with each other.
 #define TERRANE_VERSIONED(name) name##_0_1
 
 namespace terrane {

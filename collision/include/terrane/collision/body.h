@@ -9,24 +9,24 @@
 
 namespace terrane {
 
-/// Names a body of a world. Slots of removed bodies are used again with another generation, so that the id of a removed
-/// body never names another one.
+/// Names a body of a world. A slot is reused with another generation, so that the id of a removed body never names
+/// another body.
 struct BodyId {
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};  ///< index of no body
 
     std::uint32_t index = kNone;   ///< slot of the body
     std::uint32_t generation = 0;  ///< counts the bodies that have had the slot
 
-    /// Whether it names a body; only its world knows whether that body still exists.
+    /// Whether it names a body at all; World::contains() tells whether that body still exists.
     constexpr bool is_valid() const { return index != kNone; }
 
     /// By index, then by generation.
     friend constexpr auto operator<=>(const BodyId&, const BodyId&) = default;
 };
 
-/// Layers as bits: which a body is on, and which it collides with.
+/// The layers that a body is on and the layers that it collides with, one bit each.
 struct CollisionFilter {
-    std::uint32_t layers = 1;                         ///< that the body is on; 0: on none
+    std::uint32_t layers = 1;                         ///< layers that the body is on; 0: none
     std::uint32_t collides_with = ~std::uint32_t{0};  ///< layers that the body collides with
 
     friend constexpr bool operator==(const CollisionFilter&, const CollisionFilter&) = default;
@@ -39,23 +39,23 @@ constexpr bool may_collide(const CollisionFilter& a, const CollisionFilter& b) {
 
 /// How a body moves.
 enum class BodyType : std::uint8_t {
-    static_body,  ///< never, but for teleport(); infinite mass
-    kinematic_body,  ///< with the velocity that its owner sets, through ground and bodies; infinite mass
-    dynamic_body,  ///< by gravity, forces and contacts
+    static_body,     ///< moves only by teleport(); infinite mass
+    kinematic_body,  ///< moves through ground and bodies at a given velocity; infinite mass
+    dynamic_body,    ///< is moved by gravity, forces and contacts
 };
 
-/// What a body is made of.
+/// The properties of a body.
 struct BodySettings {
-    /// Of uniform density. The mass of a flat shape is on its area. In a compound with solid parts the flat ones have
-    /// no mass, and overlaps count twice.
+    /// Its density is uniform. A flat shape has its mass on its area; but in a compound with solid parts, flat parts
+    /// have no mass. Overlaps of parts count twice.
     Shape shape = Sphere{};
     BodyType type = BodyType::dynamic_body;  ///< how it moves
     double mass = 1.0;               ///< kilograms, 1e-9 to 1e12; only dynamic bodies use it
     double friction = 0.6;           ///< Coulomb, 0 to 1e6
     double restitution = 0.2;        ///< 0 to 1
     double contact_tolerance = 0.0;  ///< metres, to 1000; 0: default_contact_tolerance(shape)
-    CollisionFilter filter{};        ///< which bodies it collides with; the ground always
-    /// Bodies pass through it; it reports them (World::contact_events()). Static or kinematic.
+    CollisionFilter filter{};        ///< which bodies it collides with; not for the ground
+    /// Whether bodies pass through it and are only reported in World::contact_events(). Not for dynamic bodies.
     bool is_sensor = false;
     bool rotates = true;  ///< false: contacts and torques do not turn it
 };
@@ -64,14 +64,14 @@ struct BodySettings {
 enum class BodyCondition : std::uint8_t {
     awake,   ///< moves
     asleep,  ///< at rest, not stepped until something touches it
-    /// Ground that it may meet is not resident, or it would move beyond the limit of poses: its state is kept.
+    /// Held in place: ground that it may meet is not resident, or it would move beyond the limit of positions.
     parked,
     left_world,  ///< outside the ground's extent: in free fall
     fixed,       ///< a static body
-    removed,     ///< there is no body of this index
+    removed,     ///< no body has this index
 };
 
-/// The pose and the velocities that a body is given.
+/// Pose and velocities of a body.
 struct BodyPlacement {
     Pose pose;                                                   ///< world_from_shape
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< of the centre of mass, m/s
@@ -87,7 +87,7 @@ struct BodyState : BodyPlacement {
 struct CharacterSettings {
     double radius = 0.35;  ///< of the capsule, metres, 0.001 to 1000
     double half_height =
-        0.55;            ///< of its core, metres, 0 to 1000: it is 2 (radius + half_height) tall
+        0.55;            ///< of the core, metres, 0 to 1000; height is 2 (radius + half_height)
     double mass = 80.0;  ///< kilograms, 1e-3 to 1e9
     double max_slope = 0.87;  ///< radians, 0 to 1.57; it slides down steeper slopes
     double max_step = 0.4;    ///< metres, 0 to 1000; higher steps are obstacles
@@ -101,35 +101,35 @@ struct CharacterSettings {
     CollisionFilter filter{};  ///< which bodies it collides with
 };
 
-/// What a character is asked to do.
+/// Controls of a character.
 struct CharacterControls {
-    /// Wanted, world x and y, m/s, each -1e4 to 1e4; relative to what it stands on.
+    /// Target velocity in world x and y, m/s, each -1e4 to 1e4, relative to the body that the character stands on.
     WorldVec2 velocity = WorldVec2::Zero();
     double jump_speed = 0.0;  ///< upward, m/s, 0 to 1e4, used while it stands; 0: no jump
 };
 
-/// Where a character is and how it moves.
+/// Pose, motion and support of a character.
 struct CharacterState {
     BodyState body;       ///< the pose is that of the capsule's centre
-    bool stands = false;  ///< on a slope of at most max_slope
+    bool stands = false;  ///< whether it stands on a slope of at most max_slope
     BodyId support{};     ///< the body that it stands on; none on the ground or in the air
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of what it stands on
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the surface that it stands on
 };
 
-/// What a step did to a contact of two bodies, or of a body with the ground.
+/// Change of a contact between two bodies, or a body and the ground, in a step.
 enum class ContactPhase : std::uint8_t {
-    began,   ///< they touch, and did not after the step before
-    stayed,  ///< they touch, and did so after the step before
-    ended,   ///< they do not touch any more, or one has been removed
+    began,   ///< they touch, but did not after the previous step
+    stayed,  ///< they touch, and did so after the previous step
+    ended,   ///< they no longer touch, or one was removed
 };
 
 /// A contact of a body with another body, or with the ground, in a step.
 struct ContactEvent {
-    BodyId a{};                                ///< the body of the lower index
-    BodyId b{};                                ///< the other one; of the ground: none
+    BodyId a{};                                ///< the body with the lower index
+    BodyId b{};                                ///< the other body; none for the ground
     ContactPhase phase = ContactPhase::began;  ///< whether the contact began, lasts or ended
     bool is_sensor = false;  ///< one of them is a sensor: there are no points and no impulse
-    /// Of the contact on `a` over the step, friction included, N s. Separation of overlaps has none.
+    /// Impulse on `a` over the step, friction included, N s. Pushing overlapping bodies apart adds none.
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, into `a`, of the deepest point
     std::uint32_t first_point = 0;                      ///< see World::contact_points()

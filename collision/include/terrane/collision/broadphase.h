@@ -24,12 +24,11 @@ enum class BroadphaseKind {
     grid,  ///< sparse grid of cells as large as the largest box: for bodies of similar size
 };
 
-/// Finds the pairs of bodies that may touch: those whose boxes, each widened by a margin, overlap or touch.
+/// Finds the pairs of bodies whose boxes, each widened by a margin, overlap or touch.
 ///
 /// Both kinds find the same pairs, in ascending order of (a, b), and cache candidates across updates: pairs of boxes
 /// that overlap when enlarged by a quarter of their longest side. The cache stays valid while all but a few bodies
-/// remain inside their enlarged boxes. Memory is linear in the number of bodies and candidates, whatever volume
-/// they extend over, and is reused.
+/// remain inside their enlarged boxes. Memory is reused and linear in bodies and candidates, however far they spread.
 ///
 /// Threads: one at a time.
 class Broadphase {
@@ -60,10 +59,11 @@ public:
     virtual std::uint64_t update_operations() const = 0;
 };
 
+/// Makes a broadphase without bodies.
 /// @param margin added to each side of each box, metres, finite, >= 0
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin);
 
-/// `sap` or `grid`.
+/// The name of a kind: `sap` or `grid`.
 std::string_view to_string(BroadphaseKind kind);
 
 }  // namespace terrane

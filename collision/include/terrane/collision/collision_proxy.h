@@ -47,9 +47,9 @@ struct CollisionProxy {
     /// Whether distance_m is at most proxy_error plus 2e-9 of the extent. False if max_parts or max_hull_vertices
     /// prevents it.
     bool is_within_error = true;
-    /// Of a closed mesh whose components do not overlap, m^3; else 0.
+    /// Volume of a closed mesh whose components do not overlap, m^3; else 0.
     double mesh_volume = 0.0;
-    double parts_volume = 0.0;  ///< sum over the hulls, m^3: overlaps count twice
+    double parts_volume = 0.0;  ///< sum of the hulls' volumes, m^3: overlaps count twice
 };
 
 /// Makes a collision shape from a mesh: an approximate convex decomposition if the mesh is closed, otherwise its

@@ -11,11 +11,11 @@ namespace terrane {
 /// Answer of test_contact(): whether a shape touches the ground or another shape.
 struct TestAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool is_touching = false;                   ///< touch or overlap
+    bool is_touching = false;                   ///< whether they touch or overlap
     double error_m = 0.0;  ///< largest error_m of the cells tested, metres; 0 between shapes
 };
 
-/// Answer of pseudodistance(): a measure with the sign of the signed distance that costs less.
+/// Answer of pseudodistance(): a cheaper measure than the signed distance, with the same sign.
 struct PseudodistanceAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double pseudodistance = 0.0;                ///< metres
@@ -24,10 +24,10 @@ struct PseudodistanceAnswer {
     double error_m = 0.0;          ///< as in TestAnswer
 };
 
-/// Identifies a vertex (i, i), an edge (i, j) with i < j, or a face (i, kFace) of a shape, stable between calls. Vertex
-/// i of a box is at +x where bit 0 of i is set, else at -x; bit 1 is y, bit 2 is z; its faces are -x, +x, -y, +y, -z,
-/// +z. Vertices of a hull are indices of vertices(). The ends of a capsule's core are vertices 0 (at -z) and 1, its
-/// side is edge (0, 1); a sphere is vertex 0.
+/// Identifies a vertex (i, i), an edge (i, j) with i < j, or a face (i, kFace) of a shape; stable between calls. Box:
+/// bits 0, 1, 2 of a vertex are set if it is at +x, +y, +z; faces 0 to 5 are -x, +x, -y, +y, -z, +z. Hull: indices of
+/// vertices() and face(). Capsule: vertices 0 (at -z) and 1 are the ends of the core, edge (0, 1) is the side. Sphere:
+/// vertex 0.
 struct ShapeFeature {
     static constexpr std::uint32_t kFace = ~std::uint32_t{0};  ///< value of `second` for a face
 
@@ -36,29 +36,29 @@ struct ShapeFeature {
     bool operator==(const ShapeFeature&) const = default;
 };
 
-/// A motion with constant velocity and constant spin over t in [0, 1], about the origin of the body.
+/// Motion of a body over t in [0, 1]: constant velocity of its origin, and constant spin about its origin.
 struct Motion {
     Pose start;                                                 ///< at t = 0, world from body
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();      ///< metres, world axes
     Eigen::Vector3d rotation_vector = Eigen::Vector3d::Zero();  ///< axis times radians, world axes
 
-    /// Pose at t. With its own sine and cosine, so that results do not depend on the C library.
+    /// Pose at t. Computes sine and cosine without the C library, so that results do not depend on it.
     Pose at(double t) const;
 };
 
 /// The shorter rotation from one orientation to another, as a rotation vector in world axes, radians.
 Eigen::Vector3d rotation_vector_between(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
 
-/// The rotation matrix near one that rounding of many products has made not quite orthonormal.
+/// Removes the rounding errors of a nearly orthonormal rotation matrix, such as a product of many (Gram-Schmidt).
 Eigen::Matrix3d orthonormalized(const Eigen::Matrix3d& rotation);
 
 /// Settings of cast().
 struct CastSettings {
-    /// A hit is reported at a distance between 0 and this, metres, > 0; never later than the first touch. A motion that
-    /// passes within this distance without touching may be reported as a hit. A cast against the ground is `invalid`
-    /// where doubles along its motion are more than a quarter of this apart: beyond 1.1e11 m for the default.
+    /// Largest distance at a reported hit, metres, > 0. A hit is never later than the first touch; a motion that passes
+    /// within this distance without touching may be reported as a hit. A cast against the ground is `invalid` if
+    /// neighbouring doubles along its motion are more than a quarter of this apart: beyond 1.1e11 m for the default.
     double tolerance = 1e-4;
-    /// Contacts at the start that separate are ignored until they close again.
+    /// Whether contacts at the start that move apart are ignored until they close again.
     bool skip_separating = false;
 };
 

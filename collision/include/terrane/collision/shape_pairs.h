@@ -14,8 +14,8 @@
 // orthonormalized. Results depend on the relative pose only: distances and depths have the same bits whenever the
 // difference of the translations does.
 //
-// Accuracy, unless a function says otherwise: 1e-12 of the sizes of both shapes plus the distance between their
-// origins. Shapes closer than 1e-12 of their sizes touch.
+// Accuracy, unless a function says otherwise: 1e-12 times the sum of the sizes of both shapes and the distance between
+// their origins. Shapes closer than 1e-12 of their sizes touch.
 //
 // A compound is the union of its parts. Queries traverse a bounding volume tree, so that the cost depends only on the
 // parts near the other shape.
@@ -73,23 +73,23 @@ struct PairDistanceAnswer {
     std::uint32_t part_b = 0;  ///< the same of b
 };
 
-/// Signed distance of two shapes. A shape without thickness overlaps as the limit of ever thinner shapes does.
+/// Signed distance of two shapes. A shape without thickness counts as the limit of ever thinner shapes.
 ///
 /// If the shapes overlap, translating a by -distance * normal separates them. For convex shapes this is the minimum
 /// translation. For compounds that overlap in more than one pair of parts it is the shortest found by a search from 196
-/// directions; it is exact if it is as short as the depth of the deepest pair, which is a lower bound. Parts that only
-/// touch leave a seam between them, through which a shape without thickness can separate.
+/// directions. The depth of the deepest pair is a lower bound: a translation of that length is the minimum. Parts that
+/// only touch leave a seam between them, through which a shape without thickness can separate.
 ///
-/// Cost: for overlapping compounds up to a few hundred times that of their overlapping pairs of parts
+/// Cost: for overlapping compounds, up to a few hundred times the cost of their overlapping pairs of parts
 PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, const Shape& b,
                                    const Pose& world_from_b);
 
 /// A cheap measure with the sign of the signed distance, metres.
 ///
-/// Two spheres or capsules: (d^2 - R^2) / (2 R), or d if R is 0, with the distance d of their cores and the sum R of
-/// their radii. Two boxes or hulls: the largest gap over the facets of their Minkowski difference (face normals, cross
-/// products of edges that form a facet); at most the signed distance, and equal to it for overlapping shapes. A sphere
-/// or capsule and a box or hull: the signed distance.
+/// Two spheres or capsules: (d^2 - R^2) / (2 R), or d if R is 0, with the distance d between their cores and the sum R
+/// of their radii. Two boxes or hulls: the largest gap along the facet normals of their Minkowski difference (face
+/// normals, cross products of edges that form a facet); at most the signed distance, and equal to it for overlapping
+/// shapes. A sphere or capsule and a box or hull: the signed distance.
 ///
 /// Compounds: the minimum over the pairs of parts, where each pair counts as at least the gap between the bounding
 /// boxes of its parts.
@@ -106,9 +106,9 @@ struct PairCastAnswer {
     std::array<PairContact, 4> contacts;        ///< for compounds, the deepest
 };
 
-/// Time of impact of two translating and rotating shapes. At a hit the distance is between 0 and the tolerance; a pass
-/// within the tolerance may be reported as a hit. Parts of a compound rotate about the body's origin; `skip_separating`
-/// applies to each pair of parts separately.
+/// Finds the first contact of two translating and rotating shapes (time of impact). At a hit the distance is between 0
+/// and the tolerance; a pass within the tolerance may be reported as a hit. Parts of a compound rotate about the body's
+/// origin; `skip_separating` applies to each pair of parts separately.
 ///
 /// Cost: a few signed distances; more for near misses of spinning shapes
 PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, const Motion& motion_b,

@@ -20,7 +20,7 @@ struct Sphere {
     Result<void> validate() const;  ///< as validate() of a Shape
 };
 
-/// Everything within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
+/// All points within `radius` of the segment from (0, 0, -half_height) to (0, 0, half_height).
 struct Capsule {
     double radius = 0.4;       ///< metres, >= 0
     double half_height = 0.8;  ///< from the centre to the middle of a cap, metres, >= 0

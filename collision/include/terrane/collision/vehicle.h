@@ -13,7 +13,7 @@ namespace terrane {
 struct AxleSettings {
     double position = 0.0;   ///< of the wheels' centres, metres forward of the centre of mass
     double track = 1.8;      ///< between the middles of the wheels, metres; 0: one wheel
-    double max_steer = 0.0;  ///< at full lock, radians to the left; negative: against the controls
+    double max_steer = 0.0;  ///< steering angle at full lock, radians; negative: steers oppositely
     bool is_driven = true;   ///< whether the engine drives its wheels
     /// Stiffness of the anti-roll bar, newtons per metre of difference in compression: it pushes the more compressed
     /// wheel down and lifts the other.
@@ -29,7 +29,7 @@ struct AxleSettings {
 struct VehicleSettings {
     /// Half extents of the chassis box, which collides, metres, each 0.01 to 1000; x is along the vehicle.
     Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.3, 0.9, 0.4);
-    std::vector<CompoundPart> bodywork = {};  ///< massless, collides too, such as a cab
+    std::vector<CompoundPart> bodywork = {};  ///< massless parts that collide, such as a cab
     double mass = 3500.0;                     ///< kilograms, wheels included, 1e-3 to 1e9
     /// Height of the centre of mass above flat ground at rest, metres, 0.01 to 1000. Determines the height of the
     /// wheels.
@@ -94,7 +94,7 @@ struct VehicleState {
     BodyState chassis;  ///< as in World::states()
     /// Wheels, axle by axle from front to rear, left before right.
     std::vector<WheelState> wheels;
-    /// True once the vehicle has been in contact for one second since it was last upright. Upright: tilted by at most
+    /// True once the vehicle, since it was last upright, has been in contact for one second. Upright: tilted by at most
     /// 70 degrees, or by at most 45 degrees if no wheel is in contact.
     bool is_rolled_over = false;
 };

@@ -34,8 +34,8 @@ struct CameraPathSettings {
     /// Part of the terrain in which a built-in path is planned, metres; its sides are finite and above 0. Absent: the
     /// source's extent.
     std::optional<WorldRect> region = std::nullopt;
-    /// Start of `straight`, `orbit`, `turns` and `spins`, metres, finite. Absent: these paths pass the region's centre
-    /// halfway.
+    /// Start of `straight`, `orbit`, `turns` and `spins`, metres, finite. Absent: `straight`, `spins` and the first
+    /// straight of `turns` are centred on the region, and `orbit` circles its centre.
     std::optional<WorldVec2> start_world = std::nullopt;
 
     static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
@@ -47,12 +47,12 @@ struct CameraPathSettings {
 
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
 ///
-///   straight   along the middle of the region's longer side
-///   orbit      around the middle, looking at it; the radius makes one turn, or as much as fits
+///   straight   through the region's centre, parallel to its longer side
+///   orbit      around the centre, looking at it: the radius makes one turn, within limits of 10 m and
+///              0.3 times the region's shorter side
 ///   canyon     along the valleys of the region's roughest part, banking in turns
-///   turns      back and forth over the middle, with a half circle of 6 s at each end
-///   spins      straight, while the view turns around the vertical at 90 degrees a second, with
-///              rests and reversals
+///   turns      back and forth over the centre, with a half circle of 6 s at each end
+///   spins      straight; the view rotates about the vertical at 90 degrees a second, rests and reverses
 ///   teleports  legs of 5 s, straight; each starts elsewhere with another heading
 ///
 /// A built-in path longer than the region continues straight beyond it. With an altitude the camera flies that
@@ -78,8 +78,8 @@ public:
 
     /// Follows a track.
     ///
-    /// Fails: invalid_argument for settings out of range, as track.validate(), if the start is not before the track's
-    ///        end, and if all points coincide and there are no times
+    /// Fails: invalid_argument as track.validate(), for settings out of range, for a start that is not before the
+    ///        track's end, and for a track without times whose points all coincide
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 

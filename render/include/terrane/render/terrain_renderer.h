@@ -56,18 +56,18 @@ struct RendererSettings {
     double haze_distance =
         60'000.0;  ///< metres over which haze absorbs two thirds of the light; infinity: none
     bool wireframe = false;  ///< draws the edges of the triangles over the ground
-    /// Samples per pixel, 1 to 16; a count that the device does not support is replaced by the nearest one. With 1 the
-    /// edges of hills and objects are aliased, but a software rasteriser draws faster. Ground away from edges is shaded
-    /// once per pixel at any count.
+    /// Samples per pixel, 1 to 16; a count that the device does not support is replaced by the next larger one, or the
+    /// largest. With 1 the edges of hills and objects are aliased, but a software rasteriser draws faster. Ground away
+    /// from edges is shaded once per pixel at any count.
     int sample_count = 4;
-    double tint_low = 0.0;                       ///< heights of the tints of low and
-    double tint_high = 3000.0;                   ///< high ground, metres
+    double tint_low = 0.0;                       ///< height of the tint of low ground, metres
+    double tint_high = 3000.0;                   ///< height of the tint of high ground, metres
     Colour horizon_colour{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith_colour{0.22f, 0.42f, 0.72f};   ///< sky overhead
     /// Distance from the eye within which ground and objects cast shadows, metres, at most 1e6; 0: none, at no cost.
-    /// Shadows fade over its last quarter. Casters are the frame's ground triangles, including those out of view, and
-    /// the objects passed to draw(), except particles; SceneDraws has separate lists for casters out of view. Costs
-    /// three more geometry passes a frame.
+    /// Shadows fade over the last quarter of it. Casters are all ground triangles of the frame, in view or not, and the
+    /// objects passed to draw(), except particles; SceneDraws has separate lists for casters out of view. Costs three
+    /// more geometry passes a frame.
     double shadow_distance = 0.0;
     /// Texels along the side of each of the three shadow maps, 256 to 8192. A texel of the last map is about
     /// 1.5 * shadow_distance / shadow_texels wide, of the second a quarter of that, of the first a sixteenth. The maps
@@ -107,7 +107,7 @@ struct DrawCounts {
     std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
     std::size_t triangles = 0;      ///< of scene objects and particles; excludes the ground
     std::size_t triangles_culled =
-        0;  ///< those of `triangles` in back-facing clusters: not submitted
+        0;  ///< part of `triangles`: in back-facing clusters, not submitted
     std::size_t imagery_squares = 0;   ///< on the device
     std::size_t imagery_failures = 0;  ///< squares that the source failed to read since create()
     /// Milliseconds that the device took for the most recent draw() with a reported time, at most 3 calls ago; none
@@ -121,12 +121,12 @@ struct DrawCounts {
 /// of morphing vertices, every frame. The eye's position is subtracted in integers before conversion to float: nothing
 /// jitters far from the origin, and chunks of different levels meet bit for bit, morphing included.
 ///
-/// Lighting uses the slope at a baseline of one pixel, as far as such samples are resident, whichever chunk or triangle
+/// Lighting uses slopes over a baseline of one pixel where samples that fine are resident, whichever chunk or triangle
 /// is drawn there. Where finer samples end, it blends to the coarser ones over half a chunk; a newly resident chunk
 /// blends in over 16 calls of draw(). A picture therefore depends on earlier calls, as with the pager's fades. The
 /// first picture, and the first after a jump of the eye, use all samples at once.
 ///
-/// Threads: that of the current context, from create() to the destructor
+/// Threads: the thread whose context is current, from create() to the destructor
 class TerrainRenderer {
 public:
     /// Fails with invalid_argument for a size below 1 or above the device's limit (at most 2^26 pixels in all) and for

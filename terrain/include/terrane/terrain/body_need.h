@@ -13,16 +13,16 @@ struct BodyMoment {
     WorldPos centre_world = WorldPos::Zero();  ///< of the bounding sphere
 };
 
-/// A body that touches ground, or may soon; the pager keeps that ground resident.
+/// A body that touches ground or may touch it soon; the pager keeps this ground resident.
 struct BodyNeed {
     WorldPos centre_world = WorldPos::Zero();            ///< of the bounding sphere
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, world axes
-    double radius = 1.0;                                 ///< bounding, metres
-    /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
+    double radius = 1.0;                                 ///< of the bounding sphere, metres
+    /// The body's future trajectory, if known; the rules of CameraNeed::trajectory apply.
     std::span<const BodyMoment> trajectory = {};
-    /// Whether the body is parked on ground that is not resident. The pager then loads the chunks under and over it at
-    /// once, whatever their heights: contact bounds absent ground by coarser chunks, which may be far above the
-    /// interval of the source.
+    /// Whether the body is parked because ground is not resident. The pager then loads the chunks under and over it at
+    /// once, whatever their heights, because contact bounds absent ground by coarser chunks, and these bounds may be
+    /// far above HeightSource::interval().
     bool is_waiting = false;
 };
 

@@ -22,8 +22,8 @@ enum class SourceLaw : std::uint8_t {
     height,         ///< height() equals sample() at lattice points, to 1e-9 m
     vertex_bound,   ///< the surface is within vertex_bounds() of each vertex's diamond
     cell_bound,     ///< the surface is within cell_bounds() of each cell's two triangles
-    nesting,        ///< a vertex's bound is at least those of its children
-    no_vertex,      ///< vertex_bounds() is 0 at points that are no vertices of the spacing
+    nesting,        ///< a vertex's bound is at least the bounds of its children
+    no_vertex,      ///< vertex_bounds() is 0 at points that are not vertices of the spacing
     interval,       ///< interval() contains all heights over the rectangle
     rise_bound,     ///< rise_bound() holds between any two points, and does not decrease
     window,         ///< a sample, bound or flag has the same bits in every grid that contains it
@@ -39,7 +39,7 @@ std::string_view name_of(SourceLaw law);
 
 /// Settings of check_source(). Larger numbers find rarer faults and take longer.
 struct SourceCheckSettings {
-    std::uint64_t seed = 1;  ///< of positions and points: the same seed makes the same calls
+    std::uint64_t seed = 1;  ///< of random positions and points; the same seed makes the same calls
     int places = 12;  ///< grids of each spacing, including those on the region's edges, 1 to 1e6
     int points = 16;  ///< random points in each triangle, 1 to 1e6; 12 fixed points are added
     /// Levels whose spacings are checked, 0 to the finest; larger values stand for the finest. Level 0 includes the
@@ -48,7 +48,7 @@ struct SourceCheckSettings {
     int last_level = 24;  ///< the finest level checked
     /// Part of the world to check, metres; absent: the part of the extent that is inside the world.
     std::optional<WorldRect> region = std::nullopt;
-    /// Largest accepted ratio of a vertex's bound to that of its parent of the next coarser spacing, >= 1. 1: exactly
+    /// Largest accepted ratio of a vertex's bound to its parent's bound at the next coarser spacing, >= 1. 1: exactly
     /// nested. Terrane's own fractals need 1.5; all its other sources pass with 1.
     double nesting_slack = 1.5;
 };
@@ -60,9 +60,9 @@ struct SourceViolation {
     /// Level of the grid's spacing; -6 to -1 for the spacings of vertices that are coarser than a root square's
     /// samples.
     int level = 0;
-    double claimed = 0.0;   ///< the source's answer, metres; for a bound the bound
+    double claimed = 0.0;   ///< the source's answer or bound, metres
     double measured = 0.0;  ///< the measured value, metres
-    std::string what;       ///< the object of the call, such as "cell of side 4 m"
+    std::string what;       ///< the object that was checked, such as "cell of side 4 m"
 };
 
 /// The result of checking one law.

@@ -29,7 +29,7 @@ class SamplePyramid {
 public:
     /// log2 of the cells along the side of the smallest squares.
     static constexpr int kFinest = 2;
-    static constexpr int kCoarsest = 7;  ///< as kFinest, of the largest squares
+    static constexpr int kCoarsest = 7;  ///< as kFinest, for the largest squares
     static_assert(1 << kCoarsest == kChunkCells);
 
     /// Computes the ranges of a chunk's samples.
@@ -77,7 +77,7 @@ struct Chunk {
     /// [kChunkSamples^2] in units of Lattice::quantum; chunks have the same integers on shared edges.
     std::vector<std::int32_t> heights;
 
-    /// Bounds and reaches of the vertices for level of detail, internal to Terrane; never null in a chunk from
+    /// Bounds and reaches of the vertices, for level of detail; internal to Terrane. Never null in a chunk from
     /// make_chunk(). Copies of a chunk share it.
     std::shared_ptr<const internal::ChunkVertices> vertices;
     /// Encloses the true surface over the diamonds of the chunk's own vertices and of most of their descendants, world
@@ -98,7 +98,7 @@ struct Chunk {
     std::int32_t low = 0;   ///< lowest sample
     std::int32_t high = 0;  ///< highest sample
 
-    float max_vertex_bound = 0.0f;  ///< largest bound of its vertices, metres
+    float max_vertex_bound = 0.0f;  ///< largest bound of the chunk's vertices, metres
     /// A square of 16 x 16 cells, edges included.
     struct Area {
         std::int32_t low = 0;           ///< lowest sample
@@ -107,12 +107,12 @@ struct Chunk {
         float max_cell_bound = 0.0f;    ///< largest bound of its cells, metres
     };
     std::array<Area, kChunkAreas * kChunkAreas> areas{};  ///< row by row from the south-west
-    /// Largest cell bound of each quadrant, metres: the error that loading the child of that quadrant can reduce.
+    /// Largest cell bound of each quadrant, metres: the error that can be reduced by loading the child there.
     std::array<float, 4> quadrant_bound{};
     bool is_certified = true;  ///< HeightSource::is_certified() of the source
 
-    /// Lowest and highest sample of the aligned square that contains a cell, with 1 << log2_side cells along the side,
-    /// 0 to 7; edges included.
+    /// Lowest and highest sample of the square that contains a cell, edges included. The square has 1 << log2_side (0
+    /// to 7) cells along its side, and is aligned to its size.
     SampleRange samples_in(int log2_side, int column, int row) const {
         return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
                                                    : samples_in_small(log2_side, column, row);

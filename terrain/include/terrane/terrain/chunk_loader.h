@@ -17,8 +17,8 @@ namespace terrane {
 /// requested one.
 using ByteCount = std::atomic<std::size_t>;
 
-/// RAII share of a byte count: released when the claim is destroyed, on any thread. Threads: one at a time per claim;
-/// any number of claims may share a count.
+/// Bytes added to a byte count, and subtracted when the claim is destroyed, on any thread (RAII). Threads: one at a
+/// time per claim; any number of claims may share a count.
 class ByteClaim {
 public:
     ByteClaim() = default;
@@ -47,8 +47,8 @@ struct LoadRequest {
 /// The result of a request.
 struct FinishedLoad {
     ChunkKey key;  ///< of the chunk
-    /// The chunk owns its claim. Errors are those of make_chunk(), and
-    ///   cancelled      by cancel()
+    /// The chunk owns its claim. Fails as make_chunk(), and with
+    ///   cancelled      cancel() was called
     ///   timed_out      the storage did not answer; it may still hold the claim
     ///   out_of_memory  memory is exhausted, or the chunk is larger than its claim
     ///   io             the source threw an exception
@@ -80,13 +80,13 @@ public:
     /// Cancels a started load: it finishes soon with `cancelled`, unless it has already finished or timed out. Ignores
     /// other loads and unknown keys.
     virtual void cancel(const ChunkKey& key) = 0;
-    /// Returns the loads finished since the last call, ordered by key.
+    /// Returns the loads that finished since the last call, ordered by key.
     virtual std::vector<FinishedLoad> take_finished() = 0;
 
     /// Largest number of loads in progress at once, at least 1.
     virtual int slots() const = 0;
-    /// Blocks until a load has finished or timed out, or none can: nothing is queued or started, or all slots hang. On
-    /// a virtual clock: advances to that time; earlier times set later are ignored.
+    /// Blocks until a load has finished or timed out, or none can, because none is queued or started or all slots hang.
+    /// A virtual clock advances to that time, and ignores earlier times set later.
     virtual void wait() = 0;
 };
 
@@ -100,8 +100,8 @@ public:
 FinishedLoad run_load(const HeightSource& source, LoadRequest request,
                       const std::stop_token& stop = {}) noexcept;
 
-/// Attaches a claim to a chunk, to be released with the chunk's last owner. The claim is shrunk to the chunk's size; a
-/// smaller claim is kept.
+/// Attaches a claim to a chunk; it is released with the chunk's last owner. Shrinks the claim to the chunk's size, or
+/// keeps it if it is smaller.
 std::shared_ptr<const Chunk> claimed(std::shared_ptr<const Chunk> chunk, ByteClaim claim);
 
 /// Settings of a ThreadLoader. Fixed once it is created.
@@ -116,7 +116,7 @@ struct ThreadLoaderSettings {
 /// A hanging read blocks its thread. After the timeout its load is reported as timed_out and a new thread replaces it.
 /// At most worker_count hanging threads are replaced; after that, loads wait. A replaced thread that returns releases
 /// its claim, ends, and no longer counts towards this limit. take_finished() and wait() check timeouts and replace
-/// threads: a load that has finished by then has not timed out. If the system cannot start a thread, the remaining ones
+/// threads; a load that has finished by then has not timed out. If the system cannot start a thread, the remaining ones
 /// continue.
 ///
 /// The destructor cancels loads in progress and waits at most one second for them. A thread that hangs longer is
@@ -153,7 +153,7 @@ struct VirtualStorage {
     double failure_share = 0.0;   ///< share of requests that fail after their latency, 0 to 1
     double hang_share = 0.0;      ///< share of requests that hang; with failure_share at most 1
     double timeout = 30.0;        ///< of hanging requests, > 0
-    std::uint64_t seed = 1;  ///< of spread, failures and hangs, drawn at each start of a key's load
+    std::uint64_t seed = 1;  ///< of latencies, failures and hangs, drawn whenever a load starts
 };
 
 /// Loads chunks from simulated storage on a virtual clock: the same calls yield the same chunks at the same times on

@@ -15,23 +15,22 @@ namespace terrane {
 struct Chunk;
 class Pager;
 
-/// What the volumes over the square of a chunk add to the heightfield: see ChunkSource::solid_extent().
+/// Extent of the volumes over the square of a chunk: see ChunkSource::solid_extent().
 struct SolidExtent {
-    /// Bound of the distance, both ways, of the heightfield alone from the true surface, metres.
+    /// Bound of the two-sided distance between the heightfield alone and the true surface, metres.
     double error_m = 0.0;
     HeightInterval heights;  ///< encloses the surfaces of volumes, world z, metres
 };
 
-/// Implemented by height sources that have chunks of their own beside their heights: a baked store, a heightfield with
-/// volumes. The defaults suit a source all of whose chunks are computed from its heights; a source overrides the
-/// functions in which it differs.
+/// Implemented by height sources whose chunks are not all computed from their heights: a baked store, a heightfield
+/// with volumes. The default functions are for chunks computed from heights; a source overrides those that differ.
 ///
 /// Threads: any number at once, as HeightSource
 class ChunkSource {
 public:
     virtual ~ChunkSource() = default;
 
-    /// A stored chunk, which make_chunk() then returns instead of making one; null: none is stored.
+    /// A stored chunk, which make_chunk() returns instead of computing one; null if none is stored.
     ///
     /// @param key  of a chunk of the source's world
     /// @param stop a long call may fail with `cancelled` if this is requested
@@ -40,48 +39,48 @@ public:
     virtual Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                               const std::stop_token& stop) const;
 
-    /// What the true surface over the square of a chunk of any level has besides the heightfield: caves, tunnels,
-    /// overhangs. Chunks of the finest level then have a Chunk::solid. Called in updates when chunks arrive or leave:
-    /// must answer from memory.
+    /// Extent of the volumes (caves, tunnels, overhangs) over the square of a chunk of any level; absent if there are
+    /// none. If it is present, chunks of the finest level have a Chunk::solid. Must answer from memory: updates call it
+    /// when chunks arrive or leave.
     virtual std::optional<SolidExtent> solid_extent(const ChunkKey& key) const;
 
-    /// Whether a point of finite coordinates is in a volume, or so near that rounding may decide: a triangle of the
-    /// finest spacing is part of the surface where none of its corners is. Changes at run time do not count, so that
-    /// the answer stays the same. Must answer from memory.
+    /// Whether a point with finite coordinates is in a volume, or so near one that rounding may decide. A triangle of
+    /// the finest spacing is part of the surface if this is false at its corners. The answer never changes: changes at
+    /// run time do not count. Must answer from memory.
     virtual bool is_in_volume(double x, double y, double z) const;
 
-    /// Most bytes of a chunk, Chunk::max_bytes() without volumes: what a load claims of the byte ceiling. A chunk that
-    /// turns out larger is not taken: it is loaded again at once if this is more by then, else it counts as a failed
-    /// load.
+    /// Largest size of a chunk, bytes, which its load claims of the ceiling; Chunk::max_bytes() without volumes. A
+    /// larger chunk is rejected. It is loaded again at once if this function returns more by then; otherwise the load
+    /// has failed.
     virtual std::size_t max_chunk_bytes(const ChunkKey& key) const;
 
-    /// Whether a chunk that was loaded is still what the source would make of its key. A pager asks before it inserts
-    /// one, and loads the chunk again where the answer is no: the source has changed during the load.
+    /// Whether a loaded chunk is the one that the source would still make. A pager checks this before it inserts a
+    /// chunk; if the source has changed during the load, the pager loads the chunk again.
     virtual bool is_current(const Chunk& chunk) const;
 };
 
-/// The chunks of a height source: the source itself if it is a ChunkSource, otherwise one with the answers above. Lives
-/// as long as the source.
+/// The ChunkSource of a height source: the source itself if it is one, otherwise one with the default functions. Valid
+/// while the source lives.
 const ChunkSource& chunks_of(const HeightSource& source);
 
-/// A change of a source, as a pager follows it: see replace_chunks().
+/// A change of a source, for replace_chunks().
 struct ChunkReplacement {
-    /// New chunks, a key at most once; those whose keys are not resident are ignored.
+    /// New chunks, at most one per key. Chunks whose keys are not resident are ignored.
     std::span<const std::shared_ptr<const Chunk>> chunks;
     /// Keys of all chunks whose ChunkSource::solid_extent() changes, of any level.
     std::span<const ChunkKey> changed;
-    /// Called once, when nothing can fail any more: brings the source up to date. Loads in flight whose chunks are not
-    /// ChunkSource::is_current() after it are dropped when they arrive.
+    /// Applies the change to the source. Called once, when nothing can fail any more. Chunks in flight for which
+    /// ChunkSource::is_current() is false afterwards are dropped when they arrive.
     std::function<void()> switch_source;
 };
 
-/// For sources that change while a pager runs, as by a VolumeEditor: swaps all resident ones of the changed chunks at
-/// once, in the set of the next Pager::update() or finish(), without fades. Chunks that are not resident are left to
-/// their next load. All or nothing: the new chunks' bytes are claimed first, while the old ones still count; where they
-/// do not fit, nothing happens, the next update() evicts others for them and keeps room, and the call is to be repeated
-/// after it.
+/// Replaces chunks in a running pager after a change of the source, such as an edit by a VolumeEditor. The resident
+/// ones are replaced together, without fades, in the set of the next Pager::update() or finish(); the others change
+/// with their next load. All or nothing: the new chunks' bytes are claimed while the old ones still count. If they do
+/// not fit, nothing is replaced; the next update() evicts other chunks to make room, and the caller then repeats the
+/// call.
 ///
-/// Returns: whether it happened
+/// Returns: whether the chunks are replaced
 /// Threads: the pager's
 /// Cost:    O(chunks + changed * levels)
 [[nodiscard]] bool replace_chunks(Pager& pager, const ChunkReplacement& replacement);

@@ -31,8 +31,8 @@ struct Polygon {
 /// The corners of a rectangle.
 Polygon polygon_of(const WorldRect& rect);
 
-/// Forwards all calls to another source: a base class for sources that change some of the answers, for example by
-/// adding delays or volumes.
+/// Forwards all calls to another source: the base class of sources that change some of its answers, for example to
+/// add delays or volumes.
 ///
 /// Threads: as HeightSource
 class ForwardedHeights : public HeightSource, public ChunkSource {
@@ -92,9 +92,9 @@ private:
     const ChunkSource* chunks_;  // of heights_
 };
 
-/// Sources that are composed of other sources. All of them
+/// Sources that are composed of two others, their parts. All of them
 ///   - have the lattice of their parts, which must be the same for both;
-///   - are certified if both parts are (HeightSource::is_certified()); their bounds follow from those of the parts;
+///   - are certified if both parts are (HeightSource::is_certified()), and derive their bounds from the parts' bounds;
 ///   - are heightfields: volumes are added to the result (VolumeHeights), not to a part.
 
 /// Interval of a mask's values over a rectangle, 0 <= least <= most <= 1.
@@ -115,9 +115,9 @@ public:
     /// The mask at any finite position, 0 to 1: a pure function of the position.
     /// Fails: NaN where the mask has no value
     virtual double at(double x, double y) const = 0;
-    /// Contains all values over a rectangle. The interval of a square contains those of all squares within it.
+    /// Contains all values over a rectangle. The interval of a square contains the intervals of all squares within it.
     virtual MaskInterval over(const WorldRect& rect) const = 0;
-    /// Outside this rectangle the mask is 0, metres; may be infinite.
+    /// The rectangle outside which the mask is 0, metres; may be infinite.
     virtual WorldRect support() const = 0;
     /// Lipschitz bound of the mask, 1/m.
     double slope() const { return slope_; }
@@ -144,7 +144,7 @@ Result<std::shared_ptr<const BlendMask>> mask_from_function(
 /// @param feather  distance from the polygon at which the mask reaches 0, metres, > 0
 ///
 /// Fails: invalid_argument for a polygon that validate() refuses, or a feather that is not above 0
-/// Cost:  of a value O(corners) near the polygon, O(1) elsewhere
+/// Cost:  O(corners) per value near the polygon, O(1) elsewhere
 Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygon, double feather);
 
 /// One source plus a multiple of another: z = a + factor * b. A cell is ground if it is ground in both.
@@ -155,18 +155,18 @@ Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const He
                                                         double factor = 1.0);
 
 /// Blends two sources by a mask m: z = (1 - m) a + m b. Where m is 0 or 1, heights and cell flags are bit-identical to
-/// those of one source.
+/// a or b.
 ///
-/// Over a triangle with longest edge l, where m is in [least, most] and the sources differ by at most d, the bound is
-/// the larger of (1 - m) e_a + m e_b at both ends of the interval of m, plus d * min(most - least, slope l / 2).
+/// Over a triangle with longest edge l, bounds e_a and e_b of the sources, m in [least, most] and |a - b| <= d, the
+/// bound is the larger of (1 - m) e_a + m e_b at m = least and m = most, plus d * min(most - least, slope l / 2).
 ///
 /// Fails: invalid_argument for sources of different lattices, or extents that do not overlap
-/// Cost:  of a sample that of both sources where the mask is between 0 and 1, else that of one
+/// Cost:  a sample of both sources per sample if the mask is between 0 and 1, else a sample of one
 Result<std::shared_ptr<const HeightSource>> blend_heights(std::shared_ptr<const HeightSource> a,
                                                           std::shared_ptr<const HeightSource> b,
                                                           std::shared_ptr<const BlendMask> mask);
 
-/// An area that is flattened, such as an airfield or a piece of road. In the polygon the ground is the plane
+/// An area that is flattened, such as an airfield or a piece of road: in the polygon the ground is the plane
 /// z = height + slope_x (x - x0) + slope_y (y - y0) through the polygon's first corner (x0, y0).
 struct FlatArea {
     Polygon polygon = {};   ///< where the ground is the plane

@@ -9,8 +9,8 @@
 
 namespace terrane {
 
-/// How heights are computed from octaves of noise n with amplitudes a. Every kind has certified bounds; those of fbm
-/// are the tightest. A frame's error_px was at most 3 times the measured error over fbm, and 4.5 times over the other
+/// How heights are computed from octaves of noise n with amplitudes a. Every kind has certified bounds; fbm has the
+/// tightest. A frame's error_px was at most 3 times the measured error over fbm, and 4.5 times over the other
 /// kinds (docs/triangulation.md).
 enum class FractalKind : std::uint8_t {
     fbm,     ///< sum of a n: uniform roughness, heights of both signs
@@ -63,8 +63,8 @@ public:
     static Result<std::shared_ptr<const HeightSource>> create(const FractalSettings& settings);
 };
 
-/// Amplitude of the detail, and the grid at whose points the detail vanishes, so that a raster's samples keep their
-/// heights.
+/// Amplitude of the detail, and a grid of points at which the detail is 0. If these are a raster's samples, their
+/// heights are kept.
 struct DetailField {
     double origin_x = 0.0, origin_y = 0.0;  ///< world position of a grid point, metres
     double cell_x = 1.0, cell_y = 1.0;      ///< of the grid, metres: wavelength of the first octave
@@ -83,7 +83,7 @@ struct DetailSettings {
     double gain = 0.5;       ///< ratio of the amplitudes of successive octaves, > 0 to 1
 };
 
-/// A source plus fractal detail. Its bounds are the sums of the two bounds.
+/// A source plus fractal detail. Its bounds are the sums of the bounds of both.
 ///
 /// Fails: invalid_argument for settings out of range, or a field that is not finite
 Result<std::shared_ptr<const HeightSource>> add_detail(std::shared_ptr<const HeightSource> base,

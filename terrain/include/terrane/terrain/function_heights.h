@@ -13,21 +13,21 @@ namespace terrane {
 /// evaluated over the extent and up to the side of a root square beyond it.
 using HeightFunction = std::function<double(double x, double y)>;
 
-/// Settings of heights_from_function(): where the ground is, and what is known about the function.
+/// Settings of heights_from_function(): lattice, extent, and known bounds of the function.
 ///
-/// If bounds of the function are given, all results are certified; this needs `slope` or `curvature`. Over a triangle
-/// with longest edge l, the bound of the deviation is the smallest of
+/// With `slope`, `curvature` or both, all results are certified. Over a triangle with longest edge l, the bound of the
+/// deviation is the smallest of
 ///
 ///     slope * l / 2,    curvature * l^2 / 8,    range.high - range.low.
 ///
-/// Without a curvature it shrinks only in proportion to the spacing, which costs triangles. Without a slope, intervals
-/// are wide, which costs chunks. Without both, slope and curvature are estimated from samples, and the source is not
-/// certified: see HeightSource::is_certified().
+/// Without a curvature, this bound is only proportional to the spacing, which costs triangles. Without a slope,
+/// intervals are wide, which costs chunks. Without both, slope and curvature are estimated from samples, and the source
+/// is not certified: see HeightSource::is_certified().
 struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
     double finest_spacing = 1.0;  ///< metres between samples of the finest level: Lattice::spacing
     double quantum = 0x1p-12;     ///< Lattice::quantum
-    /// The lattice of another source, for composing with it; finest_spacing and quantum are then ignored. Absent: a
+    /// The lattice of another source, to compose the two; finest_spacing and quantum are then ignored. Absent: a
     /// lattice of its own, whose point (0, 0) is the south-western corner of the extent.
     std::optional<Lattice> lattice = std::nullopt;
     /// Lipschitz bound: |h(p) - h(q)| <= slope * |p - q|, everywhere. 0 to 1e6.
@@ -47,7 +47,7 @@ struct FunctionHeightsSettings {
 ///
 /// Fails:   invalid_argument for settings out of range; io if the function throws or returns NaN while its bounds are
 ///          estimated
-/// Threads: those of HeightSource
+/// Threads: as HeightSource
 /// Cost:    one call per sample; none for certified bounds, about 17 calls per sample for estimated ones; one for
 ///          interval(), or five if only a curvature is known
 Result<std::shared_ptr<const HeightSource>> heights_from_function(

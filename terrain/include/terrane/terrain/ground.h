@@ -15,10 +15,10 @@ namespace terrane {
 /// Whether a query of the ground or of shapes has an answer, and why not. An answer that is `not_resident` must not be
 /// used to move a body.
 enum class QueryStatus {
-    ok,       ///< the answer is complete; contact counts cells outside the extent as no ground
-    miss,     ///< the ray hits nothing; there is no surface at or below the height
+    ok,       ///< the answer is complete; contact queries find no ground outside the extent
+    miss,     ///< the ray hits nothing, or no surface is at or below the height
     outside,  ///< no ground there: beyond the extent, or nodata connected to its border
-    truncated,  ///< the caller's buffer was too small: it has the deepest contacts, or the lowest indices
+    truncated,  ///< the caller's buffer is too small; it holds the deepest contacts, or the lowest indices
     not_resident,  ///< ground that the answer depends on is absent at contact level
     invalid,       ///< an argument is not finite or out of range, or a rotation is not orthonormal
 };
@@ -26,11 +26,11 @@ enum class QueryStatus {
 /// The height and the normal at a place.
 struct HeightAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double height = 0.0;  ///< of the contact surface, world z, metres; only where status is ok
-    /// Of the contact surface, unit, out of the solid: z > 0, but for ceilings of volumes.
+    double height = 0.0;  ///< of the contact surface, world z, metres; only if status is ok
+    /// Of the contact surface, unit, out of the solid; z > 0 except on volumes.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-    /// Certified: the true surface is within this of `height`. Infinite where the source is not certified
-    /// (HeightSource::is_certified()); so it is in all answers about the ground.
+    /// Certified: the true surface is within this of `height`, metres. As in all answers about the ground, infinite if
+    /// the source is not certified (HeightSource::is_certified()).
     double error_m = 0.0;
     bool filled = false;  ///< over an enclosed void that was filled
 };
@@ -38,10 +38,10 @@ struct HeightAnswer {
 /// Where a ray first meets the ground.
 struct RayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double fraction = 0.0;  ///< of the ray from `from` to `to`, 0 to 1; only where status is ok
+    double fraction = 0.0;  ///< of the ray from its start to its end, 0 to 1; only if status is ok
     WorldPos point_world = WorldPos::Zero();            ///< where it meets the contact surface
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit
-    double error_m = 0.0;  ///< upper bound of the true surface's vertical distance at the point
+    double error_m = 0.0;  ///< bound of the vertical distance from point_world to the true surface
     bool filled = false;   ///< over an enclosed void that was filled
 };
 
@@ -65,14 +65,14 @@ struct CellRange {
 struct RangeAnswer {
     /// Whether the answer is complete.
     QueryStatus status = QueryStatus::outside;  ///< not_resident if any cell is; outside if all are
-    /// Bounds of the surface over the range, quanta; for absent cells from coarser resident chunks, or the
-    /// limits of the integer. Undefined where the status is outside.
+    /// Bounds of the surface over the range, quanta. Over absent cells they are derived from coarser resident chunks;
+    /// without these they are the limits of the integer. Undefined if the status is outside.
     std::int32_t low = 0;
     std::int32_t high = 0;  ///< as low
 };
 
-/// The contact surface: the resident triangles of one level, independent of what is drawn, and what they are made of.
-/// Immutable, cheap to copy.
+/// The contact surface: the resident triangles of one level, independent of what is drawn, and their surface
+/// properties. Immutable, cheap to copy.
 ///
 /// Threads: any number
 class Ground {
@@ -87,58 +87,58 @@ public:
     const Lattice& lattice() const { return resident_->lattice(); }
     /// Extent of the source, metres.
     const WorldRect& extent() const { return extent_; }
-    /// The level that answers.
+    /// The contact level.
     int level() const { return level_; }
     /// Metres between the samples of the contact surface.
     double spacing() const { return spacing_; }
 
-    /// World x of a cell's south-west corner, metres: the bits of Lattice::x().
+    /// World x of a cell's south-west corner, metres; bit-identical to Lattice::x().
     double cell_x(std::int64_t column) const { return lattice().x(column * step_); }
-    /// World y of a cell's south-west corner, metres: the bits of Lattice::y().
+    /// World y of a cell's south-west corner, metres; bit-identical to Lattice::y().
     double cell_y(std::int64_t row) const { return lattice().y(row * step_); }
-    /// The column of cells that contains a world x; on a line, the one to the east.
+    /// The column of cells that contains a world x; the eastern one if x is on a line between two.
     std::int64_t column_at(double x) const;
-    /// The row of cells that contains a world y; on a line, the one to the north.
+    /// The row of cells that contains a world y; the northern one if y is on a line between two.
     std::int64_t row_at(double y) const;
 
     /// The cell of the contact level at a column and row, counted from lattice point (0, 0).
     GroundCell cell(std::int64_t column, std::int64_t row) const;
-    /// Bounds of the surface over a range, from the blocks of 8 x 8 cells that it overlaps. Includes cells that are
-    /// no ground where their chunk is resident.
+    /// Bounds of the surface over a range, computed from the blocks of 8 x 8 cells that it overlaps. In resident chunks
+    /// they include cells that are not ground.
     ///
     /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
 
     /// Whether volumes cut or add to the heightfield of any resident chunk. Cost: O(1)
     bool has_solids() const { return has_solids_; }
-    /// The joined solid of the chunk that a cell of the contact level lies in; null where there is none, or the chunk
-    /// is not resident. Alive as long as this ground.
+    /// The joined solid of the chunk that contains a cell of the contact level; null if the chunk has none or is not
+    /// resident. Valid while this ground lives.
     ///
     /// Cost: O(1)
     const SolidSurface* solid(std::int64_t column, std::int64_t row) const;
 
-    /// Whether a range of cells is the same in another ground, because the same chunks are resident there. The other
-    /// ground must have been alive for as long as its answers are remembered.
+    /// Whether a range of cells is the same in another ground, because both have the same chunks there. Chunks are
+    /// compared by address: keep the other ground alive while its answers are cached, so that no address is reused.
     ///
     /// Cost: O(chunks)
     bool has_same_cells(const Ground& other, const CellRange& cells) const;
 
-    /// The contact surface over a point: the highest one, where volumes fold it.
+    /// Height of the contact surface at a position, world x and y; of the highest surface if volumes add others.
     HeightAnswer height(double x, double y) const;
-    /// The highest surface at or below a height: the next floor or ceiling down. `miss` where there is none.
+    /// The highest surface at or below a height, which may be a floor or a ceiling; `miss` if there is none.
     HeightAnswer height_below(double x, double y, double z) const;
 
-    /// First intersection of the segment between two points with the surface, from above or below; a start exactly
-    /// on it counts. `not_resident` if absent ground comes before any hit.
+    /// First intersection of the segment between two points with the surface, from above or below; a start exactly on
+    /// the surface is a hit. `not_resident` if absent ground comes before any hit.
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
-    /// The surface properties at a place: SurfaceMap::at(), whether there is ground or not; nothing without a map.
+    /// Surface properties at a position, from SurfaceMap::at(), also where there is no ground; absent without a map.
     /// Allocates: nothing, unless the map's function does
     std::optional<SurfaceProperties> surface(double x, double y) const {
         if (surface_map_ == nullptr) return std::nullopt;
         return surface_map_->at(x, y);
     }
-    /// The map that surface() asks, or null.
+    /// The map that surface() reads, or null.
     const std::shared_ptr<const SurfaceMap>& surface_map() const { return surface_map_; }
 
 private:
@@ -147,7 +147,7 @@ private:
     friend class RayFan;
     class RayWalk;
 
-    // The lines between cells along one axis: line i is Lattice::x() or y() of it, bit for bit.
+    // The lines between cells along one axis. at() is bit-identical to Lattice::x() or y().
     struct Lines {
         double origin = 0.0, spacing = 1.0, inverse_spacing = 1.0;
         double at(std::int64_t index) const {
@@ -167,7 +167,7 @@ private:
     struct CellPoint;
     bool height_over(const CellPoint& point, double at_most, HeightAnswer& answer) const;
     HeightAnswer height_at_most(double x, double y, double at_most) const;
-    // ray() where the segment is above resident ground up to a fraction of it; not above 0: nothing is known.
+    // ray(), given that the segment is above resident ground up to this fraction; <= 0: nothing is known.
     RayAnswer ray_after(double fraction, const WorldPos& from_world,
                         const WorldPos& to_world) const;
 
@@ -183,8 +183,7 @@ private:
     CellRange in_extent_;  // cells that overlap the interior of the extent
 };
 
-/// Reads many cells: the answers of the ground, faster where consecutive cells lie in the same chunk. The ground
-/// outlives it.
+/// Reads many cells of a ground, faster than Ground if consecutive cells lie in the same chunk.
 ///
 /// Threads: one
 class GroundReader {
@@ -192,31 +191,31 @@ public:
     /// Reads this ground, which must outlive the reader.
     explicit GroundReader(const Ground& ground) : ground_(&ground) {}
 
-    /// The ground that it reads; a cell of it.
+    /// The ground that is read.
     const Ground& ground() const { return *ground_; }
     /// As Ground::cell().
     GroundCell cell(std::int64_t column, std::int64_t row);
-    /// Ground::range() of the block of 8 x 8 cells that a cell lies in.
+    /// As square(), for the block of 8 x 8 cells that contains a cell.
     RangeAnswer block(std::int64_t column, std::int64_t row) { return square(column, row, 3); }
-    /// Bounds of the surface over the aligned square of 1 << log2_side cells along the side that contains a cell:
-    /// exactly its lowest and highest sample if it is resident, including cells beyond the extent and nodata;
-    /// else as Ground::range().
+    /// Bounds of the surface over the square that contains a cell; it has 1 << log2_side cells along its side, and is
+    /// aligned to its size. If it is resident and overlaps the extent, its lowest and highest sample, including those
+    /// of cells that are not ground; else as Ground::range().
     ///
     /// @param log2_side 0 to 7
     ///
     /// Cost: O(1); less for consecutive squares of one chunk
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side);
-    /// Copies the corners of a range of cells, and tells which of the cells are ground.
+    /// Copies the heights at the corners of a range of cells, and tells which of the cells are ground.
     ///
     /// @param range       at most 32 cells wide
     /// @param stride      from one row of heights_out to the next, > width of the range
-    /// @param heights_out row by row from the south-west, quanta; 0 where no chunk has them
-    /// @param ground_out  for each row, bit i is set where cell i from the west is ground and resident
+    /// @param heights_out row by row from the south-west, quanta; 0 at corners without a resident cell in the extent
+    /// @param ground_out  for each row of cells: bit i is set if cell i from the west is ground and resident
     void heights(const CellRange& range, std::size_t stride, std::span<std::int32_t> heights_out,
                  std::span<std::uint32_t> ground_out);
     /// Whether all cells of a range are ground and resident.
     ///
-    /// Cost: O(chunks); O(cells) of chunks that have other cells too
+    /// Cost: O(chunks), plus O(cells) in chunks that also have other cells
     bool is_all_ground(const CellRange& range);
     /// Largest error_m of the cells of a range that are ground and resident.
     float error(const CellRange& range);
@@ -227,7 +226,7 @@ private:
     void visit_chunks(const CellRange& range, Visitor visitor);
 
     const Ground* ground_;
-    const Chunk* chunk_ = nullptr;  // found last
+    const Chunk* chunk_ = nullptr;  // the last one found
     std::int64_t chunk_column_ = 0;
     std::int64_t chunk_row_ = 0;
 };

@@ -13,7 +13,7 @@
 namespace terrane {
 
 /// Rays from a common origin, such as those of a range sensor. Bit-identical to Ground::ray(), and faster for thousands
-/// of rays: reset() bounds the ground around the origin once, so that each ray skips most of its path above the ground.
+/// of rays: reset() bounds the ground around the origin once, and each ray skips most of its path above the ground.
 ///
 /// Allocates: 300 KB in the constructor
 /// Threads: ray() from any number at once; reset() from one
@@ -34,7 +34,7 @@ public:
     /// @param reach  horizontal length of the rays, metres; longer rays are slower
     ///
     /// Allocates: nothing
-    /// Cost:      that of several thousand rays, see kLeastRays
+    /// Cost:      as several thousand rays: see kLeastRays
     void reset(const Ground& ground, const WorldPos& origin_world, double reach);
 
     /// As Ground::ray(); `invalid` before the first reset().
@@ -72,8 +72,8 @@ struct PointArray {
 };
 
 /// Output arrays of GroundBatch::heights(); entry i belongs to point i. Each span has one entry per point, `normals`
-/// three numbers; empty spans are skipped. If the status is not ok, the numbers are NaN, so that missing ground never
-/// reads as height 0.
+/// three numbers; empty spans are skipped. If the status is not ok, the numbers are NaN: missing ground never reads as
+/// height 0.
 struct HeightArrays {
     std::span<double> heights{};        ///< HeightAnswer::height
     std::span<double> normals{};        ///< [3 * count] HeightAnswer::normal: x y z x y z ...

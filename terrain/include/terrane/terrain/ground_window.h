@@ -46,7 +46,7 @@ inline constexpr std::int32_t kMostWindowCells = 8191;
 /// Flags of a window's cell. No flag: no ground, QueryStatus::outside.
 enum WindowCellBit : std::uint8_t {
     window_ground = 1,  ///< ground and resident
-    window_absent = 2,  ///< QueryStatus::not_resident: ground, but its chunk is absent
+    window_absent = 2,  ///< ground whose chunk is absent: QueryStatus::not_resident
     window_south_replaced =
         4,  ///< volumes replace its southern triangle: see SolidSurface::is_replaced()
     window_north_replaced = 8,  ///< as above, northern triangle
@@ -107,7 +107,7 @@ public:
     WindowUpdate update(const Ground& ground, const Aabb& box_world) {
         return update(ground, std::span<const Aabb>(&box_world, 1));
     }
-    /// Changes the base, so that the next update() reads everything. Requires base within +-kMostHeight.
+    /// Changes the base; the next update() then reads everything. Requires base within +-kMostHeight.
     void set_base(double base);
 
     /// Settings as passed to create(), with the base of set_base().
@@ -119,9 +119,9 @@ public:
     /// The ground of the last update(), or null.
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
 
-    /// Rectangles that contain every sample whose height changed in the last update() and a corner of every cell whose
-    /// flags changed, entered ones included. They may overlap and may contain unchanged samples; empty if nothing
-    /// changed. Valid until the next update().
+    /// Rectangles that contain every sample whose height changed in the last update(), and a corner of every cell whose
+    /// flags changed; samples and cells that entered count as changed. They may overlap and may contain unchanged
+    /// samples; empty if nothing changed. Valid until the next update().
     std::span<const SampleRect> changed() const { return changed_; }
 
     /// Whether a sample lies in the window.

@@ -29,8 +29,8 @@ public:
     /// @param side       texels along its side
     /// @param texels_out [side * side] row by row from the south-west
     ///
-    /// Fails:   with errors of its own, such as io. The renderer then draws the square without imagery, as after an
-    ///          exception
+    /// Fails:   with any error, such as io. After an error or an exception the renderer draws the square without
+    ///          imagery
     /// Threads: any number at once
     virtual Result<void> read(const WorldRect& square, int side,
                               std::span<ImageryTexel> texels_out) const = 0;

@@ -9,8 +9,8 @@
 
 namespace terrane {
 
-/// The address of one chunk. Level 0 is a root square, the coarsest; a chunk of level n + 1 has half the side of one of
-/// level n. x grows east, y grows north; the south-west corner of (0, 0) is lattice point (0, 0).
+/// The address of one chunk. Level 0 is a root square, the coarsest chunk; each further level halves the side of a
+/// chunk. x grows east, y grows north; the south-west corner of (0, 0) is lattice point (0, 0).
 struct ChunkKey {
     std::int32_t x = 0;      ///< column, counted in chunks of the level from lattice point (0, 0)
     std::int32_t y = 0;      ///< row
@@ -49,18 +49,18 @@ inline constexpr int kChunkCells = 128;
 /// Samples along the side of a chunk.
 inline constexpr int kChunkSamples = kChunkCells + 1;
 
-/// Largest absolute height, metres: beyond it neither quanta nor double positions resolve ground usefully.
+/// Largest absolute height, metres. Quanta and double positions are too coarse for ground beyond it.
 inline constexpr double kMostHeight = 0x1p38;
-/// Largest absolute height in quanta, so that differences fit into 32 bits.
+/// Largest absolute height in quanta. Differences of heights then fit into 32 bits.
 inline constexpr double kMostQuanta = 0x1p30;
 
 /// Largest absolute coordinate of ground, poses and rays, metres. Doubles are 2^-12 m apart there.
 inline constexpr double kFarthestPlace = 0x1p40;
-/// Least and largest spacing of the finest level, metres: the range where single precision can represent bounds and
-/// screen errors.
+/// Least and largest spacing of the finest level, metres. Within this range, bounds and screen errors fit into single
+/// precision.
 inline constexpr double kLeastSpacing = 0x1p-30;
 inline constexpr double kMostSpacing = 0x1p20;  ///< see kLeastSpacing
-/// Largest distance between the origins of the lattice and the world, in spacings: a cell is then at least 4096 doubles
+/// Largest distance between the origins of the lattice and the world, in spacings. A cell is then at least 4096 doubles
 /// wide.
 inline constexpr double kMostSpacingsFromOrigin = 0x1p40;
 
@@ -73,8 +73,8 @@ struct LatticePoint {
 
 /// The integer addresses of all samples of a world, and their positions.
 ///
-/// A world is a rectangle of root squares. All addresses are integers, so that two chunks agree on a shared sample
-/// because they compute the same integer. Heights are integer multiples of `quantum`.
+/// A world is a rectangle of root squares. All addresses are integers: two chunks agree on a shared sample because they
+/// compute the same integer. Heights are integer multiples of `quantum`.
 ///
 /// All root squares of a world are resident. A world with more root squares than fit into memory has a *root window*: a
 /// square of root squares that the pager moves with the camera.
@@ -152,9 +152,9 @@ struct Lattice {
     friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
-/// Whether a cell is cut along the diagonal from its south-west to its north-east corner: if the indices of its
-/// south-west corner, counted in cells of its level, have an even sum. Other cells are cut along the other diagonal.
-/// Drawing and contact share this rule.
+/// Whether a cell is cut along the diagonal from its south-west to its north-east corner, which it is if its column and
+/// row have an even sum, counted in cells of its level from lattice point (0, 0). Other cells are cut along the other
+/// diagonal. Drawing and contact share this rule.
 constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
     return ((column + row) & 1) == 0;
 }

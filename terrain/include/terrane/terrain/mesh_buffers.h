@@ -17,7 +17,7 @@ namespace terrane {
 /// Vertices are merged if their displayed positions are bit-identical. The triangulator guarantees this for every
 /// vertex that triangles share, across chunks too; a crack would be an edge with one triangle.
 ///
-/// Vertices are in the order of their first use. Normals are those of MeshVertex.
+/// Vertices are in the order of their first use. Normals are as in MeshVertex.
 ///
 /// Threads: one at a time per triangulator
 /// Cost:    O(triangles), about 0.3 microseconds each
@@ -60,8 +60,8 @@ struct MeshBuffersSettings {
 
 /// A frame's mesh by chunks, and its changes since the previous frame.
 ///
-/// All parts have one origin, so that vertices shared between chunks have the same bits in each: vertices may be
-/// repeated, but there are no hairline cracks. The origin is the eye's position when it was last set; see
+/// All parts have one origin. A vertex that is repeated in several chunks has the same bits in each, so there are no
+/// hairline cracks. The origin is the eye's position when it was last set; see
 /// MeshBuffersSettings::rebase_distance.
 ///
 /// Threads:   one at a time

@@ -27,16 +27,16 @@ struct ProgressiveSettings {
 };
 
 /// A triangle mesh at every level of detail: a sequence of edge contractions that can be applied and undone (Hoppe,
-/// Progressive Meshes, SIGGRAPH 1996). A contraction moves all vertices at one position onto those at a neighbouring
-/// position, so that every level is a list of triangles over the same vertices, with their attributes from the input;
-/// see docs/simplify.md.
+/// Progressive Meshes, SIGGRAPH 1996). A contraction moves all vertices at one position onto the vertices at a
+/// neighbouring position. Every level is therefore a list of triangles over the input's vertices, with their
+/// attributes; see docs/simplify.md.
 ///
 /// Vertices with the same position form one place; edges where their attributes jump form seams. A place on a seam
-/// moves along the seam only, both sides together, so that no level has a gap. Places where seams meet or end are
+/// moves along the seam only, with both sides together: no level has a gap. Places where seams meet or end are
 /// contracted last, when nothing else is left; their triangles then get the nearest attributes at the target place.
 ///
-/// A connected component of at most 16 triangles may become an open sheet, of its triangles that face one way, and then
-/// vanish, if that costs least; so any triangle count can be reached. One triangle is kept.
+/// A component of at most 16 triangles may be reduced to an open sheet (its triangles that face one way) and then
+/// vanish, if that costs least. Any triangle count can therefore be reached; one triangle is kept.
 ///
 /// Vertices and triangles are in streaming order: a level uses the first vertex_count() vertices and the first
 /// triangle_count() triangles of the finest level, with its own vertex indices.
@@ -61,11 +61,11 @@ public:
     ProgressiveMesh& operator=(ProgressiveMesh&&) noexcept;
     ~ProgressiveMesh();
 
-    /// A mesh that shares the record of contractions and has its own level, initially that of this mesh. The record
-    /// does not change, so each mesh may be used on a different thread.
+    /// A mesh that shares the record of contractions and has its own level, initially this mesh's level. The record
+    /// never changes, so each mesh may be used on a different thread.
     ///
     /// Allocates: 12 bytes per triangle of the finest level
-    /// Cost:      of copying these bytes
+    /// Cost:      copies these bytes
     ProgressiveMesh share() const;
 
     /// The vertices of all levels with their attributes, in streaming order, and the triangles of the finest level.

@@ -41,8 +41,8 @@ private:
 
 /// A snapshot of the resident chunks: immutable, shared by drawing and contact.
 ///
-/// Every chunk's parent is in the set too (roots have none). Sets that differ only in their fades
-/// share everything else. Threads: any number of readers.
+/// Every chunk's parent is in the set too (roots have none). Sets that differ only in their fades share everything
+/// else. Threads: any number of readers.
 class ResidentSet {
 public:
     static constexpr std::int32_t kNone = -1;  ///< index that stands for no chunk
@@ -64,8 +64,8 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// All chunks have fade 1. If the lattice has a root window, it is centred on the lattice's origin. Requires every
-    /// chunk's parent among the chunks, and no duplicates.
+    /// A set of these chunks, all with fade 1. If the lattice has a root window, it is centred on the lattice's origin.
+    /// Requires every chunk's parent among the chunks, and no duplicates.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
@@ -74,9 +74,9 @@ public:
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::span<const float> fades,
                 std::uint64_t epoch);
 
-    /// A copy of another set without its evicted chunks and with newly arrived ones; equal to the set constructed from
-    /// all of them. Cost: linear, about 10 ns per chunk; links and reference counts are updated only where something
-    /// changed.
+    /// A copy of another set without its evicted chunks and with newly arrived ones; equal to a set constructed from
+    /// the resulting chunks. Cost: linear, about 10 ns per chunk; links and reference counts are updated only where
+    /// something changed.
     ///
     /// @param evicted keys of chunks of `before`, no duplicates, in any order
     /// @param arrived in any order; may contain a key of `evicted`
@@ -93,11 +93,11 @@ public:
 
     /// The lattice of the source.
     const Lattice& lattice() const { return structure_->lattice; }
-    /// The lattice reduced to the root squares that are resident or requested: those of the root window, or all if
+    /// The lattice reduced to the root squares that are resident or requested: the root window, or all root squares if
     /// lattice() has no window. Its own root_window is 0. Meshes cover these root squares; chunks outside them are not
     /// resident.
     const Lattice& window() const { return structure_->window; }
-    /// The rectangle where the world has ground; the surface beyond it is drawn, but is not ground.
+    /// The rectangle with ground. The surface beyond it is drawn, but is not ground.
     const WorldRect& extent() const { return structure_->extent; }
     /// All chunks, in Order.
     std::span<const ResidentChunk> chunks() const { return structure_->chunks; }
@@ -109,15 +109,15 @@ public:
     std::int32_t find(const ChunkKey& key) const;
     /// The chunk, or null. Faster than find() followed by chunks().
     const Chunk* find_chunk(ChunkKey key) const;
-    /// Fade of a chunk, 0 to 1: a factor on the priorities of its vertices. 0 draws as if the chunk were absent, 1
-    /// without reduction. The contact surface is not affected by fades.
+    /// Fade of a chunk, 0 to 1: a factor on the priorities of its vertices. 0: drawn as if the chunk were absent; 1: no
+    /// reduction. Fades do not affect the contact surface.
     float fade(std::size_t index) const { return fades_[index]; }
     /// [chunks().size()] fade() of each chunk.
     std::span<const float> fades() const { return fades_; }
     /// Number of changes of the pager's set, including fades: two sets of one pager with equal epochs are equal.
     std::uint64_t epoch() const { return epoch_; }
-    /// Whether two sets share their chunks, so that at most their fades differ. Compares one pointer: false for sets
-    /// with equal chunks that were constructed separately.
+    /// Whether two sets share their chunks and differ at most in their fades. Compares one pointer: false for sets of
+    /// equal chunks that were constructed separately.
     bool has_same_chunks(const ResidentSet& other) const { return structure_ == other.structure_; }
     /// Whether all root squares of the window are resident; otherwise nothing is drawn.
     bool has_roots() const { return structure_->has_roots; }

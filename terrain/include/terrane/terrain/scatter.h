@@ -77,12 +77,12 @@ public:
     std::optional<ScatterRange> squares_within(const WorldPos& p_world, double distance) const;
     /// The closed rectangle of a square, metres.
     WorldRect rect_of(const ScatterSquare& square) const;
-    /// Least distance of a position from the ground of a square, metres; infinity if the square is outside the extent.
+    /// Least distance of a position from the ground in a square, metres; infinity if the square is outside the extent.
     double distance_to(const ScatterSquare& square, const WorldPos& p_world) const;
 
-    /// The objects of a square, in the order of their cells. Slopes and heights are those of the candidate's cell,
-    /// whose two triangles are cut like those of a chunk. Leaves out objects outside the extent, on cells that are not
-    /// ground, and on cells of the finest spacing with a corner in a volume (ChunkSource::is_in_volume()).
+    /// The objects of a square, in the order of their cells. Slope and height are taken from the triangles of the
+    /// candidate's cell, which is cut like a cell of a chunk. Leaves out objects outside the extent, on cells that are
+    /// not ground, and on cells of the finest spacing with a corner in a volume (ChunkSource::is_in_volume()).
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
     /// Cost:  about one sample of the source per candidate, and four per object

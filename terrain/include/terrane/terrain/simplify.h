@@ -29,7 +29,7 @@ struct SimplifyInput {
 
 /// Limits of one level. It ends at the first limit that is reached, or when no contraction is left.
 struct SimplifyLevel {
-    std::size_t triangles = 0;  ///< the level ends when it has at most these
+    std::size_t triangles = 0;  ///< the level ends when it has at most this many
     /// Largest Hausdorff distance from the input, metres, >= 0. Flat parts need a small distance too: see
     /// SimplifiedMesh::error_m.
     double error_m = std::numeric_limits<double>::infinity();
@@ -37,8 +37,8 @@ struct SimplifyLevel {
 
 /// Why a level ended.
 enum class SimplifyStop : std::uint8_t {
-    triangle_count,  ///< SimplifyLevel::triangles
-    error_limit,     ///< SimplifyLevel::error_m; a larger one would allow fewer triangles
+    triangle_count,  ///< SimplifyLevel::triangles is reached
+    error_limit,     ///< SimplifyLevel::error_m; a larger limit would allow fewer triangles
     no_contraction,  ///< all remaining vertices are locked, or needed for shape or topology
 };
 
@@ -55,13 +55,13 @@ struct SimplifiedMesh {
 };
 
 /// Simplifies a mesh to several levels in one run, by half-edge contractions in the order of their quadric errors. A
-/// contraction moves a vertex onto a neighbour, so that every level uses vertices of the input: one vertex buffer
+/// contraction moves a vertex onto a neighbour. Every level therefore uses the input's vertices, and one vertex buffer
 /// serves all levels. See docs/simplify.md for the certificate.
 ///
-/// Kept are locked vertices, and vertices whose triangles do not form one disk or half disk (non-manifold, or
-/// inconsistently wound) or are more than 48. A vertex on a border moves along the border only. A contraction is
-/// refused if it would flip a triangle, identify two edges or triangles, or make a triangle whose height is below 1/50
-/// of its longest edge, unless it replaces a worse triangle. Closed surfaces stay closed, manifold ones stay manifold.
+/// Vertices are kept if they are locked, have more than 48 triangles, or have triangles that do not form one disk or
+/// half disk (non-manifold, inconsistent winding). A vertex on a border moves along the border only. A contraction is
+/// refused if it would flip a triangle, identify two edges or triangles, or make a triangle with a height below 1/50 of
+/// its longest edge, unless it replaces a worse one. Closed surfaces stay closed, and manifold ones manifold.
 /// @param input  may be empty, have borders, non-manifold edges, triangles without area and unused vertices
 /// @param levels each level starts where the previous one ended; errors do not decrease
 /// @return       [levels]

@@ -61,8 +61,8 @@ struct SolidTriangles {
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps = {};
 };
 
-/// The surface of the joined solid over one chunk that volumes touch: the triangles of the heightfield that are not
-/// replaced, and its own triangles. A chunk without one is the heightfield alone.
+/// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not
+/// replaced, together with the triangles in this class. Chunks without it are the heightfield alone.
 ///
 /// Immutable. Threads: any number
 class SolidSurface {
@@ -117,12 +117,12 @@ public:
         const auto& v = triangles_.vertices_world;
         return {v[c[0]], v[c[1]], v[c[2]]};
     }
-    /// Whether a triangle from find_overlaps() is a copy of a triangle of the heightfield.
+    /// Whether a triangle is one of SolidTriangles::kept_neighbours, which are copies from the heightfield.
     bool is_kept_neighbour(std::uint32_t triangle) const {
         return triangle >= triangles_.triangles.size();
     }
 
-    /// Bound of the distance to the true surface around a triangle, metres.
+    /// Bound of the two-sided distance to the true surface around a triangle, metres.
     double error_m(std::uint32_t triangle) const {
         return triangle < triangles_.error_box_of.size()
                    ? triangles_.error_boxes[triangles_.error_box_of[triangle]].error_m

@@ -16,7 +16,7 @@ namespace terrane {
 struct Camera {
     View view;                                           ///< where it is, and what it sees
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
-    /// Its future trajectory, if known; rules as of CameraNeed::trajectory.
+    /// The camera's future trajectory, if known; the rules of CameraNeed::trajectory apply.
     std::span<const CameraMoment> trajectory = {};
 };
 
@@ -28,16 +28,16 @@ struct TerrainSettings {
     std::shared_ptr<const SurfaceMap> surface = nullptr;
 };
 
-/// The terrain at one moment: the ground to stand on, and a mesh for each camera.
+/// The terrain at one moment: the contact surface, and a mesh for each camera.
 struct Frame {
     Ground ground;  ///< the contact surface of the resident chunks: a snapshot
-    /// [cameras] one for each camera of the update, in its order. Valid until the next update.
+    /// [cameras] meshes in the order of the update's cameras. Valid until the next update.
     std::span<const TerrainMesh> meshes;
-    std::size_t late_chunks = 0;        ///< needed now, and absent
+    std::size_t late_chunks = 0;        ///< PagerStats::late_chunks
     std::size_t groundless_bodies = 0;  ///< bodies whose ground is not resident yet
 };
 
-/// Ground to see and to stand on, for a simulator: a pager, a triangulator for each camera, and the contact surface.
+/// Terrain for a simulator to draw and collide with: a pager, a triangulator for each camera, and the contact surface.
 ///
 /// Each update() pages by the needs of cameras and bodies, triangulates the view of each camera over the resident
 /// chunks, and passes the threshold of each mesh to the pager, which then loads no detail that the budget cannot show.
@@ -51,10 +51,10 @@ struct Frame {
 ///         draw(frame.meshes[0]);
 ///     }
 ///
-/// Threads: one calls all functions; any may use the ground of a frame
+/// Threads: one thread calls all functions; any thread may use the ground of a frame
 class Terrain {
 public:
-    /// @param source the heights; owned together with the terrain
+    /// @param source the heights; shared ownership
     ///
     /// Fails: as Pager::create() and Triangulator::create()
     static Result<Terrain> create(std::shared_ptr<const HeightSource> source,
@@ -65,8 +65,8 @@ public:
 
     /// Pages and triangulates for one frame. Does not wait for loads, unless PagerSettings::worker_count is 0.
     ///
-    /// @param bodies World::needs(), or needs of bodies of one's own
-    /// @param time_s the present, seconds, on any clock that does not go back
+    /// @param bodies World::needs(), or the needs of the caller's own bodies
+    /// @param time_s the current time, seconds, on any clock that does not go back
     ///
     /// Returns: the frame, valid until the next call of update() or load()
     const Frame& update(std::span<const Camera> cameras, std::span<const BodyNeed> bodies,

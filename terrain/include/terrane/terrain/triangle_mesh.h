@@ -28,8 +28,8 @@ struct TriangleMesh {
     /// Allows open surfaces, non-manifold edges, triangles without area or with a repeated vertex, and unused vertices.
     ///
     /// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
-    ///        position beyond kLargestMeshCoordinate, an attribute whose count is neither 0 nor that of the positions,
-    ///        or an index out of range
+    ///        position beyond kLargestMeshCoordinate, an attribute neither empty nor as long as positions, or an index
+    ///        out of range
     Result<void> validate() const;
 };
 

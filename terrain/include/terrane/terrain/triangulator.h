@@ -14,7 +14,7 @@ namespace terrane {
 
 /// Whether the mesh meets its target, and why not.
 enum class MeshStatus {
-    error_met,  ///< error_px is at most max_error_px; if the source is not certified, its estimate is
+    error_met,  ///< error_px is at most max_error_px; without a certified source, an estimate of it is
     budget_reached,  ///< limited by the triangle budget; see error_px
     finest_reached,  ///< limited by the lattice's finest spacing; see error_px
     not_resident,  ///< needed chunks are not resident; without all root squares there are no triangles
@@ -72,14 +72,14 @@ struct TerrainMesh {
     /// volumes are not drawn, the heightfield closes over them, and the bound includes what it hides. Infinite if the
     /// source is not certified (HeightSource::is_certified()).
     double error_px = 0.0;
-    /// The same bound in two parts, for ground far from the eye: near the eye, error_px is dominated by detail below
-    /// the finest spacing of the lattice. At each of those points the distance is at most
-    ///     refinable_error_px / pixels_per_radian() * distance from the eye + finest_error_m,
-    /// where distances are at least near_distance. At most error_px; infinite if error_px is.
+    /// A bound in two parts, tighter than error_px far from the eye, because near the eye detail below the lattice's
+    /// finest spacing dominates error_px. At each point for which error_px holds, the two surfaces are at most
+    ///     refinable_error_px / pixels_per_radian() * max(distance from the eye, near_distance) + finest_error_m
+    /// apart. At most error_px; infinite if error_px is.
     double refinable_error_px = 0.0;
     /// Largest certified error, metres, of the ground in view that is drawn at the finest spacing; 0 if there is none.
     double finest_error_m = 0.0;
-    /// Vertices whose priority, pixels, is at most this are not in the mesh; for CameraNeed::threshold_px.
+    /// Vertices with at most this priority, pixels, are not in the mesh. For CameraNeed::threshold_px.
     double threshold_px = 0.0;
     /// Smallest threshold, at least threshold_px, above which every demand is granted.
     double demand_threshold_px = 0.0;
@@ -87,8 +87,8 @@ struct TerrainMesh {
     std::uint64_t refused_views = 0;   ///< number of refused views since creation
 };
 
-/// A demand for triangles of another renderer that shares the frame's budget, for example for objects. Ground and
-/// demands compete by one threshold: whatever has the larger screen error is refined first.
+/// Triangles that another renderer, for example of objects, demands from the frame's budget. Ground and demands compete
+/// by one threshold: whatever has the larger screen error is refined first.
 struct TriangleDemand {
     /// The triangles are drawn if the threshold is below this; may be infinite. NaN, 0 and negative values are never
     /// granted.
@@ -101,7 +101,7 @@ struct TriangulatorSettings {
     std::size_t triangle_budget = 100'000;  ///< hard limit; at least 2 per root square
     double max_error_px = 1.0;              ///< refinement stops below this, > 0
     /// A vertex morphs while its priority is between the threshold and this multiple of it, 1 to 16. A larger ratio
-    /// moves the surface less from frame to frame, and needs more triangles for the same error, which is up to 2 *
+    /// moves the surface less from frame to frame, but needs more triangles for the same error. The error is up to 2 *
     /// morph_ratio / (morph_ratio + 1) thresholds. If a priority changes by a tenth, its vertex moves by at most 0.2 *
     /// morph_ratio^2 / (morph_ratio^2 - 1) of its screen error: 0.49 at the default; below 1.12, the whole error. 1: no
     /// morphing, as for a single picture.

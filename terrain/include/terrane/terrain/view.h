@@ -8,7 +8,7 @@
 
 namespace terrane {
 
-/// Largest absolute coordinate of a viewpoint, metres: squares of distances fit single precision.
+/// Largest absolute coordinate of a viewpoint, metres: squared distances fit into single precision.
 inline constexpr double kFarthestEye = 0x1p60;
 /// Least vertical field of view, and its least difference from pi, radians.
 inline constexpr double kLeastFieldOfView = 1e-6;
@@ -17,16 +17,16 @@ inline constexpr double kLeastFieldOfView = 1e-6;
 struct View {
     WorldPos eye_world = WorldPos::Zero();               ///< viewpoint, within kFarthestEye
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
-    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, square to forward
+    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, perpendicular to forward
     double vertical_fov =
         1.0471975511965976;      ///< radians, kLeastFieldOfView to pi - kLeastFieldOfView
     int width_px = 1280;         ///< of the picture
     int height_px = 720;         ///< of the picture
-    double near_distance = 1.0;  ///< least distance in screen errors, metres
+    double near_distance = 1.0;  ///< screen errors take smaller distances as this, metres
 
     /// Unit vector to the right of the picture.
     Eigen::Vector3d right() const;
-    /// Pixels of the picture's centre that one radian spans: height / (2 tan(vertical_fov / 2)).
+    /// Pixels per radian at the picture's centre: height_px / (2 tan(vertical_fov / 2)).
     double pixels_per_radian() const;
 
     /// Matrix from world axes, relative to eye_world, to eye axes: x right, y up, z backward. [4][4] column-major, as
@@ -44,7 +44,7 @@ struct View {
     Result<void> validate() const;
 };
 
-/// A view from an eye to a point; up is north for vertical directions.
+/// A view from an eye to a point. If its direction is vertical, up is north.
 /// Fails: invalid_argument if eye and target coincide, the field of view or the eye is out of range, the size is not
 /// positive, or anything is not finite.
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,
@@ -55,11 +55,11 @@ Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, do
 /// @param x_px, y_px from the left and the top edge; pixel i spans i to i + 1. May be outside the picture
 Eigen::Vector3d direction_through(const View& view, double x_px, double y_px);
 
-/// The four side planes of a view, all through the eye; a point p is inside where
-/// normal[i].dot(p - eye) >= 0 for all four. Normals have unit length.
+/// The four side planes of a view, all through the eye. A point p is inside if normals[i].dot(p - eye) >= 0 for all
+/// four. Normals have unit length.
 struct Frustum {
     std::array<Eigen::Vector3d, 4> normals;  ///< left, right, bottom, top
 };
-Frustum make_frustum(const View& view);  ///< of a view of finite numbers
+Frustum make_frustum(const View& view);  ///< requires a finite view
 
 }  // namespace terrane

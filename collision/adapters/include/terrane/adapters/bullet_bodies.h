@@ -9,9 +9,9 @@
 //              bodies.hold(world, ground, dt);
 //              world.stepSimulation(dt, 0);
 //
-// A body is held if its box, swept by velocity and gravity over dt, overlaps the guaranteed height interval of absent
-// ground. A held body is not integrated (DISABLE_SIMULATION); its velocity is saved, and restored on release. on_held
-// is called when a body becomes held and when it is released.
+// A body is held if its box, swept by velocity and gravity over dt, may touch absent ground (may_meet_absent()). A held
+// body is not integrated (DISABLE_SIMULATION); its velocity is saved, and restored on release. on_held is called when
+// a body becomes held and when it is released.
 //
 // Threads: one, and not during a step.
 

@@ -3,11 +3,11 @@
 
 // Contacts of Bullet's spheres, capsules and boxes (also as parts of compounds) with a BulletGround, found by Terrane's
 // find_contacts() instead of Bullet's per-triangle algorithm:
-// - normals lie in the ground's normal cone: a body that slides over flat or concave edges has no ghost contacts, at
-//   chunk borders neither;
+// - normals lie in the ground's normal cone: no ghost contacts at flat or concave edges or at chunk borders;
 // - the ground is solid below the surface: a body at any depth has a contact that pushes it out;
-// - a box keeps its full size: Bullet's margin does not round its corners. Other shapes (hulls, cylinders, cones,
-// meshes), casts and continuous collision use Bullet's own algorithm over the triangles, with its ghost contacts.
+// - a box keeps its full size: Bullet's margin does not round its corners.
+// Other shapes (hulls, cylinders, cones, meshes), casts and continuous collision use Bullet's own algorithm over the
+// triangles, with its ghost contacts.
 //
 // Units, frame, absent ground, threads: see bullet_ground.h. Usable with btCollisionDispatcherMt like Bullet's own
 // algorithms.
@@ -73,11 +73,11 @@ public:
         for (std::size_t i = 0; i < answer.count; ++i)
             points[i] = world_from_ground * shape.to_shape(contacts[i].point_world);
         forget_others(convex, points.data(), answer.count);
-        for (std::size_t i = answer.count; i-- > 0;) {  // deepest last: four points are kept
+        for (std::size_t i = answer.count; i-- > 0;) {  // deepest last: Bullet keeps four points
             const btVector3 normal =
                 world_from_ground.getBasis() * BulletGround::to_bullet(contacts[i].normal);
             const auto depth = static_cast<btScalar>(contacts[i].depth);
-            // relative to the manifold's bodies, not the pair's order: the ground is the second
+            // the normal points out of the manifold's second body: the ground, even if the pair is swapped
             result->addContactPoint(normal, points[i] + normal * depth, -depth);
         }
         result->refreshContactPoints();
@@ -144,7 +144,7 @@ private:
         return find_contacts(shape_of(convex), pose, *ground.ground(), margin, contacts_out);
     }
 
-    // Removes the manifold's points without a new contact nearby: they were on other triangles.
+    // Removes points of the manifold that have no new contact nearby: they were on other triangles.
     void forget_others(const btCollisionObjectWrapper& convex, const btVector3* points,
                        std::size_t count) {
         const btTransform& body = convex.getCollisionObject()->getWorldTransform();
@@ -162,11 +162,11 @@ private:
     bool is_swapped_ = false;
 };
 
-/// Registers Terrane's contacts for spheres, capsules and boxes against every BulletGround with a dispatcher, and must
-/// outlive its use. Other concave shapes keep Bullet's algorithm.
+/// Makes a dispatcher find the contacts of spheres, capsules and boxes with every BulletGround by Terrane's algorithm.
+/// Other concave shapes keep Bullet's.
 class BulletContacts {
 public:
-    /// Registers itself for the supported shapes; the dispatcher must not outlive it.
+    /// Registers the algorithm with a dispatcher, which must not outlive this object.
     explicit BulletContacts(btCollisionDispatcher& dispatcher) {
         for (const int kind :
              {SPHERE_SHAPE_PROXYTYPE, CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE}) {

@@ -5,8 +5,8 @@
 // links Bullet; Terrane does not.
 //
 // Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
-// Frame:  shape = world - origin, axes as the world's. The origin is in doubles: keep it within a few kilometres of the
-//         bodies of a float Bullet (at 8 km a float resolves 0.5 mm). The collision object's transform is the identity.
+// Frame:  shape = world - origin, axes as the world's. The origin is in doubles. With a float Bullet, keep it within a
+//         few kilometres of the bodies (at 8 km a float resolves 0.5 mm). The collision object's transform is identity.
 // Ground: the shape reads one immutable Ground. Call set_ground(frame.ground) before each stepSimulation(), with the
 //         frame of the last Terrain::update().
 // Absent: ground that is not resident has no triangles. bullet_bodies.h holds bodies over it so that they do not fall
@@ -60,8 +60,8 @@ public:
     void set_ground(Ground ground) { ground_ = std::move(ground); }
     /// The current ground; null before the first set_ground().
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
-    /// Moves the origin of the frame. The caller shifts the bodies by the opposite and updates the broadphase
-    /// (btCollisionWorld::updateSingleAabb).
+    /// Moves the origin of the shape's frame. The caller shifts the bodies by the opposite translation and updates the
+    /// broadphase (btCollisionWorld::updateSingleAabb).
     void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
     /// Origin of the frame, world.
     const WorldPos& origin_world() const { return settings_.origin_world; }
@@ -101,7 +101,7 @@ public:
         process_box(*callback, {to_world(aabb_min), to_world(aabb_max)}, true);
     }
 
-    /// The box of the extent and heights of +-kMostHeight.
+    /// Bounding box of the ground's extent and of heights within +-kMostHeight.
     void getAabb(const btTransform& t, btVector3& aabb_min, btVector3& aabb_max) const override {
         const WorldRect extent = ground_ ? ground_->extent() : WorldRect{};
         const double z = settings_.origin_world.z();

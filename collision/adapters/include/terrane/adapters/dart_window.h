@@ -50,7 +50,7 @@ enum class DartWindowStatus {
     no_ground,  ///< no resident ground in the window; the shape is flat at world z = 0
 };
 
-/// Report of an update, and of the support below bodies.
+/// Report of an update, with counts of boxes that have no ground below them.
 struct DartWindowUpdate {
     DartWindowStatus status = DartWindowStatus::ok;  ///< whether the shape is up to date
     bool has_changed = false;  ///< the shape has new heights: move it to translation_sim

@@ -13,9 +13,9 @@
 //
 // Uses the C library's sine and cosine, so answers may differ in the last bits between machines.
 //
-// Sources: B. R. Bowring. Transformation from spatial to geographical coordinates. Survey Review 23(181), 1976.
-//          NGA.STND.0036, World Geodetic System 1984, 2014: the ellipsoid. J. P. Snyder. Map Projections: A Working
-//          Manual. USGS Professional Paper 1395, 1987, chapter 12: equidistant cylindrical.
+// Sources: B. R. Bowring. Transformation from spatial to geographical coordinates. 1976 (latitude and height).
+//          NGA.STND.0036. World Geodetic System 1984. 2014 (ellipsoid).
+//          J. P. Snyder. Map projections. USGS Professional Paper 1395, 1987, chapter 12 (equidistant cylindrical).
 // Deviations: Bowring's formula is iterated from a first value that accounts for the height, so that it is valid from
 //             200 km below the surface to any height.
 
@@ -115,7 +115,7 @@ public:
         const double plane = std::hypot(p_earth.x(), p_earth.y());
         const double second_e2 = (a * a) / (b * b) - 1.0;
         double reduced = std::atan2(p_earth.z() * b * (1.0 + second_e2 * b / radius), plane * a);
-        double latitude = 10.0;  // none
+        double latitude = 10.0;  // none yet: out of range
         constexpr int kMostRounds = 20;
         for (int i = 0; i < kMostRounds; ++i) {
             const double s = std::sin(reduced), c = std::cos(reduced);

@@ -17,8 +17,8 @@
 // Absent ground: NaN, as in grid_map, with the reason in statuses(). Nothing is filled in.
 //
 // Threads: one; any number of readers between updates.
-// Source: P. Fankhauser and M. Hutter. A Universal Grid Map Library. In: Robot Operating System (ROS), Springer, 2016;
-// the reference of grid_map_core, docs.ros.org.
+// Sources: P. Fankhauser, M. Hutter. A universal grid map library. In: Robot Operating System. 2016 (circular buffer).
+//          The reference of grid_map_core, docs.ros.org (layout, positions).
 
 #include <terrane/adapters/surface_point.h>
 
@@ -50,7 +50,7 @@ struct ElevationMapUpdate {
     bool is_refused = false;        ///< the position was not finite or too far; nothing changed
 };
 
-/// Heights around a moving place in a circular buffer of cells.
+/// Heights around a moving position, in a circular buffer of cells.
 class ElevationMap {
 public:
     /// Fails: invalid_argument, naming the field and its value, and for more than kMostElevationCells cells
@@ -86,9 +86,9 @@ public:
         return map;
     }
 
-    /// Moves the map's centre to a place, by a whole number of cells, and reads the cells that entered and those whose
-    /// ground may have changed since the last update(): buffer columns over chunks that were exchanged or are absent. A
-    /// place that is not finite or beyond 2^40 m changes nothing.
+    /// Moves the map's centre to (x, y), rounded to whole cells. Reads the cells that entered, and every column of
+    /// cells over chunks that were replaced since the last update() or are absent. A position that is not finite or
+    /// beyond 2^40 m changes nothing.
     ///
     /// @param x, y metres, map frame
     ///

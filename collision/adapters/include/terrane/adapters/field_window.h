@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Shared by the adapters of engines with their own height field: the heights of a GroundWindow as one rectangle, its
-// ground flags, and the support below boxes. See mujoco_window.h and dart_window.h.
+// Shared by the adapters for engines with a built-in height field (MuJoCo, DART). Copies the heights of a GroundWindow
+// into one row-major array, flags the samples of resident ground, and counts the bodies' boxes that have no ground
+// below them or lie over volumes.
 //
-// Units: metres. Frames: the simulator's has the world's axes and an origin of its own. Layout: row by row from the
-// south-west. Threads: one.
+// Units: metres. Frames: `_sim` is the simulator's, the world's axes with the origin at origin_world; heights are world
+// z. Layout: rows south to north, columns west to east. Threads: one at a time.
 
 #include <terrane/adapters/surface_point.h>
 #include <terrane/base/math.h>
@@ -18,13 +19,13 @@
 
 namespace terrane::adapters {
 
-/// Number of boxes without support, and over volumes.
+/// Counts of boxes without ground below them, and of boxes over volumes.
 struct BoxSupport {
     int unsupported = 0;   ///< not finite, or over a cell absent, outside or not in the window
     int over_volumes = 0;  ///< over a cell that volumes replace
 };
 
-/// The ground around boxes as a rectangle of heights of a fixed size.
+/// A rectangle of ground heights that follows boxes; its number of cells is fixed.
 class FieldWindow {
 public:
     /// @param columns, rows cells
@@ -53,8 +54,7 @@ public:
         return FieldWindow(std::move(window), origin_world);
     }
 
-    /// Moves the window to the boxes, simulator's frame, and reads changed samples. Boxes that are not finite are
-    /// ignored.
+    /// Moves the window to the boxes (simulator's frame) and reads changed samples. Ignores boxes that are not finite.
     ///
     /// Returns: whether heights() changed; false before the first valid box
     bool update(const Ground& ground, std::span<const Aabb> boxes_sim) {
@@ -90,11 +90,11 @@ public:
     /// Largest vertical distance between the contact surface and a surface that splits every cell along the south-west
     /// to north-east diagonal.
     double twist_to_north_east() const { return twist_to_north_east_; }
-    double twist() const { return twist_; }  ///< as above, for either diagonal
+    double twist() const { return twist_; }  ///< as above, for any choice of diagonals
     /// The underlying window of samples and cells.
     const GroundWindow& window() const { return window_; }
 
-    /// The centre of the window at a world z, simulator's frame.
+    /// The window's centre at a given world z, simulator's frame.
     Eigen::Vector3d middle_sim(const Ground& ground, double z_world) const {
         const CellRange& cells = window_.cells();
         const WorldPos p_world(
@@ -103,7 +103,7 @@ public:
         return p_world - origin_world_;
     }
 
-    /// Support below the boxes of the last update().
+    /// Counts the boxes of the last update() without ground or over volumes.
     BoxSupport support(const Ground& ground) const {
         BoxSupport result;
         for (const Aabb& box : boxes_world_) {

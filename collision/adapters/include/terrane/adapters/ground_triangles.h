@@ -24,7 +24,7 @@ enum class TrianglePart {
 struct GroundTriangle {
     /// Metres relative to origin_world of the visit; counter-clockwise seen from outside the solid.
     std::array<Eigen::Vector3d, 3> corners{};
-    TrianglePart part = TrianglePart::south;  ///< triangle of the cell, or of a solid
+    TrianglePart part = TrianglePart::south;  ///< which triangle of the cell, or solid
     /// Cell of the contact level; for a solid triangle, the first cell of its chunk.
     std::int64_t column = 0, row = 0;
     std::uint32_t solid_index = 0;  ///< index of a solid triangle in its SolidSurface
@@ -144,9 +144,9 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 
 }  // namespace internal
 
-/// Visits the triangles of the contact surface that may touch a box. A cell's triangles are visited if its heights
-/// overlap the box and the triangle's plane does not pass below the whole box. Where volumes replace heightfield
-/// triangles, the joined solid's triangles are visited. Absent ground is reported if it may reach into the box.
+/// Visits the triangles of the contact surface that may touch a box. Skips a cell whose heights lie outside the box,
+/// and a triangle whose plane passes below the whole box. Where volumes replace triangles of the heightfield, visits
+/// those of the joined solid. Reports absent ground that may reach into the box.
 ///
 /// @param box_world    metres
 /// @param origin_world subtracted from every corner in double
@@ -209,9 +209,9 @@ TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
     return report;
 }
 
-/// Whether absent ground may reach into a moving box: whether the height bound that coarser chunks guarantee for it
-/// reaches up to the swept box. Also true for a box over more than 65,536 chunks, which is not examined; false for a
-/// box that is not finite.
+/// Whether absent ground may reach into a moving box: coarser chunks bound the height of absent ground, and this
+/// compares the bound with the bottom of the swept box. True without a test if the box covers more than 65,536 chunks;
+/// false for a box that is not finite.
 ///
 /// Threads: any number at once
 /// Cost:    O(chunks under the box)

@@ -52,7 +52,7 @@ struct Heightmap {
     double west = 0.0;                 ///< world x of the first column
     double north = 0.0;                ///< world y of the first row
     std::vector<double> heights = {};  ///< [side * side] world z, row by row from the north-west
-    double low = 0.0, high = 0.0;      ///< lowest and highest of them
+    double low = 0.0, high = 0.0;      ///< lowest and highest height
     std::int64_t absent_count = 0;     ///< samples replaced by absent_height
 
     double width() const { return spacing * (side - 1); }  ///< from the first to the last sample
@@ -60,7 +60,7 @@ struct Heightmap {
 
 namespace internal {
 
-// Flags the lattice points of a strip of rows that are ground: within the extent, and a corner of a ground cell.
+// Flags, in a strip of rows, the lattice points that lie within the extent and are a corner of a cell of ground.
 inline Result<std::vector<std::uint8_t>> find_ground(const HeightSource& source,
                                                      const SampleGrid& strip) {
     SampleGrid wider = strip;
@@ -96,7 +96,7 @@ inline Result<std::vector<std::uint8_t>> find_ground(const HeightSource& source,
 ///
 /// Fails: invalid_argument, naming the field and its value, or the number of samples without ground; io and bad_data of
 ///        the source
-/// Cost:  O(side^2) samples of the source, and 8 bytes for each
+/// Cost:  O(side^2) samples of the source, and 8 bytes per sample
 inline Result<Heightmap> make_heightmap(const HeightSource& source,
                                         const HeightmapSettings& settings) {
     const Lattice& lattice = source.lattice();

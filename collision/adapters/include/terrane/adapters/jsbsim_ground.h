@@ -146,7 +146,7 @@ public:
                       Vector& velocity, Vector& angular_velocity) const override {
         const AircraftGround::Answer answer = aircraft_ground_.ask(
             kMetresPerFoot * Eigen::Vector3d(location(1), location(2), location(3)));
-        contact = location;  // with its ellipsoid
+        contact = location;  // copies the ellipsoid too
         if (answer.status == QueryStatus::ok || std::isfinite(answer.height_above_ground)) {
             contact = to_vector(answer.contact_earth / kMetresPerFoot);
         }

@@ -32,7 +32,7 @@
 // replaced by volumes: here the heightfield closes their mouths.
 //
 // Threads: only the thread that calls mj_step().
-// Source: the documentation of MuJoCo: XML reference of asset/hfield, "Mocap bodies", and mjmodel.h.
+// Source: MuJoCo's XML reference (asset/hfield), modeling guide ("Mocap bodies") and mjmodel.h.
 
 #include <terrane/adapters/field_window.h>
 #include <terrane/terrain/body_need.h>
@@ -62,7 +62,7 @@ enum class MujocoWindowStatus {
     too_high,       ///< the window's heights span more than size[2]; nothing was done
 };
 
-/// Report of an update, and of the support below bodies.
+/// Report of an update, with counts of boxes that have no ground below them.
 struct MujocoWindowUpdate {
     MujocoWindowStatus status = MujocoWindowStatus::ok;  ///< whether the hfield is up to date
     bool has_changed = false;    ///< hfield_data was written: upload it if drawn
@@ -81,7 +81,7 @@ struct MujocoHfieldXml {
     std::string body;   ///< for the element `worldbody`
 };
 
-/// @param cells     of the window along each side
+/// Makes the elements for a window of `cells` cells along each side.
 /// @param spacing   of the ground's contact level, metres
 /// @param range     largest height range of a window, metres: size[2]
 /// @param thickness of the solid, metres: size[3]
@@ -256,7 +256,7 @@ private:
     int hfield_, mocap_;
     bool is_written_ = false;  // hfield_data matches the window
     bool is_placed_ = false;
-    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // of the heights written, at height 0
+    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // centre of the field written; z of 0
     std::vector<Aabb> boxes_;
     std::vector<BodyNeed> needs_;
 };

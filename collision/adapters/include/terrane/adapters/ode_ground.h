@@ -97,7 +97,7 @@ public:
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
     /// Event counts since creation.
     OdeGroundCounts counts() const { return counts_; }
-    /// Needs of the bodies tested for collision since the last update(), for Terrain::update(); held bodies included.
+    /// Needs of the bodies tested for collision since the last update(), held ones included, for Terrain::update().
     std::span<const BodyNeed> needs() const { return needs_; }
     /// Number of bodies currently held.
     std::size_t held_count() const { return held_.size(); }

@@ -3,10 +3,10 @@
 
 // Fast path of find_contacts() for spheres near the surface, for engines with many spheres.
 //
-// Source: C. Ericson. Real-Time Collision Detection. 2005. Section 5.1.5: closest point on a triangle. Deviations: edge
-// functions, and the selection of closest points as contacts. Contacts are the local minima of the distance from the
-// centre to the surface: a point on an edge or vertex counts only if no triangle that contains it comes nearer, so
-// every normal lies in the ground's normal cone.
+// Source:     C. Ericson. Real-time collision detection. 2005, section 5.1.5 (closest point on a triangle).
+// Deviations: only local minima of the distance from the centre to the surface are contacts: a closest point on an edge
+//             or vertex counts only if no triangle that contains it comes nearer. So every normal lies in the ground's
+//             normal cone.
 
 #include <terrane/adapters/ground_triangles.h>
 #include <terrane/collision/ground_queries.h>
@@ -47,10 +47,10 @@ inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector
 
 }  // namespace internal
 
-/// Finds the contact of a sphere whose centre is above the surface, as find_contacts() does, but without feature and
-/// error_m, and with lift 0. Returns nothing if find_contacts() must be used instead: with volumes, over absent ground
-/// or the border of the ground, over more than 6 x 6 cells, under the surface, for several contacts, or for arguments
-/// that are not finite.
+/// Finds the contact of a sphere whose centre is above the surface. The answer is that of find_contacts(), but without
+/// feature and error_m, and with lift 0. Returns nothing if find_contacts() must be used instead: with volumes, over
+/// absent ground or the border of the ground, over more than 6 x 6 cells, under the surface, for several contacts, or
+/// for arguments that are not finite.
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
@@ -118,7 +118,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
                 if (above > 0.0 && above * above > squared_reach * n.squaredNorm()) return;
                 const internal::TrianglePoint closest = internal::closest_point(origin, a, b, c);
                 const double squared = closest.point.squaredNorm();
-                // the centre is over this triangle and under its plane
+                // whether the centre is over this triangle and under its plane
                 if (above < 0.0) {
                     const auto side = [](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
                         return from.x() * to.y() - from.y() * to.x() >= 0.0;
@@ -158,7 +158,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
         bool is_contact = true;
         for (std::size_t k = 0; k < near_count && is_contact && !t.is_inside; ++k) {
             if (k == i || !contains(near[k], t.point)) continue;
-            // rejects the point if a triangle that contains it comes nearer; among equals keeps the first
+            // rejects the point if a triangle that contains it comes nearer; of equal points keeps the first
             const double nearer = t.squared - near[k].squared;
             is_contact = nearer <= small * reach &&
                          !(nearer >= -small * reach && k < i && !near[k].is_inside &&

@@ -39,7 +39,7 @@ struct TerrainProbeSettings {
     double search_above = std::numeric_limits<double>::infinity();
     /// Whether a material is water; none: all ground is dry. An exception is counted, and the ground is taken as dry.
     std::function<bool(std::uint32_t material)> is_wet = {};
-    /// Velocity of the surface at a point, world axes, such as of a ship's deck; none: at rest. An exception or a
+    /// Velocity of the surface at a point, world axes, for example on a ship's deck; none: at rest. An exception or a
     /// velocity that is not finite is counted, and the result is an error.
     std::function<Eigen::Vector3d(const WorldPos& p_world)> velocity = {};
 };
@@ -50,9 +50,9 @@ public:
     /// One probe's answer, local frame.
     struct Answer {
         ProbeResult result = ProbeResult::error;    ///< as X-Plane would return
-        QueryStatus status = QueryStatus::invalid;  ///< reason; ok on error: a function failed
+        QueryStatus status = QueryStatus::invalid;  ///< reason; ok with an error: a function failed
         Eigen::Vector3d location =
-            Eigen::Vector3d::Zero();  ///< on the surface; valid for a hit, as the rest
+            Eigen::Vector3d::Zero();  ///< on the surface; valid only for a hit, as all below
         Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
         bool is_wet = false;                                 ///< water

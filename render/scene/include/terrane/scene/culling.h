@@ -24,7 +24,7 @@ struct OrientedBox {
 /// The smallest axis-aligned box around points; low = high = 0 without points.
 Aabb bounding_box(std::span<const Eigen::Vector3d> points);
 
-/// Transforms a box to another frame; exact, with oriented axes.
+/// Transforms a box to another frame. The result has the transformed axes, so that no volume is added.
 OrientedBox transform(const Pose& target_from_source, double scale, const Aabb& box_source);
 
 /// The smallest axis-aligned box around an oriented box, rounded outward.
@@ -40,7 +40,8 @@ enum class Containment : std::uint8_t {
     inside,        ///< the object is entirely in the volume
 };
 
-/// Planes still to be tested, inherited from enclosing bounding volumes, and the plane to test first.
+/// State of ViewVolume::test_planes(): the planes still to be tested, given those that an enclosing bounding volume is
+/// entirely inside of, and the plane to test first.
 struct PlaneState {
     static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
     static constexpr std::uint8_t kFarPlane = 4;   ///< number of the far plane
@@ -53,31 +54,31 @@ struct PlaneState {
 /// Closed and convex, with its apex at the eye.
 ///
 /// There are three tests, each more exact and more expensive than the one before; all are conservative:
-///   1. test_planes(): one plane at a time. Keeps some objects outside the volume near its edges.
+///   1. test_planes(): one plane at a time. Accepts some objects that are outside near an edge of the volume.
 ///   2. meets(): the exact test of a bounding volume, separating axes for boxes.
 ///   3. meets_triangles(): the triangles themselves.
 /// None rejects an object in the volume: comparisons have a rounding margin of 1e-14 of the distance from the eye.
 ///
 /// Sources: U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
-/// Tools 5(1), 2000 (plane masks, the last plane first). S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996
-/// (separating axes).
+///          Tools 5(1), 2000 (plane masks, the last plane first).
+///          S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
 ///
 /// Threads: any number at once
 class ViewVolume {
 public:
     /// Requires a view that validate() accepts and far_distance > 0.
     ///
-    /// @param far_distance of the far plane along the view's direction, metres; infinity: none
+    /// @param far_distance distance of the far plane along the view's direction, metres; infinity: no far plane
     explicit ViewVolume(const View& view,
                         double far_distance = std::numeric_limits<double>::infinity());
 
     /// The apex.
     const WorldPos& eye_world() const { return eye_; }
-    /// Inward unit normals of its planes: left, right, bottom, top, and far where there is a far plane.
+    /// Inward unit normals of the planes: left, right, bottom, top, and far if there is a far plane.
     std::span<const Eigen::Vector3d> normals() const {
         return std::span(normals_).first(static_cast<std::size_t>(plane_count_));
     }
-    /// Corners of the far plane relative to the eye, in order around the picture; 0 where there is none.
+    /// Corners of the far plane relative to the eye, in order around the picture; 0 if there is no far plane.
     const std::array<Eigen::Vector3d, 4>& far_corners() const { return far_corners_; }
 
     /// Tests the planes of state.mask, beginning with state.first. On `outside`, state.first becomes the plane that
@@ -86,12 +87,12 @@ public:
     Containment test_planes(const Aabb& box_world, PlaneState& state) const;
     Containment test_planes(const OrientedBox& box_world, PlaneState& state) const;
 
-    /// Whether the volume and a bounding volume have a common point, exactly up to the margin.
+    /// Whether the volume and a bounding volume have a common point; exact up to the margin.
     bool meets(const BoundingSphere& sphere_world) const;
     bool meets(const Aabb& box_world) const;
     bool meets(const OrientedBox& box_world) const;
 
-    /// Whether any triangle has a point in the volume, exactly up to the margin.
+    /// Whether any triangle has a point in the volume; exact up to the margin.
     /// Requires indices below the count of positions.
     ///
     /// Cost: linear in the triangles until one is found
@@ -122,7 +123,7 @@ private:
     std::array<Eigen::Vector3d, 4> far_corners_;
 };
 
-/// Region in which a renderer draws shadows; scenes use it to find the casters out of view.
+/// Direction of the sun, and range of the shadows that a renderer draws. Scenes use it to find the casters out of view.
 struct SunShadows {
     /// Towards the sun, finite and not zero; of any length.
     Eigen::Vector3d sun_direction = Eigen::Vector3d::UnitZ();
@@ -133,13 +134,12 @@ struct SunShadows {
 /// Whether the direction is valid and the distance is above 0 and at most 1e9 m.
 bool has_shadows(const SunShadows& shadows);
 
-/// The set of points from which an object can cast a shadow into a view: those whose ray away from the sun meets the
-/// part of the view within the shadow distance. It is the convex hull of that part, extruded to infinity towards the
-/// sun.
+/// The set of points from which an object can cast a shadow into a view: the view volume up to the shadow distance (a
+/// far plane), extruded to infinity towards the sun.
 ///
-/// Its planes are the view's planes that still bound it, and planes through an edge of the view parallel to the sun's
-/// direction. The tests are conservative, with a rounding margin of 1e-11 of the distance from the eye: they accept
-/// every bounding volume that meets the set, and some near its edges that do not.
+/// The set is bounded by the planes of the view that the extrusion does not cross, and by planes that contain an edge
+/// of the view and the sun's direction. The tests are conservative: they accept every bounding volume that meets the
+/// set, and some near its edges that do not. Comparisons have a rounding margin of 1e-11 of the distance from the eye.
 ///
 /// Threads: any number at once
 class CasterVolume {
@@ -167,18 +167,18 @@ private:
     bool meets(const Eigen::Vector3d& centre_eye, double size, const Extent& extent) const;
 
     WorldPos eye_;
-    double size_ = 0.0;  // of the view within the distance, metres
+    double size_ = 0.0;  // of the view up to the shadow distance, metres
     std::array<Plane, kMostPlanes> planes_;
     std::size_t plane_count_ = 0;
 };
 
 /// Test of bounding boxes against the view volume.
 enum class CullTest : std::uint8_t {
-    planes,  ///< one plane at a time: keeps some boxes outside the edges of the volume
+    planes,  ///< one plane at a time: accepts some boxes that are outside near an edge of the volume
     exact,   ///< separating axes where the planes do not decide
 };
 
-/// Temporal coherence of one viewer: the plane that last excluded each node of a CullTree. Affects only the cost.
+/// Cache of one viewer for CullTree::cull(): the plane that last excluded each node. Affects only the cost.
 struct CullMemory {
     std::vector<std::uint8_t> last_plane;  ///< [nodes]; resized by cull()
 };

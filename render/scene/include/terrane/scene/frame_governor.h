@@ -17,14 +17,14 @@ struct GovernorSettings {
 
 /// Finds the largest triangle budget that keeps frames within a time limit. Models the cost of a frame as a constant
 /// plus a part proportional to its triangles, and estimates both, and the variance of frame times, from past frames. A
-/// frame slower than this variance explains lowers the budget at once; if it was an outlier, the budget is restored
-/// after one frame. The budget grows in steps.
+/// frame that is slower than the variance explains lowers the budget at once; if the next frame shows that it was an
+/// outlier, the budget is restored. The budget grows in steps.
 ///
 /// Pictures then depend on timing: do not use it in replays.
 ///
 /// Sources: T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
-/// Complex Virtual Environments. SIGGRAPH 1993 (predicting the cost of a frame). K. Astrom, B. Wittenmark. Adaptive
-/// Control. 1995, section 2.2 (least squares with exponential forgetting).
+///          Complex Virtual Environments. SIGGRAPH 1993 (predicting the cost of a frame).
+///          K. Astrom, B. Wittenmark. Adaptive Control. 1995, section 2.2 (least squares with exponential forgetting).
 class FrameGovernor {
 public:
     /// Fails: invalid_argument, naming the field and its value, for settings out of range
@@ -37,8 +37,8 @@ public:
 
     /// Updates the model with a frame. A time that is not finite or not above 0 is ignored.
     ///
-    /// @param frame_ms  that the frame took, milliseconds
-    /// @param triangles  that it drew
+    /// @param frame_ms   duration of the frame, milliseconds
+    /// @param triangles  triangles that it drew
     /// @param wants_more whether a larger budget would have drawn more
     void add_frame(double frame_ms, std::size_t triangles, bool wants_more);
 
@@ -65,7 +65,7 @@ private:
         double proven = 0.0;
     };
     std::optional<Knowledge> before_surprise_;  // before the last frame, if that was a surprise
-    double variance_ = 0.0;  // of the logarithm of frame_ms over what the model expected
+    double variance_ = 0.0;                     // of log(frame_ms / predicted ms)
 };
 
 }  // namespace terrane

@@ -12,19 +12,18 @@ namespace terrane {
 
 /// Certified bounds of a frame's drawn ground relative to the true surface, see TerrainMesh.
 struct GroundError {
-    double refinable_px = 0.0;  ///< of TerrainMesh::refinable_error_px, >= 0
-    double finest_m = 0.0;      ///< of TerrainMesh::finest_error_m, metres, >= 0
+    double refinable_px = 0.0;  ///< bound of TerrainMesh::refinable_error_px, >= 0
+    double finest_m = 0.0;      ///< bound of TerrainMesh::finest_error_m, metres, >= 0
 };
 
 /// Occlusion by the ground as seen from one eye: for each of 1024 azimuth sectors and about 250 distance bins, the
 /// slope (rise over horizontal distance) below which everything farther away is behind the drawn ground.
 ///
 /// Conservative: if hides() is true, the frame's ground covers every pixel of the object, provided that holds_for() is
-/// true for the drawn mesh. Hidden means behind the drawn ground, hence behind the true surface wherever that is not
-/// lower than the drawn one. A hidden object may still cast a visible shadow.
+/// true for the drawn mesh. A hidden object is behind the true surface too. It may still cast a visible shadow.
 ///
-/// Hides nothing if the eye is outside the extent, below the ground or within near_distance of it, while a root square
-/// is not resident, beyond nodata or ground with volumes, and if the source is not certified.
+/// Hides nothing if the eye is outside the extent, below the ground or within near_distance of it, if a root square is
+/// not resident, or if the source is not certified. Nothing beyond nodata or ground with volumes is hidden.
 ///
 /// Threads: hides() any number at once; build() alone
 class HorizonMap {
@@ -34,11 +33,11 @@ public:
     HorizonMap& operator=(HorizonMap&&) noexcept;
     ~HorizonMap();
 
-    /// Rebuilds the map for a view over the resident chunks. The map hides nothing for an invalid view, a null set, and
-    /// errors that are NaN, infinite, negative, or, in pixels, a quarter of a radian or more.
+    /// Rebuilds the map for a view over the resident chunks. The map hides nothing if the view is invalid, the set is
+    /// null, an error is NaN, infinite or negative, or the refinable error plus one pixel is 0.25 radians or more.
     ///
-    /// @param largest upper limits of the frame's errors, which are not known before Triangulator::update(). One more
-    ///                pixel is allowed for rounding on the GPU
+    /// @param largest assumed upper limits of the frame's errors, which Triangulator::update() determines later. One
+    ///                pixel is added for rounding on the GPU
     ///
     /// Allocates: 1 MB at first
     /// Cost:      `scene_benchmark --benchmark_filter=horizon`
@@ -48,7 +47,7 @@ public:
     /// Whether the map is valid for a frame: the frame's errors are within the limits, and the eye is above the drawn
     /// ground. If not, restart the frame without the map. True if the map hides nothing.
     ///
-    /// @param mesh for the map's view and resident set
+    /// @param mesh mesh of the map's view and resident set
     ///
     /// Cost: O(triangles of the chunks below the eye)
     bool holds_for(const TerrainMesh& mesh) const;
@@ -59,8 +58,7 @@ public:
     /// Whether the map was built for this view and hides anything.
     bool is_of(const View& view) const;
 
-    /// Whether the visible part of a ball is entirely behind the ground. False if unknown, or if the ball is not
-    /// finite.
+    /// Whether the ground hides the part of a sphere that is in view. False if unknown, or if the sphere is not finite.
     bool hides(const BoundingSphere& sphere_world) const;
     /// The same for a box.
     bool hides(const Aabb& box_world) const;

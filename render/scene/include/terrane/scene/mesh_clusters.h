@@ -45,8 +45,8 @@ struct MeshCluster {
     /// The point centre + ahead * axis is in front of the planes of all triangles, metres.
     double ahead = 0.0;
     double perimeter_over_area =
-        0.0;                     ///< largest of a triangle's perimeter over twice its area, 1/m
-    double one_over_area = 0.0;  ///< largest of 1 over twice a triangle's area, 1/m^2
+        0.0;                     ///< largest ratio of a triangle's perimeter to twice its area, 1/m
+    double one_over_area = 0.0;  ///< 1 / (twice the smallest area of a triangle), 1/m^2
 };
 
 /// A mesh's triangles in clusters, for back-face culling by normal cones. Immutable.

@@ -41,8 +41,8 @@ public:
     /// @param from, to in the mesh's frame; nothing is met where they are not finite
     ///
     /// Cost:   O(log n) for most segments; O(n) at worst
-    /// Source: S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, without their
-    ///         double-precision fallback when an edge function is 0, which counts as a hit
+    /// Source: S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013. Deviation: an edge
+    ///         function of 0 counts as a hit, instead of being computed again at higher precision
     std::optional<MeshHit> ray(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
 private:
@@ -53,14 +53,14 @@ private:
 
 /// A level of detail of an object: a mesh or an impostor.
 struct ObjectLevel {
-    /// Upper bound of the geometric error, metres at scale 1, >= 0: the two-sided Hausdorff distance of a mesh, the
-    /// largest displacement of the picture of an impostor.
+    /// Upper bound of the geometric error, metres at scale 1, >= 0: for a mesh the two-sided Hausdorff distance, for an
+    /// impostor the largest displacement of its picture.
     double error_m = 0.0;
     std::uint32_t triangles = 0;   ///< of one instance, >= 1; 2 for an impostor
     std::uint32_t mesh_level = 0;  ///< MeshDraw::level; ignored where is_impostor
     bool is_impostor = false;      ///< drawn by ObjectModel::impostor
-    /// Whether it changes to the next level, also a mesh, by a geomorph instead of a cross-fade: one draw of this
-    /// level's triangles, whose vertices move (MeshLevel::morph_targets).
+    /// Whether the change to the next level is a geomorph instead of a cross-fade: one draw of this level's triangles,
+    /// whose vertices move (MeshLevel::morph_targets). Requires that both levels are meshes.
     bool morphs = false;
 };
 
@@ -72,14 +72,14 @@ struct ObjectModel {
     /// Finest first, at least one. Errors increase by at least a factor of 2 from level to level, the first may be 0;
     /// triangle counts decrease.
     std::vector<ObjectLevel> levels;
-    /// Geometric error of omitting the object, metres at scale 1, at least twice that of the last level; for instance
-    /// its height. Infinity: it is always drawn.
+    /// Geometric error of omitting the object, metres at scale 1; for instance the object's height. At least twice the
+    /// last level's error. Infinity: the object is always drawn.
     double absence_error_m = 0.0;
     /// The mesh for Scene::ray(), within the bounds; none: rays do not meet it.
     std::optional<MeshRays> rays = {};
-    /// Continuous levels of detail, which replace the meshes among `levels` for the nearest objects: the vertices and
-    /// the finest triangles are those of `mesh`, and no impostor is finer than a mesh. Scene reads only the sequence of
-    /// contractions, not the current level, which must not change meanwhile. Null: none.
+    /// Continuous levels of detail, which replace the meshes among `levels` for the nearest objects. Null: none. It
+    /// must have the vertices and finest triangles of `mesh`, and no impostor may be finer than a mesh. Scene reads
+    /// only the sequence of contractions; the current level must not change while Scene uses the model.
     std::shared_ptr<const ProgressiveMesh> continuous = {};
 
     /// Fails: invalid_argument, naming the level and the value, if a field violates its description

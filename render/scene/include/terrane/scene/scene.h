@@ -36,9 +36,10 @@ struct SceneSettings {
         CullTest::planes;  ///< for groups of objects; single objects are tested by planes
     double far_distance =
         std::numeric_limits<double>::infinity();  ///< no object is drawn beyond it, metres, > 0
-    /// Largest number of objects in a frame with continuous levels of detail (ObjectModel::continuous): those in view
-    /// with the most pixels per metre of their models; the others have discrete levels. An object keeps continuous
-    /// levels until another one exceeds it by an eighth. Each takes 12 bytes per triangle of its finest level. 0: none.
+    /// Largest number of objects per frame that are drawn with continuous levels of detail (ObjectModel::continuous):
+    /// those in view with the most pixels per metre of their models. The others have discrete levels. An object keeps
+    /// continuous levels until another one has an eighth more pixels per metre. Memory: 12 bytes per triangle of the
+    /// finest level, for each object. 0: none.
     std::size_t most_continuous = 16;
 };
 
@@ -46,11 +47,11 @@ struct SceneSettings {
 struct SceneCounts {
     std::size_t objects = 0;  ///< in the scene
     std::size_t in_view = 0;  ///< not culled
-    /// Culled because the ground hides them. All objects of a hidden cluster count, including those out of view or too
-    /// small.
+    /// Objects culled because the ground hides them. All objects of a hidden cluster count, including those out of view
+    /// or too small.
     std::size_t occluded = 0;
-    /// Share of the objects in view, and large enough to be drawn at the least threshold, that the ground hides, 0 to
-    /// 1: the benefit of a HorizonMap. All objects of a hidden cluster count.
+    /// occluded / (occluded + visible objects above least_threshold_px), 0 to 1: the benefit of a HorizonMap. An
+    /// estimate, because `occluded` counts whole clusters. 0 if no HorizonMap was used.
     double occluded_share = 0.0;
     std::size_t drawn = 0;  ///< objects in view that are drawn
     std::size_t left_out =
@@ -76,10 +77,10 @@ struct SceneHit {
     std::uint32_t triangle = 0;                         ///< of the model's mesh
 };
 
-/// Objects with levels of detail, placed in groups, such as the trees of a chunk. In each frame it culls them and draws
-/// the coarsest level of each whose screen error is within the frame's threshold. The screen error is the level's error
-/// divided by the distance from the eye to the object's bounding sphere, times pixels per radian. Omitting an object
-/// has an error too: the objects with the smallest are omitted first.
+/// A set of objects with levels of detail, placed in groups, such as the trees of a chunk. In each frame it culls the
+/// objects, and draws each at its coarsest level whose screen error is within the frame's threshold. The screen error
+/// is the level's error divided by the distance from the eye to the object's bounding sphere, times pixels per radian.
+/// An object is omitted if the error of its absence is within the threshold.
 ///
 /// One frame:
 ///
@@ -87,12 +88,13 @@ struct SceneHit {
 ///     const TerrainMesh mesh = triangulator.update(resident, view, demands);   // one budget
 ///     const SceneDraws draws = scene.end_frame(mesh.demand_threshold_px);
 ///
-/// The draws have at most as many triangles as the demands above the threshold. A frame is a function of the objects,
-/// the settings, the view and the threshold, with one exception: if more than SceneSettings::most_continuous objects
-/// qualify for continuous levels of detail, the choice among them depends on earlier frames.
+/// The draws have at most as many triangles as the demands with TriangleDemand::threshold_px above the frame's
+/// threshold. A frame is a function of the objects, the settings, the view and the threshold, with one exception: if
+/// more than SceneSettings::most_continuous objects qualify for continuous levels of detail, the choice among them
+/// depends on earlier frames.
 ///
-/// The screen error of a continuous level is also within the threshold, so that an object that gains or loses
-/// continuous levels changes by no more than the errors of its two levels.
+/// The screen error of a continuous level is also within the threshold: when an object gains or loses continuous
+/// levels, its picture changes by no more than the errors of the two levels.
 ///
 /// Threads: one at a time
 class Scene {
@@ -124,8 +126,8 @@ public:
     ///
     /// @param least_threshold_px lower limit of end_frame()'s threshold: objects whose error of absence is not above it
     ///                           cost nearly nothing. 0: no limit
-    /// @param shadows            end_frame() also returns the objects out of view whose shadows can fall into it, as
-    ///                           casters, at the levels that they would have in view; demands exclude them. None, or a
+    /// @param shadows            end_frame() also returns casters: objects out of view whose shadows can fall into the
+    ///                           view, at the levels that they would have in view. Demands exclude them. None, or a
     ///                           distance or direction out of range: no casters, at no cost
     /// @param horizon_map        also culls objects hidden by the ground; ignored if null or built for another view,
     ///                           and with shadows, because hidden objects may cast them
@@ -139,8 +141,8 @@ public:
 
     /// Chooses the levels of the objects of begin_frame(). Valid until the next call of either function.
     ///
-    /// @param threshold_px largest screen error of an object, pixels, > 0; infinity: nothing is drawn. Not below the
-    ///                     one given to begin_frame()
+    /// @param threshold_px largest screen error of an object, pixels, > 0 and >= least_threshold_px of begin_frame();
+    ///                     infinity: nothing is drawn
     ///
     /// Allocates: nothing once the buffers are large enough
     SceneDraws end_frame(double threshold_px);

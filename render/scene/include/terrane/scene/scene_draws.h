@@ -20,10 +20,10 @@ struct ObjectInstance {
     float scale = 1.0f;                 ///< > 0, of all three axes
     /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
     std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
-    /// Share of its pixels that is drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1). Positive:
-    /// pixels with a threshold below it. Negative: pixels with a threshold of at least 1 + coverage, so that c and c -
-    /// 1 together draw every pixel once. 1 to 2: every pixel is drawn, and the vertices of a level that morphs are
-    /// interpolated towards the next level with weight coverage - 1.
+    /// Share of the instance's pixels that is drawn, for cross-fades, -1 to 2. Each pixel has a threshold in [0, 1).
+    /// 0 to 1: draws pixels with a threshold below coverage. Negative: draws pixels with a threshold of at least
+    /// 1 + coverage, so that c and c - 1 together draw every pixel once. 1 to 2: draws every pixel; the vertices of a
+    /// level that morphs are interpolated towards the next level with weight coverage - 1.
     float coverage = 1.0f;
     std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of the colours
 };
@@ -47,7 +47,7 @@ struct ImpostorDraw {
 /// One object with its own triangles in this frame, for continuous levels of detail and geomorphs.
 struct StreamedDraw {
     MeshId mesh{};  ///< source of the vertices' attributes
-    /// [vertices of the mesh] positions in the object's frame, metres; empty: those of the mesh.
+    /// [vertices of the mesh] positions in the object's frame, metres; empty: the mesh's own.
     std::span<const Eigen::Vector3f> positions = {};
     std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
     std::uint32_t instance = 0;                              ///< in SceneDraws::instances

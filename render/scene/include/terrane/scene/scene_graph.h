@@ -46,7 +46,7 @@ struct SwitchNode {
     /// Criterion between two levels.
     enum class By : std::uint8_t {
         distance,  ///< limits are metres from the eye to the bounding sphere
-        error,  ///< limits are errors in metres of the coarser level: it is drawn below the frame's threshold in pixels
+        error,  ///< limit i is the error of level i + 1, metres: that level is drawn if it is within the frame's threshold
     };
     By by = By::error;  ///< quantity compared with the limits
     /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: the
@@ -107,8 +107,8 @@ struct NodeHit {
 };
 
 /// A tree of nodes with transforms, for articulated vehicles, smoke over a chimney and other objects that are not
-/// scattered by the thousand (see Scene for those). A node's bounds follow changes below it, and culling descends the
-/// tree by the bounds.
+/// scattered by the thousand (see Scene for those). A node's bounds contain its subtree and are updated after changes;
+/// culling skips subtrees whose bounds are out of view.
 ///
 /// Threads: one at a time
 class SceneGraph {
@@ -142,8 +142,8 @@ public:
     /// next non-const call. An invalid view draws nothing.
     ///
     /// @param threshold_px for switches by error
-    /// @param shadows      also returns the geometry out of view whose shadows can fall into it, as casters; counts()
-    ///                     excludes them. None, or a distance or direction out of range: no casters, at no cost
+    /// @param shadows      also returns casters: geometry out of view whose shadows can fall into the view; counts()
+    ///                     excludes it. None, or a distance or direction out of range: no casters, at no cost
     SceneDraws collect(const View& view, double threshold_px,
                        const std::optional<SunShadows>& shadows = {});
     /// Statistics of the last collect().
@@ -186,8 +186,8 @@ struct ChunkNodesCounts {
 ///     pager.update(cameras, bodies, time);
 ///     nodes.update(*pager.resident(), view.eye_world, graph);
 ///
-/// The nodes depend only on the sets and eyes passed to the updates. Between updates it keeps the chunks of its nodes
-/// alive: the next update frees chunks that the pager has evicted.
+/// The nodes depend only on the sets and eyes passed to the updates. ChunkNodes keeps the chunks of its nodes alive:
+/// a chunk that the pager has evicted is freed by the next update.
 ///
 /// Threads: one at a time, while no other uses the graph
 class ChunkNodes {
@@ -196,7 +196,7 @@ public:
     /// world axes. Everything that it has added is removed with the chunk, even if it fails.
     using Make = std::function<Result<void>(const Chunk& chunk, SceneGraph& graph, NodeId node)>;
 
-    /// @param parent parent of the nodes; its frame must be the world frame, as that of SceneGraph::root()
+    /// @param parent parent of the nodes; its frame must be the world frame, as for SceneGraph::root()
     ///
     /// Fails: invalid_argument, naming the field and its value, for settings out of range, or an empty function
     static Result<ChunkNodes> create(const ChunkNodesSettings& settings, NodeId parent, Make make);
@@ -210,7 +210,7 @@ public:
     ///
     /// Fails: as SceneGraph::add() or the function given to create(), for the first chunk that failed; the others are
     ///        populated nevertheless. A failed chunk is retried only after it has been evicted or replaced
-    /// Cost:  O(chunks of the level); O(1) if the set is that of the last update and no chunk waits
+    /// Cost:  O(chunks of the level); O(1) if the set is the same as in the last update and no chunk waits
     Result<void> update(const ResidentSet& resident, const WorldPos& eye_world, SceneGraph& graph);
 
     /// Removes all nodes. The next update creates them again.

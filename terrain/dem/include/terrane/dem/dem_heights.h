@@ -12,13 +12,14 @@
 
 namespace terrane {
 
-/// Where to cache the bounds that opening a raster computes. The key is a hash of the samples and the lattice: changed
-/// heights get new bounds, and a moved or copied raster finds its own. Rasters below 2^16 samples are not cached.
+/// Where to cache the bounds that opening a raster computes. The key of an entry is a hash of the samples and the
+/// lattice: changed heights get new bounds, and a moved raster finds them in `folder`. Rasters with fewer than 2^16
+/// samples are not cached.
 struct DemCache {
     /// Location of the cache.
     enum class Place {
         none,    ///< no cache
-        beside,  ///< in the raster's folder, as RASTER.xxxxxxxx.terrane-bounds; else in `folder`
+        beside,  ///< RASTER.xxxxxxxx.terrane-bounds next to the raster; `folder` if that fails
         folder,  ///< in `folder`, which is created if absent
     };
     Place place = Place::none;  ///< location of the cache
@@ -27,11 +28,11 @@ struct DemCache {
 
 /// Settings of DemHeights::open(). Fixed once the source is open.
 struct DemSettings {
-    /// Upper limit of the lattice's finest spacing, metres; 0: the raster's cell. If cells are square metres, the
-    /// spacing is the cell over a power of two, so that samples are lattice points.
+    /// Upper limit of the lattice's finest spacing, metres; 0: the raster's cell. If cells are square in metres, the
+    /// spacing is the cell's side divided by a power of two, so that samples are lattice points.
     double finest_spacing = 0.0;
-    /// If cells are square metres, factor by which the spacing may exceed `finest_spacing`, 1 to 2. The square root of
-    /// 2 selects the halving of the cell whose ratio to `finest_spacing` is nearest to 1.
+    /// Factor by which the spacing may exceed `finest_spacing` if cells are square in metres, 1 to 2. With the square
+    /// root of 2, the spacing is the one whose ratio to `finest_spacing` is nearest to 1.
     double spacing_tolerance = 1.0;
     /// Seed of fractal detail below the raster's resolution; absent: no detail.
     std::optional<std::uint64_t> detail_seed;
@@ -41,13 +42,13 @@ struct DemSettings {
     DemCache cache = {};
 
     /// Memory limit for opening the raster and for the source, bytes; rasters that need more are refused before they
-    /// are read. About 1 byte per sample, 4 more for each of the first 64 million samples, and about 200 MiB; scattered
-    /// nodata takes up to 10 bytes per sample. Not included: GDAL's cache, a twentieth of the machine's memory unless
-    /// GDAL_CACHEMAX is set.
+    /// are read. A raster needs about 200 MiB, 1 byte per sample, and 4 more bytes per sample (128 MiB if it has over
+    /// 64 million samples); scattered nodata needs up to 10 bytes per sample. Not included: GDAL's cache, a twentieth
+    /// of the machine's memory unless GDAL_CACHEMAX is set.
     std::size_t memory_bytes = std::size_t{2} << 30;
-    /// Timeout for opening the file, and for reading about four million samples of it, seconds, > 0; then the opening
-    /// or read fails with timed_out. Infinite: no limit. After a timeout the thread continues, and the process exits
-    /// without running destructors of static objects.
+    /// Timeout for opening the file, and for reading each strip of about four million samples, seconds, > 0; the
+    /// opening or read then fails with timed_out. Infinite: no limit. After a timeout the blocked thread continues, and
+    /// the process exits without running destructors of static objects.
     double read_timeout = 60.0;
     /// Called with the completed share of the opening, 0 to 1, not decreasing; returning false cancels it. Called from
     /// several threads, one at a time. May be empty.
@@ -78,14 +79,14 @@ struct DemInfo {
 };
 
 /// Surveyed heights: the bilinear surface of a raster that GDAL reads. World (0, 0) is the centre of the raster's outer
-/// edges. Cells in degrees are converted to metres by constant factors east and north, those at the centre: lines stay
-/// lines, and samples stay on a grid.
+/// edges. Cells in degrees are converted to metres by two constants, the lengths of a degree east and north at the
+/// centre: lines stay lines, and samples stay on a grid.
 ///
 /// Enclosed voids are filled smoothly and flagged; nodata connected to the border, and everything beyond the border, is
 /// outside. NaN and infinite samples are nodata.
 ///
-/// Bounds hold for the file's own numbers, times scale, plus offset, whatever the band's type: they include the
-/// rounding of samples to 32 bits, and that of doubles (64-bit integers, offsets that cancel).
+/// Bounds hold for the file's exact numbers times scale plus offset, whatever the band's type: they include the
+/// rounding of samples to 32 bits, and of 64-bit integers and cancelling offsets to double.
 ///
 /// Rasters that do not fit into memory are read by window.
 class DemHeights {
@@ -94,15 +95,14 @@ public:
 
     /// Opens a raster, with one pass over it for its bounds.
     ///
-    /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a raster that is empty, has a
-    ///        single sample or no valid sample, for a sample beyond kMostHeight, which is named with its position, for
-    ///        complex numbers, cells without area or more than 32 times as long as wide, and degrees that extend beyond
-    ///        a pole or so near it that scale_error is above 9; invalid_argument for settings out of range;
-    ///        out_of_memory above memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by
-    ///        `progress`. The message names the file.
-    /// Cost:  linear in the samples; if cells are not square, in the points of the lattice, whose number per sample is
-    ///        the ratio of the cell's longer side to the shorter. One more pass over the file for 32-bit integers and
-    ///        64-bit numbers
+    /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a raster with fewer than 2 x 2
+    ///        samples or no valid one, a sample beyond kMostHeight (the message gives its position), complex numbers,
+    ///        cells without area or more than 32 times as long as wide, and a geographic raster that extends beyond a
+    ///        pole or has a scale_error above 9; invalid_argument for settings out of range; out_of_memory above
+    ///        memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by `progress`. The
+    ///        message names the file.
+    /// Cost:  linear in the samples. If cells are not square, also in the ratio of a cell's longer side to its shorter
+    ///        one. A second pass over the file for bands of 32-bit integers or 64-bit numbers
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             const DemSettings& settings,
                                                             DemInfo* info_out = nullptr);

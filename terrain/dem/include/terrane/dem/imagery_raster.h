@@ -13,13 +13,13 @@ namespace terrane {
 
 /// Settings of ImageryRaster::open(). Fixed once the raster is open.
 struct ImageryRasterSettings {
-    /// Indices, from 1, of the red, green and blue bands, or of one grey band. Empty: the bands with these colour
-    /// interpretations, else the first three, else the first as grey or with its palette.
+    /// Indices, from 1, of the red, green and blue bands, or of one grey band. Empty: the bands that the file declares
+    /// as red, green and blue, else the first three, else the first as grey or with its palette.
     std::vector<int> bands = {};
     /// Georeferences the raster relative to the DEM whose DemHeights::open() returned this; a raster in another CRS is
     /// reprojected. Absent, or without a CRS: world (0, 0) is the centre of the raster.
     std::optional<DemInfo> aligned_with = {};
-    /// Timeout for opening the file and for reading a square, seconds, > 0: as DemSettings::read_timeout.
+    /// Timeout for opening the file and for reading a square of imagery, seconds, > 0: as DemSettings::read_timeout.
     double read_timeout = 60.0;
 };
 
@@ -44,7 +44,7 @@ public:
     /// Fails: io if it cannot be opened, and for pipes and devices; bad_data for bands that are not 8-bit, cells
     ///        without area, and a CRS that cannot be converted to the DEM's; invalid_argument for settings out of range
     ///        and bands that the file does not have; timed_out after read_timeout. Messages name the file
-    /// Cost:  that of opening the file
+    /// Cost:  opening the file; no samples are read
     static Result<std::shared_ptr<const ImagerySource>> open(
         const std::string& path, const ImageryRasterSettings& settings = {},
         ImageryRasterInfo* info_out = nullptr);

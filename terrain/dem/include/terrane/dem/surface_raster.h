@@ -14,15 +14,15 @@ namespace terrane {
 
 /// Meaning of the numbers in a surface raster.
 enum class SurfaceNumbers {
-    material,  ///< friction, 0 to 1e6, stored as floats; the other properties are the defaults
-    friction,  ///< friction itself, 0 to 1e6, held as floats; the rest is that of the defaults
+    material,  ///< a material, an integer from 0 to 4294967294: see SurfaceRasterSettings::materials
+    friction,  ///< the friction, 0 to 1e6, rounded to float; other properties are the defaults'
 };
 
 /// Settings of SurfaceRaster::open(). Fixed once the raster is open.
 struct SurfaceRasterSettings {
     SurfaceNumbers numbers = SurfaceNumbers::material;  ///< meaning of the raster's first band
-    /// Properties of the materials, identified by SurfaceProperties::material, in any order. An unlisted material has
-    /// the friction and restitution of the defaults. Empty if the numbers are friction.
+    /// Properties of the materials, each identified by its SurfaceProperties::material, in any order. A material that
+    /// is not listed has the friction and restitution of the defaults. Must be empty if the numbers are friction.
     std::vector<SurfaceProperties> materials = {};
     /// Properties at nodata and beyond the raster.
     SurfaceProperties defaults = {};
@@ -30,14 +30,14 @@ struct SurfaceRasterSettings {
     /// Georeferences the raster relative to the DEM whose DemHeights::open() returned this. Both must have the same
     /// CRS, by name. Absent: see `rect`.
     std::optional<DemInfo> aligned_with = {};
-    /// Position of the raster's outer edges in world metres, overriding its georeferencing. Absent, and without
-    /// `aligned_with`: as of a DEM, with world (0, 0) at their centre.
+    /// Position of the raster's outer edges in world metres; replaces its georeferencing. If this and `aligned_with`
+    /// are absent, the raster is placed as a DEM: world (0, 0) is the centre of its outer edges.
     std::optional<WorldRect> rect = {};
 
     /// Memory limit for opening the raster and for the map, bytes; rasters that need more are refused before they are
     /// read. 4 bytes per sample, and up to 100 MiB while reading; GDAL's cache is not included.
     std::size_t memory_bytes = std::size_t{2} << 30;
-    /// Timeout for opening the file, and for reading about four million samples of it, seconds, > 0: as
+    /// Timeout for opening the file, and for reading each strip of about four million samples, seconds, > 0: as
     /// DemSettings::read_timeout.
     double read_timeout = 60.0;
 };
@@ -64,8 +64,8 @@ public:
     /// Opens and reads a raster, from its first row to its last. A single sample is sufficient.
     ///
     /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a sample that is not an
-    ///        integer from 0 to 4294967294 (material) or not a valid friction, which is named with its position, for
-    ///        complex numbers, and for the geometries that DemHeights::open() refuses; invalid_argument for settings
+    ///        integer from 0 to 4294967294 (material) or not a valid friction (the message gives its position), complex
+    ///        numbers, and the geometries that DemHeights::open() refuses; invalid_argument for settings
     ///        out of range, a material listed twice, materials listed for friction, both `aligned_with` and `rect`, and
     ///        a CRS that differs from the DEM's or has no name; out_of_memory above memory_bytes, or if the system has
     ///        less; timed_out after read_timeout. Messages about the raster name the file.

@@ -15,8 +15,8 @@ namespace terrane {
 struct BakeSettings {
     /// Number of levels to bake, from the root squares down; 0: all.
     int level_count = 0;
-    /// Part of the world to bake, metres, extended to whole root squares of the store, which are the largest chunks no
-    /// larger than the region. Absent: the whole world.
+    /// Part of the world to bake, metres, extended to whole root squares of the store. Absent: the whole world. The
+    /// root squares of the store are chunks of the source, of the finest level that is not smaller than the region.
     std::optional<WorldRect> region = std::nullopt;
     int worker_count = 0;  ///< threads; 0: as many as the machine has. Does not affect the file.
     /// Any bytes, at most 2^20. Stored, and part of the sha.
@@ -29,8 +29,8 @@ struct BakeSettings {
 struct StoreInfo {
     std::int64_t chunk_count = 0;  ///< chunks in the file
     std::uint64_t bytes = 0;       ///< size of the file
-    /// Certified bound of the vertical distance between the surface of the finest baked level and the true surface of
-    /// the source, over all ground, metres.
+    /// Certified bound of the vertical distance between the triangles of the finest baked level and the source's true
+    /// surface, over all ground, metres.
     double max_error_m = 0.0;
     /// SHA-256 of the content, 64 hexadecimal digits: independent of the machine, the number of threads and the version
     /// of the compressor.
@@ -40,10 +40,10 @@ struct StoreInfo {
 
 /// A file with all chunks of a world and their certified bounds, baked from any source; itself a height source.
 ///
-/// Its chunks, and so the meshes of its levels, are those of the baked source bit for bit. Its true surface is the
-/// triangulation of its finest level: height() returns that, and bounds and intervals hold for it as well as for the
-/// baked surface. rise_bound() is that of the baked surface; over more than a spacing the triangulation may rise by 2
-/// max_error_m more. Beyond the world the surface repeats the border.
+/// Its chunks, and so the meshes of its levels, are bit for bit those of the baked source. Its true surface is the
+/// triangulation of its finest level, which height() returns; bounds and intervals hold for the triangulation and for
+/// the baked surface. rise_bound() holds for the baked surface, and up to a distance of one spacing also for the
+/// triangulation, which may rise by 2 max_error_m more over longer distances. Beyond the world the border is repeated.
 ///
 /// The file format is described in docs/store.md.
 class ChunkStore {
@@ -53,15 +53,15 @@ public:
     /// Makes all chunks of a source and writes them. The file appears, or is replaced, atomically when it is complete.
     ///
     /// Fails: invalid_argument for settings out of range, or a world of more than 2^26 chunks; cancelled; io if the
-    ///        file cannot be written; as make_chunk(). No file is left then.
-    /// Cost:  that of all chunks: about 10 ms per chunk and thread. Memory: 0.5 MB per thread, and 64 bytes per chunk.
+    ///        file cannot be written; as make_chunk(). No partial file is left then.
+    /// Cost:  making all chunks: about 10 ms per chunk and thread. Memory: 0.5 MB per thread, and 64 bytes per chunk.
     static Result<StoreInfo> bake(const HeightSource& source, const std::string& path,
                                   const BakeSettings& settings);
 
     /// Opens a store. Chunks are read and checked on demand, on any thread, without locks.
     ///
-    /// Fails: io if it cannot be read; bad_data if it is not a store, of another version, or damaged
-    /// Cost:  that of its directory, about 64 bytes per chunk
+    /// Fails: io if it cannot be read; bad_data if it is not a store, has another version, or is damaged
+    /// Cost:  reads the directory, about 64 bytes per chunk
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             StoreInfo* info_out = nullptr);
 

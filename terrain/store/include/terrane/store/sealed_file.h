@@ -45,15 +45,15 @@ private:
 /// The type of a sealed file: four characters, and a version that changes with the meaning of its bytes.
 struct SealedKind {
     std::array<char, 4> name{};  ///< first bytes of the file
-    std::uint32_t version = 0;   ///< of the format
+    std::uint32_t version = 0;   ///< version of the format
     friend bool operator==(const SealedKind&, const SealedKind&) = default;
 };
 
 /// Writes a file atomically: under a unique name in the same folder, flushed to the disk, then renamed. If several
 /// programs write the same file at once, the last one wins; readers see one complete file or the other.
 ///
-/// The file: a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end. Header and
-/// directory have checksums; the directory may contain those of records.
+/// The file consists of a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end.
+/// Header and directory have checksums; checksums of records are left to the caller's directory.
 class SealedWriter {
 public:
     /// Fails: io
@@ -88,8 +88,8 @@ class SealedReader {
 public:
     /// Opens a file; reads and checks its header and directory.
     ///
-    /// Fails: io if it cannot be opened or read; bad_data if it is not a sealed file, of another kind or version,
-    ///        truncated, or damaged
+    /// Fails: io if it cannot be opened or read; bad_data if it is not a sealed file, has another kind or version, or
+    ///        is truncated or damaged
     static Result<SealedReader> open(const std::string& path, const SealedKind& kind);
     /// Whether a file starts like a sealed file of a kind, of any version. False if it cannot be read.
     static bool is_kind(const std::string& path, std::string_view name);
@@ -122,10 +122,10 @@ private:
 
 /// Compresses bytes; deterministic for one version of zstd.
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
-/// Decompresses a record into at most content_out.size() bytes, and returns their number. Fails: bad_data if there are
-/// more, or the record is damaged
+/// Decompresses a record into content_out, and returns the number of bytes.
+/// Fails: bad_data if content_out is too small, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
-ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< as by ContentHasher
+ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< hash of the bytes: ContentHash
 
 }  // namespace terrane

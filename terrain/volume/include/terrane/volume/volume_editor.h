@@ -25,14 +25,14 @@ struct VolumeEditorSettings {
     int undo_depth = 8;
 };
 
-/// Counts of a VolumeEditor since its creation, except the first two.
+/// State of a VolumeEditor (the first two members) and counts since its creation.
 struct VolumeEditorStats {
     std::size_t waiting = 0;      ///< changes that are not in force yet
     std::uint32_t in_force = 0;   ///< number of the last change in force
-    std::uint64_t failed = 0;     ///< failed attempts to prepare a change, repeated: last_failure()
+    std::uint64_t failed = 0;     ///< failed attempts to prepare a change: see last_failure()
     std::uint64_t postponed = 0;  ///< updates whose chunks did not fit below the pager's ceiling
     std::uint64_t completed =
-        0;  ///< chunks that were loaded while a change was being prepared, and were made again
+        0;  ///< chunks loaded while a change to them was being prepared, and then made again
     std::uint64_t files_read = 0;  ///< chunk files that were read instead of applying edits again
     std::uint64_t files_refused =
         0;  ///< chunk files refused as damaged, foreign or newer; their chunks were made from the log
@@ -43,20 +43,21 @@ struct VolumeEditorStats {
 
 /// Digs and fills while a simulation runs.
 ///
-/// dig(), fill() and undo() are *changes*, numbered 1, 2, ... They check their arguments and return. The owner calls
-/// update() once a frame, which passes the changes to a worker thread: it applies each shape to the level sets of the
-/// tiles that it touches, contours these tiles, and makes new chunks in place of the resident ones. A later update()
-/// brings all finished changes into force at once, in the resident set of the pager's next update, so that neighbouring
-/// chunks always agree. Chunks loaded afterwards include them. A chunk that several waiting changes touch is made once.
+/// dig(), fill() and undo() submit *changes*, numbered 1, 2, ... They check their arguments and return. The owner calls
+/// update() once a frame, which passes the changes to a worker thread. The worker applies each shape to the level sets
+/// of the tiles that it touches, contours these tiles, and makes new chunks in place of the resident ones. A later
+/// update() brings all finished changes into force at once, in the resident set of the pager's next update, so that
+/// neighbouring chunks always agree. Chunks loaded afterwards include the changes. A chunk that several waiting changes
+/// touch is made once.
 ///
-/// Chunks made but not yet in force are under no ceiling; level sets and contours have a limit of their own.
+/// No ceiling limits chunks that are made but not yet in force; memory_bytes limits level sets and contours.
 ///
 ///     editor.dig(VolumeSphere{2.0}, pose);
 ///     editor.update(pager);             // each frame
 ///     pager.update(cameras, bodies, t); // resident() has what update() brought into force
 ///
-/// A chunk depends only on the volumes of the source and the edits in force, in their order: its bits are the same
-/// whenever and on whichever thread it was made, resident meanwhile or not.
+/// A chunk depends only on the volumes of the source and on the edits in force, in their order. Its bits do not depend
+/// on when or on which thread it was made, or on whether it was resident meanwhile.
 ///
 /// Threads: one owner calls everything. One editor and one pager per source.
 class VolumeEditor {
@@ -88,20 +89,19 @@ public:
     /// Unites a shape with the solid; otherwise as dig().
     Result<std::uint32_t> fill(const VolumeShape& shape, const Pose& world_from_shape);
 
-    /// Undoes the last dig or fill that has not been undone, in force or not. This is a change with a number of its
-    /// own.
+    /// Undoes the last dig or fill that has not been undone, in force or not. The undo is a change with its own number.
     ///
     /// Fails: invalid_argument if there is none
     Result<std::uint32_t> undo();
 
     /// Starts all changes submitted so far, and brings into force, in order, those whose chunks are finished. Call it
-    /// once a frame, between the pager's updates. A change waits while a chunk that it touches, loaded in the meantime,
-    /// is still being made, and while new chunks do not fit below the pager's ceiling, until others have been evicted.
+    /// once a frame, between the pager's updates. A change waits while one of its chunks, loaded in the meantime, is
+    /// still being made, and until evictions let its new chunks fit below the pager's ceiling.
     ///
     /// Returns: the number of the last change in force
-    /// Cost:    O(chunks swapped); with worker_count = 0 also that of making them
+    /// Cost:    O(chunks swapped); with worker_count = 0 also the making of the chunks
     std::uint32_t update(Pager& pager);
-    /// The same before any pager has loaded from the source; blocks until all changes are in force.
+    /// As above, before any pager has loaded from the source; blocks until all changes are in force.
     std::uint32_t update();
 
     /// Blocks until the work that update() started is finished; the next update() brings it into force. Not for use in
@@ -112,7 +112,7 @@ public:
     /// changed since their file was written and whose level sets are held. Blocks: not for use in a frame.
     ///
     /// Fails: invalid_argument without a folder; io, for example if the disk is full: log and files are then as before,
-    ///        and the next call tries again. Chunk files only save time: nothing is lost without one.
+    ///        and the next call tries again. A missing chunk file costs only time: the chunk is made from the log.
     Result<void> save();
 
     /// Counts so far.

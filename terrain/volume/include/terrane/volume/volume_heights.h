@@ -14,8 +14,8 @@ namespace internal {
 class EditedVolumes;
 }  // namespace internal
 
-/// A heightfield with volumes, as the source of a pager. Heights, samples and bounds are those of the heightfield;
-/// chunks of the finest level that volumes touch have a Chunk::solid.
+/// A heightfield with volumes, as the source of a pager. Heights, samples and bounds are those of the heightfield. A
+/// chunk of the finest level has a Chunk::solid if volumes touch it.
 ///
 /// Volumes are contoured at the terrain's finest level, which is also the contact level: the surface drawn near the eye
 /// is the one that bodies touch. A VolumeEditor may dig and fill while other threads read.
@@ -37,15 +37,15 @@ public:
 
     /// Includes the surfaces of volumes.
     HeightInterval interval(const WorldRect& rect) const override;
-    /// Chunks of the finest level that volumes touch; others as stored by the heightfield.
+    /// Makes the chunks of the finest level that volumes touch; gets others from the heightfield.
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override;
     /// Whether a point is inside a volume or within a quarter of the finest spacing of one. Digs and fills at run time
     /// are ignored.
     bool is_in_volume(double x, double y, double z) const override;
-    /// Estimated from the area of the volumes' surfaces, or the size the chunk had when it was last made, if that was
-    /// larger.
+    /// The chunk's size when it was last made if it has edits; else an estimate from the area of the volumes' surfaces,
+    /// or that size if larger.
     std::size_t max_chunk_bytes(const ChunkKey& key) const override;
     /// Whether no change that touches the chunk has come into force since it was made.
     bool is_current(const Chunk& chunk) const override;

@@ -67,7 +67,7 @@ struct VolumeOperation {
     VolumeOp op = VolumeOp::remove;  ///< remove or add
     VolumeShape shape = {};          ///< the shape
     Pose world_from_shape = {};      ///< pose of the shape
-    /// Wanted distance between samples of the level set, metres, > 0. The terrain level with the nearest spacing is
+    /// Requested distance between samples of the level set, metres, > 0. The terrain level with the nearest spacing is
     /// used (see Volumes).
     double voxel = 0.5;
 

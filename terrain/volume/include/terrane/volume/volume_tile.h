@@ -42,8 +42,8 @@ struct VolumeVertexKey {
 struct VolumeContour {
     VolumeTileKey key;                  ///< the tile
     std::vector<VolumeVertexKey> keys;  ///< of each vertex
-    /// [keys] metres, world: a function of the key, the heights at its two lines and the operations near them, so that
-    /// tiles agree bit for bit.
+    /// [keys] metres, world. A position depends only on its key, on the heights at the key's two lines and on the
+    /// operations near them, so that tiles agree bit for bit.
     std::vector<WorldPos> positions_world;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of vertices
     std::vector<SolidPart> surfaces;                      ///< of each triangle
@@ -53,15 +53,15 @@ struct VolumeContour {
     /// For the western, eastern, southern and northern side: triangles in the side's vertical plane that close the
     /// surface as if there were no volumes beyond. Indices of vertices; empty unless requested.
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps;
-    /// Largest diameter of a tetrahedron that the surface passes through, metres. Each triangle shares its tetrahedron
-    /// with a part of the true surface.
+    /// Error bound, metres: the largest diameter of a tetrahedron that the surface passes through, because each
+    /// triangle shares its tetrahedron with a part of the true surface.
     double error_m = 0.0;
     std::uint64_t layer_count = 0;  ///< prisms of one spacing that were visited
 };
 
-/// The level sets of one tile: for every node near a surface, signed distances to what operations made void and to what
-/// they made solid; farther away, signs only. Later operations are applied in place, at a cost independent of the
-/// number of earlier ones.
+/// The level sets of one tile: for every node near a surface, the signed distances to the space that operations made
+/// void and to the space that they made solid; farther away, only their signs. Later operations are applied in place,
+/// at a cost independent of the number of earlier ones.
 ///
 /// Depends only on the operations and the tile's own heights; two tiles have the same values at shared nodes.
 ///
@@ -120,14 +120,14 @@ public:
     NodeDistances distances(int column, int row, std::int32_t k) const;
     /// World position of a node, with the same bits in all tiles.
     WorldPos position(int column, int row, std::int32_t k) const;
-    /// [33 * 33] as given to create().
+    /// [33 * 33] heights as passed to create().
     std::span<const std::int32_t> heights() const;
     /// World position of a sample of the heightfield.
     WorldPos ground(int column, int row) const;
 
-    /// Which tile.
+    /// Index of the tile.
     const VolumeTileKey& key() const;
-    /// Metres between its nodes.
+    /// Distance between neighbouring nodes of a line, metres.
     double spacing() const;
 
     /// Bytes of the level sets.

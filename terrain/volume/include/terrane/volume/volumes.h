@@ -32,17 +32,17 @@ struct VolumeTileKey {
     friend constexpr auto operator<=>(const VolumeTileKey&, const VolumeTileKey&) = default;
 };
 
-/// The part of a volume over one tile that it may touch.
+/// A volume's part over one of the tiles that the volume may touch.
 struct VolumeTilePart {
     VolumeTileKey key;       ///< the tile
     HeightInterval heights;  ///< interval of world z that encloses the part, metres
-    double area = 0.0;  ///< surface area of the boxes around the volume's pieces in the tile, m^2
+    double area = 0.0;       ///< total surface area of the boxes around its pieces, m^2
 };
 
 /// Settings of sampled level sets.
 struct VolumeSettings {
-    /// Memory limit of the level set of one mesh or file, bytes. Estimated before it is made, and checked again
-    /// afterwards.
+    /// Memory limit of the level set of one mesh or file, bytes. Checked by an estimate before the level set is made,
+    /// and by its size afterwards.
     std::size_t memory_bytes = std::size_t{1} << 30;
     /// The level whose spacing is the distance between samples; absent: chosen from the voxels, see Volumes.
     std::optional<int> level = std::nullopt;
@@ -103,8 +103,8 @@ private:
 /// every point above it that is solid.
 ///
 /// Volumes are contoured at one level of the terrain, the *pinned level*: by default the one whose spacing is nearest,
-/// as a ratio, to the finest wanted voxel; VolumeSettings::level overrides it. Its samples are the heights of the
-/// heightfield.
+/// as a ratio, to the finest requested voxel; VolumeSettings::level overrides it. The contours use the heightfield's
+/// samples of that level.
 ///
 /// Immutable, cheap to copy. Threads: any number.
 class Volumes {
@@ -129,15 +129,15 @@ public:
     /// The operations in their order.
     std::span<const PlacedVolume> operations() const;
 
-    /// 128-bit hash of lattice, level and operations, which saved edits are tied to. A VolumeFile contributes its path,
-    /// grid name and size of its level set, not its voxels.
+    /// 128-bit hash of lattice, level and operations; saved edits are valid only for the same one. A VolumeFile
+    /// contributes its path, its grid name and the size of its level set, but not its voxels.
     std::array<std::uint64_t, 2> fingerprint() const;
 
     /// The tiles that volumes may touch, sorted; other tiles are the heightfield alone.
     std::span<const VolumeTileKey> tiles() const;
     /// Indices of the operations that may touch a tile, ascending; empty for other tiles. Cost: O(log tiles)
     std::span<const std::uint32_t> operations_at(const VolumeTileKey& key) const;
-    /// The parts of these operations over the tile, in the same order.
+    /// The parts over a tile of the operations in operations_at(), in the same order.
     std::span<const VolumeTilePart> parts_at(const VolumeTileKey& key) const;
 
 private:
@@ -146,7 +146,7 @@ private:
     std::shared_ptr<const State> state_;
 };
 
-/// The level of a lattice whose spacing is nearest, as a ratio, to a wanted voxel. Requires voxel > 0.
+/// The level of a lattice whose spacing is nearest, as a ratio, to a requested voxel. Requires voxel > 0.
 int pinned_level(const Lattice& lattice, double voxel);
 
 }  // namespace terrane
