@@ -8,12 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <span>
-#include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,72 +24,60 @@ CrowdLayout layout_of(std::size_t count, CrowdScheme scheme) {
     return layout;
 }
 
-TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
-    for (const double deviation : {0.0, 3.0}) {
-        CrowdLayout layout = layout_of(300, CrowdScheme::brute);
-        layout.share = 0.1;
+TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
+    struct Sizes {
+        double spread = 1.0, power = 0.0, aspect = 1.0, detail_deviation = 1.0;
+    };
+    std::size_t touching = 0;
+    for (const auto& [spread, power, aspect, deviation] :
+         {Sizes{}, Sizes{.aspect = 100.0}, Sizes{.spread = 100.0},
+          Sizes{.spread = 100.0, .aspect = 100.0}, Sizes{.spread = 100.0, .power = 2.5},
+          Sizes{.spread = 100.0, .power = 2.5, .aspect = 100.0}, Sizes{.detail_deviation = 0.0},
+          Sizes{.detail_deviation = 3.0}}) {
+        SCOPED_TRACE(testing::Message()
+                     << spread << " " << power << " " << aspect << " " << deviation);
+        CrowdLayout layout = layout_of(200, CrowdScheme::brute);
+        layout.share = 0.2;
+        layout.size_spread = spread;
+        layout.size_power = power;
+        layout.aspect = aspect;
         layout.detail_deviation = deviation;
         Crowd expected(layout);
-        layout.scheme = CrowdScheme::sap;
-        Crowd sap(layout);
-        layout.scheme = CrowdScheme::grid;
-        Crowd grid(layout);
-        layout.scheme = CrowdScheme::two_scene;
-        Crowd two_scene(layout);
-        layout.scheme = CrowdScheme::hashed;
-        Crowd hashed(layout);
-        layout.scheme = CrowdScheme::dense;
-        Crowd dense(layout);
-        std::size_t touching = 0;
-        for (int step = 0; step < 40; ++step) {
+        std::vector<Crowd> crowds;
+        for (const CrowdScheme scheme :
+             {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene, CrowdScheme::hashed,
+              CrowdScheme::dense}) {
+            layout.scheme = scheme;
+            crowds.emplace_back(layout);
+        }
+        std::size_t pairs = 0;
+        for (int step = 0; step < 10; ++step) {
             const CrowdTotals brute = expected.query();
-            EXPECT_EQ(brute.candidates, 300u * 299u / 2u);
+            EXPECT_EQ(brute.candidates, 200u * 199u / 2u);
+            pairs += brute.pairs;
             touching += brute.touching;
-            for (Crowd* crowd : {&sap, &grid, &two_scene, &hashed, &dense}) {
-                const CrowdTotals query = crowd->query();
+            for (Crowd& crowd : crowds) {
+                const CrowdTotals query = crowd.query();
                 ASSERT_EQ(query.pairs, brute.pairs) << step;
                 ASSERT_EQ(query.touching, brute.touching) << step;
-                ASSERT_LT(query.candidates, brute.candidates / 4);
-                crowd->move(0.3);
+                crowd.move(0.3);
             }
             expected.move(0.3);
         }
-        EXPECT_GT(touching, 1000u);
+        EXPECT_GT(pairs, 100u);
     }
+    EXPECT_GT(touching, 300u);
 }
 
-TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
-    using Sizes = std::pair<double, double>;  // spread and power
-    for (const auto& [spread, power] : {Sizes(1.0, 0.0), Sizes(100.0, 0.0), Sizes(100.0, 2.5)}) {
-        for (const double aspect : {1.0, 100.0}) {
-            CrowdLayout layout = layout_of(200, CrowdScheme::brute);
-            layout.share = 0.2;
-            layout.size_spread = spread;
-            layout.size_power = power;
-            layout.aspect = aspect;
-            Crowd expected(layout);
-            std::vector<Crowd> crowds;
-            for (const CrowdScheme scheme :
-                 {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene, CrowdScheme::hashed,
-                  CrowdScheme::dense}) {
-                layout.scheme = scheme;
-                crowds.emplace_back(layout);
-            }
-            std::size_t pairs = 0;
-            for (int step = 0; step < 10; ++step) {
-                const CrowdTotals brute = expected.query();
-                pairs += brute.pairs;
-                for (Crowd& crowd : crowds) {
-                    const CrowdTotals query = crowd.query();
-                    ASSERT_EQ(query.pairs, brute.pairs)
-                        << spread << " " << power << " " << aspect << " " << step;
-                    ASSERT_EQ(query.touching, brute.touching)
-                        << spread << " " << power << " " << aspect << " " << step;
-                    crowd.move(0.3);
-                }
-                expected.move(0.3);
-            }
-            EXPECT_GT(pairs, 100u);
+TEST(Crowd, SchemesTestAFewOfThePairs) {
+    for (const CrowdScheme scheme : {CrowdScheme::sap, CrowdScheme::grid, CrowdScheme::two_scene,
+                                     CrowdScheme::hashed, CrowdScheme::dense}) {
+        CrowdLayout layout = layout_of(300, scheme);
+        layout.share = 0.1;
+        Crowd crowd(layout);
+        for (int step = 0; step < 5; ++step) {
+            EXPECT_LT(crowd.query().candidates, 300u * 299u / 2u / 4u);
+            crowd.move(0.3);
         }
     }
 }
@@ -327,7 +312,6 @@ TEST(StudyFindings, NameTheRatioOfDenseAndHashedUpdates) {
     table.points.push_back(point_of(1.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 54.0}}}));
     table.points.push_back(point_of(20.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 60.0}}}));
     EXPECT_TRUE(has(findings_of(table), "120 times less, at least the 100"));
-    EXPECT_TRUE(has(findings_of(table), "54 us, 90 % of that with 20 bodies"));
     table.points[1].measured[1].update_ms = 0.02;
     EXPECT_TRUE(has(findings_of(table), "40 times less, less than the 100"));
 }
@@ -413,53 +397,6 @@ TEST(Study, MeasuresAndReportsEveryPublishedPoint) {
     EXPECT_EQ(published, 11u + 7u + 5u + 1u);
     EXPECT_EQ(tables[0].points.size(), 11u);
     EXPECT_EQ(tables[1].points.size(), 2u);  // 100 and 300
-
-    std::size_t compared = 0;
-    for (const StudyTable& table : tables) {
-        for (const Comparison& each : compare_with_published(table)) {
-            ++compared;
-            EXPECT_GT(each.published_ms, 0.0) << each.what;
-            EXPECT_GT(each.our_ms, 0.0) << each.what;
-            EXPECT_TRUE(each.reason.ends_with('.')) << each.what;
-        }
-    }
-    EXPECT_EQ(compared, published + 3u + 2u);  // updates by sweep-and-prune, and the dense grid
-
-    const std::string path = testing::TempDir() + "study_report.html";
-    ASSERT_TRUE(write_study_report(
-        path, {.title = "Many bodies", .command_line = "terrane", .film = "", .summary = {}},
-        tables));
-    std::ifstream file(path, std::ios::binary);
-    const std::string page{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    for (const StudyTable& table : tables) {
-        EXPECT_NE(page.find("\"" + table.key + "\""), std::string::npos);
-    }
-    EXPECT_NE(page.find("\"published_query_ms\":0.167"), std::string::npos);
-    std::filesystem::remove(path);
-}
-
-TEST(StudyMarkdown, HasEveryPublishedTimeAndRowsAsWideAsTheirHeads) {
-    StudyTable table = table_of("equal", {"sap", "dense"});
-    table.title = "Equal bodies";
-    table.points.push_back(point_of(20.0, std::array<Times, 2>{{{1.0, 0.5}, {2.0, 60.0}}}));
-    table.points[0].published_query_ms = 3.164;
-    table.points[0].published_update_ms = 0.099;
-    const std::string text = study_markdown(std::span(&table, 1));
-    EXPECT_TRUE(has(text, "## Equal bodies\n"));
-    EXPECT_TRUE(has(text, "| query, sweep-and-prune, 20 bodies | 3160 | 1 | 3160 |")) << text;
-    EXPECT_TRUE(has(text, "| update, sweep-and-prune, 20 bodies | 99 | 0.5 | 198 |")) << text;
-    EXPECT_TRUE(has(text, "| query, dense grid, 20 bodies | 527 | 2 | 264 |")) << text;
-    EXPECT_TRUE(has(text, "| update, dense grid, 20 bodies | 65000 | 60 | 1080 |")) << text;
-    std::istringstream lines(text);
-    std::ptrdiff_t bars = 0;
-    for (std::string line; std::getline(lines, line);) {
-        const std::ptrdiff_t count = std::count(line.begin(), line.end(), '|');
-        if (count == 0 || bars == 0) {
-            bars = count;
-        } else {
-            EXPECT_EQ(count, bars) << line;
-        }
-    }
 }
 
 TEST(CrowdTotals, CountPositiveQueriesSeparately) {

@@ -32,8 +32,7 @@ struct BodiesOptions {
 CommandResult<void> run_study_command(const BodiesOptions& options) {
     if (options.out.empty())
         return usage_error("--study needs --out DIR for its report.html and study.md");
-    TERRANE_TRY(std::shared_ptr<OutputFolder> folder,
-                OutputFolder::open(options.out, {kReportName, kMarkdownName}, false));
+    TERRANE_TRY(const auto folder, OutputFolder::open(options.out, {kReportName, kMarkdownName}));
     watch_for_interrupts();
     StudySettings settings = options.study;
     settings.seed = options.seed;
@@ -51,12 +50,8 @@ CommandResult<void> run_study_command(const BodiesOptions& options) {
     }
     TERRANE_TRY(folder->clear());
     TERRANE_TRY(write_study_report(OutputPlace(folder, kReportName),
-                                   {.title = "Many bodies",
-                                    .command_line = own_command_line(),
-                                    .film = "",
-                                    .summary = summary},
-                                   tables));
-    TERRANE_TRY(write_study_markdown(OutputPlace(folder, kMarkdownName), tables));
+                                   {.title = "Many bodies", .summary = summary}, tables));
+    TERRANE_TRY(write_file(OutputPlace(folder, kMarkdownName), study_markdown(tables)));
     summary.update(findings);
     print_summary(summary, options.json);
     return {};

@@ -123,10 +123,8 @@ Result<void> write_heightmap(const adapters::Heightmap& map, RasterFormat format
     vsi_l_offset size = 0;
     const std::unique_ptr<GByte, FreeBytes> bytes(VSIGetMemFileBuffer(file.path.c_str(), &size, 1));
     if (bytes == nullptr) return gdal_failure(path);
-    TERRANE_TRY(OutputFile out, OutputFile::create(path));
-    out.write(std::string_view(reinterpret_cast<const char*>(bytes.get()),
-                               static_cast<std::size_t>(size)));
-    return out.commit();
+    return write_file(path, std::string_view(reinterpret_cast<const char*>(bytes.get()),
+                                             static_cast<std::size_t>(size)));
 }
 
 namespace {
@@ -179,9 +177,8 @@ CommandResult<void> run_heightmap(const HeightmapOptions& options) {
         TERRANE_TRY(write_heightmap(*map, *format, options.out));
     }
     if (!options.sdf.empty()) {
-        TERRANE_TRY(OutputFile file, OutputFile::create(options.sdf));
-        file.write(adapters::sdf_model(*map, "terrane_ground", file_name(options.out)));
-        TERRANE_TRY(file.commit());
+        TERRANE_TRY(write_file(
+            options.sdf, adapters::sdf_model(*map, "terrane_ground", file_name(options.out))));
     }
 
     nlohmann::ordered_json summary;

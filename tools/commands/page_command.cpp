@@ -26,7 +26,6 @@ struct Plan {
     std::deque<CameraPath> paths;
     std::vector<PagingRow> rows;  ///< runs not filled in yet
     std::vector<PagingJob> jobs;
-    std::vector<std::size_t> row_of_job;
     std::size_t rows_done = 0;
 };
 
@@ -52,17 +51,12 @@ CommandResult<Plan> make_plan(const PageOptions& options, const Terrain& terrain
             const std::vector<double> one_radius{1.0};
             for (const double radius :
                  policy == PagingChoice::distance ? options.radii : one_radius) {
-                PagingJob& job = plan.jobs.emplace_back();
-                job.path = &path;
-                job.settings = run_settings(options, cell, policy, radius);
-                job.settings.frame_count = frames;
-                plan.row_of_job.push_back(plan.rows.size());
+                plan.jobs.push_back(
+                    {&path, run_settings(options, cell, policy, radius), plan.rows.size()});
+                plan.jobs.back().settings.frame_count = frames;
             }
-            plan.rows.push_back({.cell = cell,
-                                 .policy = policy,
-                                 .radius = 1.0,
-                                 .run = {},
-                                 .has_unannounced_jumps = has_jumps});
+            plan.rows.push_back(
+                {.cell = cell, .policy = policy, .has_unannounced_jumps = has_jumps});
         }
     }
     return plan;
@@ -74,20 +68,12 @@ void print_row(const PagingRow& row, bool is_only_one, bool as_json) {
     const std::string speed = row.cell.speed ? fmt::format("@{}", *row.cell.speed) : "";
     const std::string radius =
         row.policy == PagingChoice::distance ? fmt::format(" {}", row.radius) : "";
-    const std::string line = fmt::format(
+    print_text(fmt::format(
         "{:<24} {:>5} ms {:>5} MB/s {:>5} MB  {:<12} {:>6} {:>10.2f} {:>6.1f} % {:>7} {:>8.1f}\n",
         row.cell.path + speed, row.cell.latency_ms, row.cell.bandwidth_mb, row.cell.memory_mb,
         name_of(row.policy) + radius, totals.late_frames, totals.excess_error_px_s,
         100.0 * totals.wasted_share(), totals.contact_late,
-        static_cast<double>(totals.peak_bytes) / 0x1p20);
-    std::fwrite(line.data(), 1, line.size(), stdout);
-}
-
-void print_heading() {
-    const std::string line = fmt::format(
-        "{:<24} {:>8} {:>10} {:>8}  {:<12} {:>6} {:>10} {:>8} {:>7} {:>8}\n", "path", "latency",
-        "bandwidth", "memory", "policy", "late", "excess", "wasted", "contact", "peak MB");
-    std::fwrite(line.data(), 1, line.size(), stdout);
+        static_cast<double>(totals.peak_bytes) / 0x1p20));
 }
 
 // Plays all runs and keeps the best of each row; prints rows when they are complete. Fails with cancelled if the
@@ -98,9 +84,13 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
     const bool is_only_one = plan.rows.size() == 1;
     const bool keeps_frames =
         plan.rows.size() <= kMostPlottedCells * options.policies.size() && !options.out.empty();
-    if (!is_only_one && !options.json) print_heading();
+    if (!is_only_one && !options.json) {
+        print_text(fmt::format("{:<24} {:>8} {:>10} {:>8}  {:<12} {:>6} {:>10} {:>8} {:>7} {:>8}\n",
+                               "path", "latency", "bandwidth", "memory", "policy", "late", "excess",
+                               "wasted", "contact", "peak MB"));
+    }
     const auto take = [&](std::size_t job, PagingRun run) -> Result<void> {
-        PagingRow& row = plan.rows[plan.row_of_job[job]];
+        PagingRow& row = plan.rows[plan.jobs[job].row];
         const bool is_first = row.run.totals.frames == 0;
         if (!keeps_frames) run.frames = {};
         if (is_first || is_better(run.totals, row.run.totals)) {
@@ -108,7 +98,7 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
             row.radius = plan.jobs[job].settings.maker.pager.distance_radius;
         }
         const bool is_last =
-            job + 1 == plan.jobs.size() || plan.row_of_job[job + 1] != plan.row_of_job[job];
+            job + 1 == plan.jobs.size() || plan.jobs[job + 1].row != plan.jobs[job].row;
         if (!is_last) return {};
         print_row(row, is_only_one, options.json);
         ++plan.rows_done;
@@ -163,11 +153,7 @@ Result<void> write_files(const PageOptions& options, const Terrain& terrain, con
     summary["slots"] = options.slots;
     summary["horizon_s"] = options.horizon;
     return write_paging_report(OutputPlace(folder, kReportName),
-                               {.title = "Paging over " + terrain.name,
-                                .command_line = own_command_line(),
-                                .film = "",
-                                .summary = summary},
-                               rows);
+                               {.title = "Paging over " + terrain.name, .summary = summary}, rows);
 }
 
 CommandResult<void> run_page(const PageOptions& options, const CLI::App& command) {
@@ -184,12 +170,7 @@ CommandResult<void> run_page(const PageOptions& options, const CLI::App& command
     TERRANE_TRY(refuse_idle_flags(
         command,
         {{{"--announce-s"}, has_jumps, "goes with a path that jumps, such as teleports"}}));
-    std::shared_ptr<OutputFolder> folder;
-    if (!options.out.empty()) {
-        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
-                    OutputFolder::open(options.out, {kFramesName, kReportName}, false));
-        folder = std::move(opened);
-    }
+    TERRANE_TRY(const auto folder, OutputFolder::open(options.out, {kFramesName, kReportName}));
     watch_for_interrupts();
     const Result<void> played = play(options, terrain, plan);
     if (!played && played.error().code != ErrorCode::cancelled) return pass_on(played.error());

@@ -19,6 +19,8 @@
 namespace terrane::tools {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr const char* kTradeName = "trade.json";
 // Target duration of a run, seconds: two thirds of the documented one, as a margin for slow machines.
 constexpr double kQuickSeconds = 40.0, kFullSeconds = 600.0;
@@ -27,7 +29,7 @@ constexpr double kMostSecondsOfDial = 20.0;
 struct TradeOptions {
     std::size_t seed = 7;
     std::string dem;
-    std::vector<std::string> dials;    ///< empty: all
+    std::vector<std::size_t> dials;    ///< indices in all_dials(); empty: all
     std::vector<std::string> compare;  ///< two files; empty: none
     bool is_quick = false;
     std::string out;
@@ -55,25 +57,24 @@ CommandResult<std::vector<TradeTerrain>> open_trade_terrains(const TradeOptions&
     return terrains;
 }
 
-/// Measures the chosen dials over the terrains. Each gets its share of the time that is left.
-CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
-                                               const std::vector<TradeTerrain>& terrains) {
-    const Stopwatch watch(Clock::wall);
-    std::vector<Dial> dials = all_dials();
-    if (!options.dials.empty()) {
-        std::erase_if(dials, [&options](const Dial& dial) {
-            return std::ranges::find(options.dials, dial.key) == options.dials.end();
-        });
+std::vector<Dial> chosen_dials(const TradeOptions& options) {
+    std::vector<Dial> all = all_dials(), chosen;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const bool is_chosen = std::ranges::find(options.dials, i) != options.dials.end();
+        if (options.dials.empty() || is_chosen) chosen.push_back(std::move(all[i]));
     }
+    return chosen;
+}
+
+/// Measures the chosen dials over the terrains. Each gets its share of the time that is left.
+CommandResult<Json> measure_all_dials(const TradeOptions& options,
+                                      const std::vector<TradeTerrain>& terrains) {
+    const Stopwatch watch(Clock::wall);
+    const std::vector<Dial> dials = chosen_dials(options);
     std::size_t left = 0;
     for (const Dial& dial : dials) left += dial.needs_terrain ? terrains.size() : 1;
     const auto all = static_cast<double>(left);
-    TradeDocument document{.command_line = own_command_line(),
-                           .is_quick = options.is_quick,
-                           .reference_ms = {},
-                           .seconds = 0.0,
-                           .tables = {},
-                           .idle_dials = {}};
+    Json document = start_trade_document(options.is_quick);
     std::vector<double> reference_ms;
     Progress progress("measuring");
     for (const Dial& dial : dials) {
@@ -84,51 +85,49 @@ CommandResult<TradeDocument> measure_all_dials(const TradeOptions& options,
             const TradePlace place{
                 .terrain = &each.terrain, .flags = each.flags, .is_quick = options.is_quick};
             if (const auto reason = dial.idle_reason ? dial.idle_reason(place) : std::nullopt) {
-                document.idle_dials.push_back({dial.key, each.terrain.name, *reason});
+                document["idle_dials"].push_back(
+                    {{"key", dial.key}, {"terrain", each.terrain.name}, {"reason", *reason}});
                 continue;
             }
             const Patience patience{
                 .seconds = std::clamp(share, 0.0, kMostSecondsOfDial),
                 .most_turns = options.is_quick ? std::size_t{4} : std::size_t{10}};
             TERRANE_TRY(const TradeTable table, measure_dial(dial, place, patience));
-            document.tables.push_back(table);
+            document["tables"].push_back(to_json(table));
             for (int i = 0; i < 9; ++i) reference_ms.push_back(1e3 * time_reference_loop());
             if (!dial.needs_terrain) break;
         }
     }
-    document.reference_ms = summarize_figure(reference_ms, {});
-    document.seconds = 1e-3 * watch.ms();
+    document["reference_loop_ms"] = to_json(summarize_figure(reference_ms, {}), "");
+    document["seconds"] = 1e-3 * watch.ms();
     return document;
 }
 
 /// One line per table: its front.
-nlohmann::ordered_json summarize_fronts(const TradeDocument& document) {
-    nlohmann::ordered_json summary;
-    summary["tables"] = document.tables.size();
-    summary["quick"] = document.is_quick;
-    summary["seconds"] = document.seconds;
-    summary["reference_loop_ms"] = document.reference_ms.median;
-    for (const TradeTable& table : document.tables) {
-        std::string front;
-        for (const TradeRow& row : table.rows) {
-            if (row.on_front) front += (front.empty() ? "" : "; ") + row.label;
+Json summarize_fronts(const Json& document) {
+    Json summary{{"tables", document["tables"].size()},
+                 {"quick", document["quick"]},
+                 {"seconds", document["seconds"]},
+                 {"reference_loop_ms", document["reference_loop_ms"]["median"]}};
+    const auto name_of = [](const Json& dial) {
+        const auto key = dial["key"].get<std::string>(), place = dial["terrain"].get<std::string>();
+        return place.empty() ? key : fmt::format("{} ({})", key, place);
+    };
+    for (const Json& table : document["tables"]) {
+        std::vector<std::string> labels;
+        for (const Json& row : table["rows"]) {
+            if (row["on_front"]) labels.push_back(row["label"]);
         }
-        for (const std::string& finding : table.findings) {
-            front += (front.empty() ? "" : ". ") + finding;
+        std::vector<std::string> sentences = table["findings"];
+        if (!labels.empty()) {
+            sentences.insert(sentences.begin(), fmt::format("{}", fmt::join(labels, "; ")));
         }
-        const std::string place = table.terrain.empty() ? "" : " (" + table.terrain + ")";
-        summary[table.key + place] = front;
+        summary[name_of(table)] = fmt::format("{}", fmt::join(sentences, ". "));
     }
-    for (const IdleDial& dial : document.idle_dials) {
-        summary[dial.key + " (" + dial.terrain + ")"] = "not measured: " + dial.reason;
+    for (const Json& dial : document["idle_dials"]) {
+        summary[name_of(dial)] = "not measured: " + dial["reason"].get<std::string>();
     }
     return summary;
-}
-
-Result<void> write_text(const OutputPlace& place, const std::string& text) {
-    TERRANE_TRY(OutputFile file, OutputFile::create(place));
-    file.write(text);
-    return file.commit();
 }
 
 CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& command) {
@@ -138,34 +137,23 @@ CommandResult<void> run_trade(const TradeOptions& options, const CLI::App& comma
         {{{"--seed", "--dem", "--dial", "--quick"}, !compares, "goes without --compare"}}));
     if (compares) {
         if (options.compare.size() == 2) {
-            return run_comparison(
-                {.files = options.compare, .out = options.out, .json = options.json});
+            return run_comparison(options.compare, options.out, options.json);
         }
         return usage_error(
             fmt::format("--compare needs two files, got {}", options.compare.size()));
     }
     TERRANE_TRY(const std::vector<TradeTerrain> terrains, open_trade_terrains(options));
-    std::shared_ptr<OutputFolder> folder;
-    if (!options.out.empty()) {
-        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
-                    OutputFolder::open(options.out, {kTradeName, kReportName}, false));
-        folder = std::move(opened);
-    }
+    TERRANE_TRY(const auto folder, OutputFolder::open(options.out, {kTradeName, kReportName}));
     watch_for_interrupts();
-    TERRANE_TRY(const TradeDocument document, measure_all_dials(options, terrains));
-    const nlohmann::ordered_json json = to_json(document);
-    const nlohmann::ordered_json summary = summarize_fronts(document);
+    TERRANE_TRY(const Json document, measure_all_dials(options, terrains));
+    const Json summary = summarize_fronts(document);
     if (folder != nullptr) {
         TERRANE_TRY(folder->clear());
-        TERRANE_TRY(write_text(OutputPlace(folder, kTradeName), to_line(json)));
+        TERRANE_TRY(write_file(OutputPlace(folder, kTradeName), to_line(document)));
         TERRANE_TRY(write_trade_report(OutputPlace(folder, kReportName),
-                                       {.title = "Trade-offs",
-                                        .command_line = document.command_line,
-                                        .film = "",
-                                        .summary = summary},
-                                       {json}));
+                                       {.title = "Trade-offs", .summary = summary}, {document}));
     }
-    print_summary(options.json ? json : summary, options.json);
+    print_summary(options.json ? document : summary, options.json);
     return {};
 }
 
@@ -177,22 +165,10 @@ void add_trade_command(CLI::App& app, CommandContext& context) {
         "trade", "Sweeps each dial with everything else fixed: what each value costs and gives");
     add_count(*trade, "--seed", options->seed, 0, "Of the fractal terrain");
     trade->add_option("--dem", options->dem, "A raster to measure on as well")->type_name("FILE");
-    trade
-        ->add_option_function<std::string>(
-            "--dial",
-            [to = options.get()](const std::string& text) {
-                const std::optional<std::vector<std::string>> names = parse_list(text);
-                if (!names) {
-                    throw CLI::ValidationError("--dial",
-                                               fmt::format("must be names, A,B,C, got '{}'", text));
-                }
-                const std::vector<std::string> known = dial_names();
-                to->dials.clear();
-                for (const std::string& name : *names) {
-                    to->dials.push_back(known[read_choice("--dial", known, name)]);
-                }
-            },
-            fmt::format("Only these dials: {}", fmt::join(dial_names(), ", ")))
+    add_choice_list(
+        *trade, "--dial", dial_names(),
+        [to = options.get()](const std::vector<std::size_t>& numbers) { to->dials = numbers; },
+        fmt::format("Only these dials: {}", fmt::join(dial_names(), ", ")))
         ->type_name("A,B,C");
     trade->add_flag("--quick", options->is_quick,
                     "Fewer values and repetitions, shorter flights: within a minute instead of a "

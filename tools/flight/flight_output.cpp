@@ -16,14 +16,10 @@ FlightOutput::FlightOutput(const FlightOptions& options, std::shared_ptr<OutputF
 
 Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Terrain& terrain,
                                           std::vector<std::string> extra_columns) {
-    std::shared_ptr<OutputFolder> folder;
-    if (!options.out.empty()) {
-        std::vector<std::string> names{kFramesName, kReportName};
-        if (options.video) names.emplace_back(kFilmName);
-        TERRANE_TRY(std::shared_ptr<OutputFolder> opened,
-                    OutputFolder::open(options.out, std::move(names), options.png));
-        folder = std::move(opened);
-    }
+    std::vector<std::string> names{kFramesName, kReportName};
+    if (options.video) names.emplace_back(kFilmName);
+    TERRANE_TRY(std::shared_ptr<OutputFolder> folder,
+                OutputFolder::open(options.out, std::move(names), options.png));
     watch_for_interrupts();
     std::optional<FlightPictures> pictures;
     if (options.has_pictures()) {
@@ -80,12 +76,10 @@ Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_js
         TERRANE_TRY(pictures_->finish());
     }
     TERRANE_TRY(log_.commit());
-    return write_flight_report(OutputPlace(folder_, kReportName),
-                               {.title = title,
-                                .command_line = own_command_line(),
-                                .film = options_.video ? kFilmName : "",
-                                .summary = summary},
-                               log_, options_.memory_bytes());
+    return write_flight_report(
+        OutputPlace(folder_, kReportName),
+        {.title = title, .film = options_.video ? kFilmName : "", .summary = summary}, log_,
+        options_.memory_bytes());
 }
 
 CommandResult<void> FlightOutput::verdict(std::size_t frame_count) const {

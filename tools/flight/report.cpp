@@ -123,9 +123,7 @@ Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
                                      {"CHART_JS", std::string(assets::chart_js)},
                                      {"REPORT_JS", std::string(assets::report_js)},
                                      {"SCRIPT", std::string(script)}});
-    TERRANE_TRY(OutputFile file, OutputFile::create(place));
-    file.write(page);
-    return file.commit();
+    return write_file(place, page);
 }
 
 namespace {

@@ -13,11 +13,14 @@
 
 namespace terrane::tools {
 
+/// The command line of this process, quoted for a shell; "terrane" if the system does not provide it.
+std::string own_command_line();
+
 /// Text of a report.
 struct ReportHeader {
-    std::string title;         ///< "Flight over jacksboro.tif"
-    std::string command_line;  ///< command line of the run
-    std::string film;          ///< a file beside the report, such as flight.mp4; "" for none
+    std::string title;  ///< "Flight over jacksboro.tif"
+    std::string command_line = own_command_line();
+    std::string film = {};  ///< a file beside the report, such as flight.mp4; "" for none
     nlohmann::ordered_json summary;
 };
 
@@ -33,9 +36,6 @@ Result<void> write_report(const OutputPlace& place, const ReportHeader& header,
 /// One value per frame; more than about 2000 frames are grouped, with the largest value of each group.
 nlohmann::ordered_json thinned(std::span<const FrameRecord> frames,
                                const std::function<double(const FrameRecord&)>& get);
-
-/// The command line of this process, quoted for a shell; "terrane" if the system does not provide it.
-std::string own_command_line();
 
 /// Writes the report of one flight: triangles and budget, error, update time, resident bytes and ceiling, late chunks,
 /// one plot for each extra column, the summary, and the command line.

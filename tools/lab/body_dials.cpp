@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <thread>
 
@@ -19,6 +18,9 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kProbeRadius = 0.5;  // metres
+
+std::string metres_label(double value) { return fmt::format("{:.6g} m", value); }
+std::string rate_label(double value) { return fmt::format("1/{:.0f} s", std::round(1.0 / value)); }
 
 /// Quantities that depend only on the spacing: the same in every repetition.
 struct SpacingTruth {
@@ -43,9 +45,7 @@ SpacingTruth compare_with_truth(const Terrain& terrain, const Ground& ground,
         const TestAnswer test = test_contact(Sphere{kProbeRadius}, probe.pose, ground);
         if (!test.is_touching) ++missed;
     }
-    if (contacts > 0) {
-        truth.missed_share = static_cast<double>(missed) / static_cast<double>(contacts);
-    }
+    truth.missed_share = ratio_or_zero(missed, contacts);
     return truth;
 }
 
@@ -63,7 +63,7 @@ Dial spacing_dial() {
             grounds.push_back(ground);
         }
         const std::size_t bodies = place.is_quick ? 30 : 100;
-        return make_trials(grounds, [&](const Ground& ground, std::size_t) {
+        return make_trials(grounds, [&](const Ground& ground) {
             const auto measure = [ground, probes, bodies,
                                   truth = compare_with_truth(*place.terrain, ground, *probes)] {
                 const double height_ns = time_call_ns(probes->size(), [&](std::size_t i) {
@@ -83,7 +83,7 @@ Dial spacing_dial() {
                                            drop.drift};
                     });
             };
-            return TradeTrial{fmt::format("{:.6g} m", ground.spacing()), ground.spacing(), measure};
+            return TradeTrial{metres_label(ground.spacing()), measure, ground.spacing()};
         });
     };
     return {.key = "contact-spacing",
@@ -104,47 +104,31 @@ Dial spacing_dial() {
             .prepare = prepare};
 }
 
-/// One setting of a drop: the values, and the drops that have them.
-struct DropValues {
-    std::string key, title, axis, text, preset_flag;
-    std::size_t quick_count;
-    std::vector<double> values, quick_values;
-    std::function<std::string(double)> label_of;
-    std::function<void(double, DropTrial&)> set;  ///< changes one field
-};
-
-Dial drop_dial(DropValues of) {
-    const auto prepare = [of](const TradePlace& place) -> TradeTrials {
+Dial drop_dial(Dial dial, std::size_t quick_count, std::string (*label_of)(double),
+               const FieldValues<DropTrial>& values) {
+    dial.columns = {{"drop_ms", "drop, a simulated second", "ms"},
+                    {"max_depth_m", "penetration", "m"},
+                    {"drift", "energy gained over lost", "share"},
+                    {"fell_through", "body steps beyond the tolerance"}};
+    dial.cost = "drop_ms";
+    dial.loss = "max_depth_m";
+    dial.prepare = [=](const TradePlace& place) -> TradeTrials {
         TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
-        return make_trials(place.is_quick ? of.quick_values : of.values, [&](double value,
-                                                                             std::size_t) {
-            DropTrial trial{.count = place.is_quick ? of.quick_count : std::size_t{200},
-                            .seconds = place.is_quick ? 1.5 : 3.0};
-            of.set(value, trial);
-            const auto measure = [trial, ground] {
-                return run_drop_trial(trial, ground).map([](const DropFigures& drop) {
-                    return TradeSample{drop.ms, drop.max_depth_m, drop.drift, drop.fell_through};
-                });
-            };
-            return TradeTrial{of.label_of(value), value, measure};
-        });
+        const DropTrial fixed{.count = place.is_quick ? quick_count : std::size_t{200},
+                              .seconds = place.is_quick ? 1.5 : 3.0};
+        return make_trials(
+            values, fixed, place.is_quick, [&](double value, const DropTrial& trial) {
+                const auto measure = [trial, ground] {
+                    return run_drop_trial(trial, ground).map([](const DropFigures& drop) {
+                        return TradeSample{drop.ms, drop.max_depth_m, drop.drift,
+                                           drop.fell_through};
+                    });
+                };
+                return TradeTrial{label_of(value), measure, value};
+            });
     };
-    return {.key = of.key,
-            .title = of.title,
-            .axis = of.axis,
-            .text = of.text,
-            .preset_flag = of.preset_flag,
-            .columns = {{"drop_ms", "drop, a simulated second", "ms"},
-                        {"max_depth_m", "penetration", "m"},
-                        {"drift", "energy gained over lost", "share"},
-                        {"fell_through", "body steps beyond the tolerance"}},
-            .cost = "drop_ms",
-            .loss = "max_depth_m",
-            .prepare = prepare};
+    return dial;
 }
-
-std::string metres_label(double value) { return fmt::format("{:.6g} m", value); }
-std::string rate_label(double value) { return fmt::format("1/{:.0f} s", std::round(1.0 / value)); }
 
 // The lengths of steps with these rates, 1/s.
 std::vector<double> lengths_of(std::vector<double> rates) {
@@ -160,33 +144,29 @@ std::vector<Dial> contact_dials() {
                        .title = "Contact tolerance",
                        .axis = "m",
                        .text = "Drop of spheres of radius 0.5 m at 10 m/s onto the finest contact "
-                               "surface, steps of 1/60 s.",
-                       .preset_flag = "",
-                       .quick_count = 50,
-                       .values = {1e-5, 1e-4, 1e-3, 0.01, 0.05, 0.2},
-                       .quick_values = {0.0001, 0.001, 0.01, 0.05},
-                       .label_of = metres_label,
+                               "surface, steps of 1/60 s."},
+                      50, metres_label,
+                      {.all = {1e-5, 1e-4, 1e-3, 0.01, 0.05, 0.2},
+                       .quick = {0.0001, 0.001, 0.01, 0.05},
                        .set = [](double v, DropTrial& drop) { drop.contact_tolerance = v; }}),
             drop_dial({.key = "dt",
                        .title = "Length of a step",
                        .axis = "s",
                        .text = "Drop of spheres of radius 0.5 m at 10 m/s onto the finest contact "
                                "surface; substeps of at most 1/120 s.",
-                       .preset_flag = "--dt",
-                       .quick_count = 40,
-                       .values = lengths_of({10, 20, 30, 60, 120, 240, 300, 480}),
-                       .quick_values = lengths_of({15, 30, 60, 120, 300}),
-                       .label_of = rate_label,
+                       .preset_flag = "--dt"},
+                      40, rate_label,
+                      {.all = lengths_of({10, 20, 30, 60, 120, 240, 300, 480}),
+                       .quick = lengths_of({15, 30, 60, 120, 300}),
                        .set = [](double v, DropTrial& drop) { drop.dt = v; }}),
             drop_dial({.key = "substep",
                        .title = "Length of a substep",
                        .axis = "s",
                        .text = "The same drop; steps of 1/30 s.",
-                       .preset_flag = "--substep",
-                       .quick_count = 40,
-                       .values = lengths_of({30, 60, 120, 240, 480, 960}),
-                       .quick_values = lengths_of({30, 60, 120, 240}),
-                       .label_of = rate_label,
+                       .preset_flag = "--substep"},
+                      40, rate_label,
+                      {.all = lengths_of({30, 60, 120, 240, 480, 960}),
+                       .quick = lengths_of({30, 60, 120, 240}),
                        .set = [](double v, DropTrial& drop) {
                            drop.dt = 1.0 / 30.0;
                            drop.world.max_substep = v;
@@ -207,7 +187,7 @@ Dial broadphase_dial() {
                 layout.scheme = scheme;
             }
         }
-        return make_trials(layouts, [&](const CrowdLayout& layout, std::size_t index) {
+        return make_trials(layouts, [&](const CrowdLayout& layout) {
             const std::string_view scheme = to_string(layout.scheme);
             const auto measure = [crowd = std::make_shared<Crowd>(layout),
                                   queries]() -> CommandResult<TradeSample> {
@@ -219,9 +199,10 @@ Dial broadphase_dial() {
                                    totals.mean(totals.pairs)};
             };
             return TradeTrial{
-                fmt::format("{}, {}", scheme, layout.size_spread > 1.0 ? "sizes 1:30" : "one size"),
-                static_cast<double>(index), measure,
-                fmt::format(
+                .label = fmt::format("{}, {}", scheme,
+                                     layout.size_spread > 1.0 ? "sizes 1:30" : "one size"),
+                .measure = measure,
+                .command = fmt::format(
                     "terrane bodies --count {} --size-spread {} --broadphase {} --queries {}",
                     layout.count, layout.size_spread, scheme, queries)};
         });
@@ -272,7 +253,7 @@ CommandResult<TradeTrial> thread_trial(const TradePlace& place, const Ground& gr
         return TradeSample{static_cast<double>(threads), figures.wall_ms,
                            1e6 * watch.ms() / static_cast<double>(count)};
     };
-    return TradeTrial{fmt::format("{}", threads), static_cast<double>(threads), measure};
+    return TradeTrial{fmt::format("{}", threads), measure, static_cast<double>(threads)};
 }
 
 Dial thread_dial() {
@@ -281,8 +262,8 @@ Dial thread_dial() {
         const int most = static_cast<int>(std::min(16U, std::thread::hardware_concurrency()));
         std::vector<int> counts;
         for (int threads = 1; threads <= std::max(2, most); threads *= 2) counts.push_back(threads);
-        return make_trials(
-            counts, [&](int threads, std::size_t) { return thread_trial(place, ground, threads); });
+        return make_trials(counts,
+                           [&](int threads) { return thread_trial(place, ground, threads); });
     };
     return {.key = "threads",
             .title = "Threads",

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lab/crowd.h"
 
-#include "lab/measure.h"
 #include "program/geometry.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -95,6 +94,8 @@ private:
     std::vector<BodyPair> pairs_;
 };
 
+/// The published dense grid over the cube from the origin to `width` along each axis: a list of bodies for each of 40^3
+/// cells, all cleared in every update. Bodies beyond the cube are in its border cells.
 class DenseGrid final : public Broadphase {
 public:
     explicit DenseGrid(double width)
@@ -141,6 +142,13 @@ private:
     std::uint64_t operations_ = 0;
 };
 
+/// The hashed grid proposed by the published study: only occupied cells, by a hash of their coordinates. Time and
+/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a body
+/// of typical size occupies little more than one; wider if boxes would occupy more than 64 cells on average.
+///
+/// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
+/// Deviations: buckets are sorted by counting instead of linked lists; a pair is reported only by the cell of the low
+///             corner of the boxes' intersection, instead of being compared with pairs already found.
 class HashedGrid final : public Broadphase {
 public:
     HashedGrid(double width, std::size_t body_count)
@@ -247,17 +255,19 @@ private:
     FoundPairs found_;
 };
 
-}  // namespace
+/// A sphere-like closed mesh: two poles, and rings of corners between them at equal angles.
+struct BallMesh {
+    int rings = 3;        ///< 2 or more; a ring has 2 * rings corners
+    double radius = 1.0;  ///< of the sphere through the corners, metres
+    double aspect = 1.0;  ///< >= 1: factor by which the mesh is narrower across its poles' axis
+    bool is_dented =
+        false;  ///< every second segment between two meridians has 0.7 of the radius, so that the mesh is not convex
+};
 
-std::unique_ptr<Broadphase> make_dense_grid(double width) {
-    return std::make_unique<DenseGrid>(width);
+/// Number of corners of a mesh.
+constexpr std::size_t corners_of(const BallMesh& mesh) {
+    return 2 * static_cast<std::size_t>(mesh.rings) * static_cast<std::size_t>(mesh.rings) + 2;
 }
-
-std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_count) {
-    return std::make_unique<HashedGrid>(width, body_count);
-}
-
-namespace {
 
 // Corners on one meridian, from pole to pole, excluding the poles.
 std::vector<Eigen::Vector3d> meridian(const BallMesh& mesh, int number, double scale) {
@@ -277,8 +287,7 @@ std::vector<Eigen::Vector3d> meridian(const BallMesh& mesh, int number, double s
     return corners;
 }
 
-}  // namespace
-
+// The mesh as a shape around its centre: a hull, or, if dented, a compound of one hull per segment.
 Shape make_ball(const BallMesh& mesh) {
     constexpr double kDent = 0.7;
     const int meridians = 2 * mesh.rings;
@@ -304,16 +313,9 @@ Shape make_ball(const BallMesh& mesh) {
     return Compound::create(parts).value();
 }
 
-namespace {
-
 constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
 constexpr int kSizes = 100;  // distinct sizes of a spread: few, so that bodies share meshes
-
-Eigen::Vector3d direction(BodyRandom& random) {
-    const std::array<double, 3> v = random.direction<3>();
-    return {v[0], v[1], v[2]};
-}
 
 // Sizes in geometric progression; the layout's radius is their geometric mean.
 double radius_of(const CrowdLayout& layout, int size) {
@@ -360,9 +362,9 @@ std::unique_ptr<Broadphase> make_scheme(const CrowdLayout& layout, double width)
         case CrowdScheme::brute:
             return std::make_unique<EveryPair>();
         case CrowdScheme::hashed:
-            return make_hashed_grid(width, layout.count);
+            return std::make_unique<HashedGrid>(width, layout.count);
         case CrowdScheme::dense:
-            return make_dense_grid(width);
+            return std::make_unique<DenseGrid>(width);
         case CrowdScheme::sap:
         case CrowdScheme::two_scene:
             break;
@@ -422,14 +424,15 @@ void Crowd::place_bodies(const CrowdLayout& layout) {
         const std::pair key(size, mesh.rings);
         auto shape = shapes.find(key);
         if (shape == shapes.end()) shape = shapes.emplace(key, make_ball(mesh)).first;
-        corner_count_ += tools::corner_count(mesh);
+        corner_count_ += corners_of(mesh);
         Pose pose;
-        pose.rotation = matrix_from_quaternion(random.direction<4>());
+        pose.rotation = random.rotation();
         for (int axis = 0; axis < 3; ++axis) {
             pose.translation[axis] = random.within(radius, width_ - radius);
         }
-        const Eigen::Vector3d velocity = layout.speed * direction(random);
-        bodies_.push_back({shape->second, radius, pose, velocity, layout.spin * direction(random)});
+        const Eigen::Vector3d velocity = layout.speed * random.direction();
+        bodies_.push_back(
+            {shape->second, radius, pose, velocity, layout.spin * random.direction()});
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lab/measure.h"
+
 #include <terrane/collision/broadphase.h>
 #include <terrane/collision/shapes.h>
 
@@ -21,36 +23,6 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
 
 /// Cells of the published dense grid along each axis of its room.
 inline constexpr std::size_t kDenseCells = 40;
-
-/// The published dense grid over the cube from the origin to `width` along each axis: a list of bodies for each of 40^3
-/// cells, all cleared in every update. Bodies beyond the cube are in its border cells.
-std::unique_ptr<Broadphase> make_dense_grid(double width);
-
-/// The hashed grid proposed by the published study: only occupied cells, by a hash of their coordinates. Time and
-/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a body
-/// of typical size occupies little more than one; wider if boxes would occupy more than 64 cells on average.
-///
-/// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
-/// Deviations: buckets are sorted by counting instead of linked lists; a pair is reported only by the cell of the low
-///             corner of the boxes' intersection, instead of being compared with pairs already found.
-std::unique_ptr<Broadphase> make_hashed_grid(double width, std::size_t body_count);
-
-/// A sphere-like closed mesh: two poles, and rings of corners between them at equal angles.
-struct BallMesh {
-    int rings = 3;        ///< 2 or more; a ring has 2 * rings corners
-    double radius = 1.0;  ///< of the sphere through the corners, metres
-    double aspect = 1.0;  ///< >= 1: factor by which the mesh is narrower across its poles' axis
-    bool is_dented =
-        false;  ///< every second segment between two meridians has 0.7 of the radius, so that the mesh is not convex
-};
-
-/// Number of corners of a mesh.
-constexpr std::size_t corner_count(const BallMesh& mesh) {
-    return 2 * static_cast<std::size_t>(mesh.rings) * static_cast<std::size_t>(mesh.rings) + 2;
-}
-
-/// The mesh as a shape around its centre: a hull, or, if dented, a compound of one hull per segment.
-Shape make_ball(const BallMesh& mesh);
 
 /// Broadphases of a crowd: those of the library and those of the published study.
 enum class CrowdScheme {
@@ -108,7 +80,7 @@ struct CrowdTotals {
 
     void add(const CrowdTotals& other);
     /// A sum over the queries; 0 without queries.
-    double mean(auto sum) const { return ratio(static_cast<double>(sum), queries); }
+    double mean(auto sum) const { return ratio_or_zero(sum, queries); }
     double mean_query_ms() const { return mean(query_ms); }
     double mean_boxes_ms() const { return mean(boxes_ms); }
     /// Of boxes and broadphase.
@@ -118,15 +90,8 @@ struct CrowdTotals {
     /// Of the broadphase alone.
     double mean_broadphase_ms() const { return mean(update_ms); }
     double mean_pairs() const { return mean(pairs); }
-    /// Share of the queries with at least one touching pair, 0 to 1.
-    double positive_share() const { return mean(positive_queries); }
     /// 0 without positive queries.
-    double mean_positive_ms() const { return ratio(positive_ms, positive_queries); }
-
-private:
-    static double ratio(double sum, std::size_t count) {
-        return count > 0 ? sum / static_cast<double>(count) : 0.0;
-    }
+    double mean_positive_ms() const { return ratio_or_zero(positive_ms, positive_queries); }
 };
 
 /// Sphere-like polyhedra with rings of 2 x detail corners that move at constant velocity and angular velocity and

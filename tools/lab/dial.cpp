@@ -70,20 +70,18 @@ nlohmann::ordered_json to_json(const TradeFigure& figure, const std::string& uni
     return json;
 }
 
-std::size_t column_index(const TradeTable& table, const std::string& key) {
-    const auto found =
-        std::find_if(table.columns.begin(), table.columns.end(),
-                     [&key](const TradeColumn& column) { return column.key == key; });
-    return static_cast<std::size_t>(found - table.columns.begin());
+std::size_t column_index(const Dial& dial, const std::string& key) {
+    const auto found = std::ranges::find(dial.columns, key, &TradeColumn::key);
+    return static_cast<std::size_t>(found - dial.columns.begin());
 }
 
 void mark_front(TradeTable& table) {
-    const std::size_t cost = column_index(table, table.cost);
-    const std::size_t loss = column_index(table, table.loss);
-    for (TradeRow& row : table.rows) row.on_front = false;
-    if (cost == table.columns.size() || loss == table.columns.size()) return;
+    const std::size_t cost = column_index(table.dial, table.dial.cost);
+    const std::size_t loss = column_index(table.dial, table.dial.loss);
+    const std::size_t count = table.dial.columns.size();
     const auto is_measured = [&](const TradeRow& row) {
-        return row.figures[cost].repetitions > 0 && row.figures[loss].repetitions > 0;
+        return cost < count && loss < count && row.figures[cost].repetitions > 0 &&
+               row.figures[loss].repetitions > 0;
     };
     const auto beats = [&](const TradeRow& a, const TradeRow& b) {
         const double a_cost = a.figures[cost].median, b_cost = b.figures[cost].median;
@@ -92,8 +90,7 @@ void mark_front(TradeTable& table) {
     };
     for (TradeRow& row : table.rows) {
         row.on_front =
-            is_measured(row) &&
-            std::none_of(table.rows.begin(), table.rows.end(), [&](const TradeRow& each) {
+            is_measured(row) && std::ranges::none_of(table.rows, [&](const TradeRow& each) {
                 return is_measured(each) && beats(each, row);
             });
     }
@@ -101,15 +98,16 @@ void mark_front(TradeTable& table) {
 
 nlohmann::ordered_json to_json(const TradeTable& table) {
     using Json = nlohmann::ordered_json;
+    const Dial& dial = table.dial;
     Json columns = Json::array(), rows = Json::array();
-    for (const TradeColumn& column : table.columns) {
+    for (const TradeColumn& column : dial.columns) {
         columns.push_back({{"key", column.key}, {"title", column.title}, {"unit", column.unit}});
     }
     for (const TradeRow& row : table.rows) {
         Json figures = Json::object();
-        for (std::size_t i = 0; i < table.columns.size(); ++i) {
+        for (std::size_t i = 0; i < dial.columns.size(); ++i) {
             if (row.figures[i].repetitions == 0) continue;
-            figures[table.columns[i].key] = to_json(row.figures[i], table.columns[i].unit);
+            figures[dial.columns[i].key] = to_json(row.figures[i], dial.columns[i].unit);
         }
         rows.push_back({{"label", row.label},
                         {"value", row.value},
@@ -118,9 +116,9 @@ nlohmann::ordered_json to_json(const TradeTable& table) {
                         {"command", row.command},
                         {"figures", figures}});
     }
-    return {{"key", table.key},          {"title", table.title},     {"axis", table.axis},
-            {"text", table.text},        {"terrain", table.terrain}, {"cost", table.cost},
-            {"loss", table.loss},        {"columns", columns},       {"rows", rows},
+    return {{"key", dial.key},           {"title", dial.title},      {"axis", dial.axis},
+            {"text", dial.text},         {"terrain", table.terrain}, {"cost", dial.cost},
+            {"loss", dial.loss},         {"columns", columns},       {"rows", rows},
             {"findings", table.findings}};
 }
 
@@ -142,18 +140,19 @@ void add_turn(TurnLog& log, const TradeSample& sample, const std::vector<TradeCo
     }
 }
 
+std::string command_of(const Dial& dial, const TradePlace& place) {
+    std::string command = "terrane trade --dial " + dial.key;
+    if (dial.needs_terrain) command += " " + place.flags;
+    return command + (place.is_quick ? " --quick" : "");
+}
+
 TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& trial,
-                const TurnLog& log) {
+                const TurnLog& log, std::size_t index) {
     TradeRow row;
     row.label = trial.label;
-    row.value = trial.value;
-    row.command = trial.command;
-    if (row.command.empty()) {
-        row.command = "terrane trade --dial " + dial.key;
-        if (dial.needs_terrain) row.command += " " + place.flags;
-        if (place.is_quick) row.command += " --quick";
-    }
-    row.presets = presets_with(dial.preset_flag, trial.value);
+    row.value = trial.value.value_or(static_cast<double>(index));
+    row.command = trial.command.empty() ? command_of(dial, place) : trial.command;
+    row.presets = presets_with(dial.preset_flag, row.value);
     for (std::size_t i = 0; i < dial.columns.size(); ++i) {
         row.figures.push_back(summarize_figure(log.values[i], log.ratios[i]));
     }
@@ -162,56 +161,44 @@ TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& tri
 
 // Adds a finding if a dial has no effect on its loss: the front of such a table is meaningless.
 void note_constant_loss(TradeTable& table) {
-    const std::size_t loss = column_index(table, table.loss);
-    if (loss == table.columns.size() || table.rows.size() < 2) return;
-    const TradeFigure& first = table.rows.front().figures[loss];
-    const bool is_constant =
-        std::all_of(table.rows.begin(), table.rows.end(), [&](const TradeRow& row) {
-            return row.figures[loss].repetitions > 0 && row.figures[loss].median == first.median;
-        });
+    const std::size_t loss = column_index(table.dial, table.dial.loss);
+    if (loss == table.dial.columns.size() || table.rows.size() < 2) return;
+    const double first = table.rows.front().figures[loss].median;
+    const bool is_constant = std::ranges::all_of(table.rows, [&](const TradeRow& row) {
+        return row.figures[loss].repetitions > 0 && row.figures[loss].median == first;
+    });
     if (!is_constant) return;
-    const std::string& unit = table.columns[loss].unit;
+    const TradeColumn& column = table.dial.columns[loss];
     table.findings.push_back(fmt::format("No value of this dial changes the {} here: {:.3g}{}{}.",
-                                         table.columns[loss].title, first.median,
-                                         unit.empty() ? "" : " ", unit));
+                                         column.title, first, column.unit.empty() ? "" : " ",
+                                         column.unit));
 }
 
 }  // namespace
 
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
                                        const Patience& patience) {
-    const TradeTrials trials = dial.prepare(place);
-    if (!trials) return pass_on(trials.error());
-    const TurnLog empty{.values = std::vector<std::vector<double>>(dial.columns.size()),
-                        .ratios = std::vector<std::vector<double>>(dial.columns.size())};
-    std::vector<TurnLog> logs(trials->size(), empty);
+    TERRANE_TRY(const std::vector<TradeTrial> trials, dial.prepare(place));
+    const std::vector<std::vector<double>> empty(dial.columns.size());
+    std::vector<TurnLog> logs(trials.size(), TurnLog{empty, empty});
     CommandResult<void> taken;
-    take_turns(trials->size(), patience, [&](std::size_t i, std::size_t turn) {
+    take_turns(trials.size(), patience, [&](std::size_t i, std::size_t turn) {
         if (is_interrupted()) taken = failure("interrupted before the tables were whole");
         if (!taken) return false;
         const double reference_s = time_reference_loop();
-        const CommandResult<TradeSample> sample = (*trials)[i].measure();
+        const CommandResult<TradeSample> sample = trials[i].measure();
         if (!sample) {
             taken = pass_on(sample.error());
             return false;
         }
-        if (turn == 1) logs[i] = empty;
+        if (turn == 1) logs[i] = {empty, empty};
         add_turn(logs[i], *sample, dial.columns, reference_s);
         return true;
     });
-    if (!taken) return pass_on(taken.error());
-    TradeTable table{.key = dial.key,
-                     .title = dial.title,
-                     .axis = dial.axis,
-                     .text = dial.text,
-                     .terrain = dial.needs_terrain ? place.terrain->name : "",
-                     .columns = dial.columns,
-                     .cost = dial.cost,
-                     .loss = dial.loss,
-                     .rows = {},
-                     .findings = {}};
-    for (std::size_t i = 0; i < trials->size(); ++i) {
-        table.rows.push_back(row_of(dial, place, (*trials)[i], logs[i]));
+    TERRANE_TRY(taken);
+    TradeTable table{.dial = dial, .terrain = dial.needs_terrain ? place.terrain->name : ""};
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+        table.rows.push_back(row_of(dial, place, trials[i], logs[i], i));
     }
     mark_front(table);
     if (dial.find) table.findings = dial.find(table);
@@ -221,8 +208,8 @@ CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place
 
 std::vector<Dial> all_dials() {
     std::vector<Dial> all;
-    for (const auto& make : {pixel_dials, contact_dials, paging_dials, measure_dials, number_dials,
-                             hull_dials, object_dials, crowd_dials}) {
+    for (const auto& make :
+         {pixel_dials, contact_dials, paging_dials, number_dials, mesh_dials, crowd_dials}) {
         std::vector<Dial> dials = make();
         all.insert(all.end(), std::make_move_iterator(dials.begin()),
                    std::make_move_iterator(dials.end()));

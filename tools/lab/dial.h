@@ -26,8 +26,7 @@ double time_reference_loop();
 struct TradeColumn {
     std::string key;  ///< "update_ms"
     std::string title;
-    std::string unit =
-        {};  ///< "px", "ms"; "" for none. Times, in "ns" or "ms", also get a ratio to the reference loop
+    std::string unit = {};  ///< "px", "ms"; "" for none. Times, in "ns" or "ms", also get a ratio
 };
 
 /// One figure of a row, from the repetitions of its trial.
@@ -46,39 +45,6 @@ TradeFigure summarize_figure(const std::vector<double>& values, const std::vecto
 /// A figure of a column of this unit, in the form of trade.json.
 nlohmann::ordered_json to_json(const TradeFigure& figure, const std::string& unit);
 
-/// One value of a dial with its figures.
-struct TradeRow {
-    std::string label;    ///< "100000", "sap"
-    double value = 0.0;   ///< position on the dial's axis; the row's index for named values
-    std::string command;  ///< command that measures this row
-    std::vector<std::string> presets;  ///< presets with this value
-    std::vector<TradeFigure> figures;  ///< [TradeTable::columns]
-    bool on_front = false;             ///< whether the row is Pareto optimal, see mark_front()
-};
-
-/// Cost and loss of one dial over one terrain, with all other settings fixed.
-struct TradeTable {
-    std::string key;      ///< of the dial: "budget"
-    std::string title;    ///< "Triangle budget"
-    std::string axis;     ///< with its unit: "triangles"; "" if the values are names
-    std::string text;     ///< what was held fixed
-    std::string terrain;  ///< "" if the dial needs no terrain
-    std::vector<TradeColumn> columns;
-    std::string cost, loss;  ///< keys of the columns of the front; smaller is better for both
-    std::vector<TradeRow> rows;
-    std::vector<std::string> findings;  ///< sentences with measured numbers
-};
-
-/// Marks the Pareto front: the rows that no other row dominates. A row is dominated by another one with no more cost
-/// and no more loss, and less of one. Rows without either figure are not on the front.
-void mark_front(TradeTable& table);
-
-/// The index of a column; the number of columns for an unknown key.
-std::size_t column_index(const TradeTable& table, const std::string& key);
-
-/// In the form of trade.json.
-nlohmann::ordered_json to_json(const TradeTable& table);
-
 /// Terrain and extent of a dial's measurement.
 struct TradePlace {
     const Terrain* terrain = nullptr;  ///< null for dials that need none
@@ -91,40 +57,93 @@ using TradeSample = std::vector<double>;
 
 /// A value of a dial, ready to be measured, with all data loaded.
 struct TradeTrial {
-    std::string label;
-    double value = 0.0;
+    std::string label;  ///< "100000", "sap"
     std::function<CommandResult<TradeSample>()> measure;
-    std::string command = {};  ///< "": the command of the dial
+    std::optional<double> value = {};  ///< position on the dial's axis; absent for named values
+    std::string command = {};          ///< command that measures it; "": that of the dial
 };
 
 using TradeTrials = CommandResult<std::vector<TradeTrial>>;
 
 /// The trials of some values, in their order; or the first error.
 ///
-/// @param make_trial called with each value and its index; returns a TradeTrial or a CommandResult of one
+/// @param make_trial called with each value; returns a TradeTrial or a CommandResult of one
 template <class Value, class MakeTrial>
 TradeTrials make_trials(const std::vector<Value>& values, const MakeTrial& make_trial) {
     std::vector<TradeTrial> trials;
     for (const Value& value : values) {
-        TERRANE_TRY(TradeTrial trial, CommandResult<TradeTrial>(make_trial(value, trials.size())));
+        TERRANE_TRY(TradeTrial trial, CommandResult<TradeTrial>(make_trial(value)));
         trials.push_back(std::move(trial));
     }
     return trials;
 }
 
+/// The values of a dial of one field of some settings.
+template <class Settings>
+struct FieldValues {
+    std::vector<double> all, quick;  ///< of a whole and of a quick run
+    void (*set)(double value, Settings& settings);
+};
+
+/// The trials of the values of a field, with all other settings fixed.
+///
+/// @param make_trial called with each value and its settings; returns a TradeTrial or a CommandResult of one
+template <class Settings, class MakeTrial>
+TradeTrials make_trials(const FieldValues<Settings>& values, const Settings& fixed, bool is_quick,
+                        const MakeTrial& make_trial) {
+    return make_trials(is_quick ? values.quick : values.all, [&](double value) {
+        Settings settings = fixed;
+        values.set(value, settings);
+        return make_trial(value, settings);
+    });
+}
+
+struct TradeTable;
+
 /// A setting that trades one cost for another: its values, and the quantities measured at each.
 struct Dial {
-    std::string key, title, axis = {}, text;  ///< as in TradeTable
+    std::string key;        ///< "budget"
+    std::string title;      ///< "Triangle budget"
+    std::string axis = {};  ///< with its unit: "triangles"; "" if the values are names
+    std::string text;       ///< what is held fixed
     bool needs_terrain = true;
     std::string preset_flag = {};  ///< the presets' flag for the dial's values; "": none
     std::vector<TradeColumn> columns = {};
-    std::string cost = {}, loss = {};
+    std::string cost = {}, loss = {};  ///< keys of the front's columns; smaller is better for both
     /// Reason why no value can have an effect at a place; absent if one can. May be empty.
     std::function<std::optional<std::string>(const TradePlace&)> idle_reason = {};
     std::function<TradeTrials(const TradePlace&)> prepare = {};
     /// Sentences about a measured table; may be empty.
     std::function<std::vector<std::string>(const TradeTable&)> find = {};
 };
+
+/// One value of a dial with its figures.
+struct TradeRow {
+    std::string label;
+    double value = 0.0;  ///< position on the dial's axis; the row's index for named values
+    std::string command;
+    std::vector<std::string> presets;  ///< presets with this value
+    std::vector<TradeFigure> figures;  ///< [Dial::columns]
+    bool on_front = false;             ///< whether no other row beats it, see mark_front()
+};
+
+/// Cost and loss of one dial over one terrain, with all other settings fixed.
+struct TradeTable {
+    Dial dial;
+    std::string terrain;  ///< "" if the dial needs no terrain
+    std::vector<TradeRow> rows = {};
+    std::vector<std::string> findings = {};  ///< sentences with measured numbers
+};
+
+/// Marks the Pareto front: the rows that no other row dominates. A row is dominated by another one with no more cost
+/// and no more loss, and less of one. Rows without either figure are not on the front.
+void mark_front(TradeTable& table);
+
+/// The index of a column; the number of columns for an unknown key.
+std::size_t column_index(const Dial& dial, const std::string& key);
+
+/// In the form of trade.json.
+nlohmann::ordered_json to_json(const TradeTable& table);
 
 /// Measures a dial. Its values and the reference loop take turns. The first turn warms up caches, and is dropped if
 /// there are others.
@@ -140,13 +159,10 @@ std::vector<Dial> contact_dials();
 /// Memory, storage, horizon, contact share: late frames and excess error against bytes.
 std::vector<Dial> paging_dials();
 /// Tests, lifts, pseudodistances and distances, of shapes and the ground and of two shapes: order against time.
-std::vector<Dial> measure_dials();
 /// Squares or roots, float or double: numbers against time.
 std::vector<Dial> number_dials();
-/// Extremal points by scan or climb; collision meshes from full to one hull.
-std::vector<Dial> hull_dials();
-/// Culling tests, triangles of object meshes.
-std::vector<Dial> object_dials();
+/// Extremal points by scan or climb; collision meshes from full to one hull; culling tests, triangles of object meshes.
+std::vector<Dial> mesh_dials();
 /// Broadphases, threads.
 std::vector<Dial> crowd_dials();
 

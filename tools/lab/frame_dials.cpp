@@ -13,7 +13,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -184,8 +183,9 @@ CommandResult<std::shared_ptr<FlightGround>> find_flight_ground(FlightGrounds& g
     return made;
 }
 
-TradeTrial flight_trial(std::string label, double value, const TriangulatorSettings& settings,
-                        const std::shared_ptr<FlightGround>& ground) {
+TradeTrial flight_trial(std::string label, const TriangulatorSettings& settings,
+                        const std::shared_ptr<FlightGround>& ground,
+                        std::optional<double> value = {}) {
     const auto measure =
         [settings, ground,
          truth = std::make_shared<std::optional<FlightTruth>>()]() -> CommandResult<TradeSample> {
@@ -196,25 +196,19 @@ TradeTrial flight_trial(std::string label, double value, const TriangulatorSetti
         TERRANE_TRY(const TradeSample sample, ground->fly(settings, **truth));
         return sample;
     };
-    return {std::move(label), value, measure};
+    return {std::move(label), measure, value};
 }
 
-/// The values of a dial of one field of the triangulator's settings.
-struct PixelValues {
-    std::vector<double> values, quick_values;
-    std::function<void(double, TriangulatorSettings&)> set;
-};
-
-Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, Dial dial, const PixelValues& of) {
+Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, Dial dial,
+                const FieldValues<TriangulatorSettings>& values) {
     dial.columns = kPixelColumns;
     dial.cost = "update_ms";
-    dial.prepare = [grounds, of](const TradePlace& place) -> TradeTrials {
+    dial.prepare = [grounds, values](const TradePlace& place) -> TradeTrials {
         TERRANE_TRY(const auto ground, find_flight_ground(*grounds, place));
+        const TriangulatorSettings fixed{.triangle_budget = 1'000'000};
         return make_trials(
-            place.is_quick ? of.quick_values : of.values, [&](double value, std::size_t) {
-                TriangulatorSettings settings{.triangle_budget = 1'000'000};
-                of.set(value, settings);
-                return flight_trial(fmt::format("{:.6g}", value), value, settings, ground);
+            values, fixed, place.is_quick, [&](double value, const TriangulatorSettings& settings) {
+                return flight_trial(fmt::format("{:.6g}", value), settings, ground, value);
             });
     };
     return dial;
@@ -231,14 +225,13 @@ TradeTrials prepare_presets(FlightGrounds& grounds, const TradePlace& place) {
     TERRANE_TRY(const auto flight, find_flight_ground(grounds, place));
     TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
     const std::vector known(presets().begin(), presets().end());
-    return make_trials(known, [&](const Preset& preset, std::size_t index) {
+    return make_trials(known, [&](const Preset& preset) {
         const DropTrial drop{.count = place.is_quick ? std::size_t{40} : std::size_t{200},
                              .seconds = 1.0,
                              .dt = preset_value(preset, "--dt").value(),
                              .world = {.max_substep = preset_value(preset, "--substep").value(),
                                        .collide_bodies = false}};
-        TradeTrial trial = flight_trial(std::string(preset.name), static_cast<double>(index),
-                                        triangulator_of(preset), flight);
+        TradeTrial trial = flight_trial(std::string(preset.name), triangulator_of(preset), flight);
         trial.measure = [fly = trial.measure, drop, ground]() -> CommandResult<TradeSample> {
             TERRANE_TRY(TradeSample sample, fly());
             TERRANE_TRY(const DropFigures dropped, run_drop_trial(drop, ground));
@@ -251,9 +244,9 @@ TradeTrials prepare_presets(FlightGrounds& grounds, const TradePlace& place) {
 
 std::vector<std::string> compare_presets(const TradeTable& table) {
     const auto times = [&table](const char* key) {
-        const std::size_t column = column_index(table, key);
-        const double fast = table.rows.front().figures[column].median;
-        return fast > 0.0 ? table.rows.back().figures[column].median / fast : 0.0;
+        const std::size_t column = column_index(table.dial, key);
+        return ratio_or_zero(table.rows.back().figures[column].median,
+                             table.rows.front().figures[column].median);
     };
     return {
         fmt::format("accurate takes {:.3g} times the time of fast in the flight's updates, and "
@@ -290,8 +283,8 @@ std::vector<Dial> pixel_dials() {
                             "ground, whichever is more; 1280 x 720; no target but 0.01 px.",
                     .preset_flag = "--budget",
                     .loss = "error_px"},
-                   {.values = {3000, 10'000, 30'000, 100'000, 200'000, 300'000, 500'000, 1'000'000},
-                    .quick_values = {10'000, 30'000, 100'000, 300'000},
+                   {.all = {3000, 10'000, 30'000, 100'000, 200'000, 300'000, 500'000, 1'000'000},
+                    .quick = {10'000, 30'000, 100'000, 300'000},
                     .set =
                         [](double v, TriangulatorSettings& s) {
                             s.triangle_budget = static_cast<std::size_t>(v);
@@ -304,8 +297,8 @@ std::vector<Dial> pixel_dials() {
                     .text = "The same flight; at most 1,000,000 triangles.",
                     .preset_flag = "--max-error-px",
                     .loss = "error_px"},
-                   {.values = {16, 8, 4, 2, 1, 0.7, 0.5},
-                    .quick_values = {8, 4, 2, 1},
+                   {.all = {16, 8, 4, 2, 1, 0.7, 0.5},
+                    .quick = {8, 4, 2, 1},
                     .set = [](double v, TriangulatorSettings& s) { s.max_error_px = v; }}),
         pixel_dial(grounds,
                    {.key = "morph-ratio",
@@ -314,8 +307,8 @@ std::vector<Dial> pixel_dials() {
                     .text = "The same flight; target 2 px. Vertices move between frames instead "
                             "of jumping, for more triangles.",
                     .loss = "max_pop_px"},
-                   {.values = {1, 1.1, 1.2, 1.3, 1.5, 2, 3, 4},
-                    .quick_values = {1, 1.1, 1.3, 2},
+                   {.all = {1, 1.1, 1.2, 1.3, 1.5, 2, 3, 4},
+                    .quick = {1, 1.1, 1.3, 2},
                     .set =
                         [](double v, TriangulatorSettings& s) {
                             s.max_error_px = 2.0;

@@ -35,14 +35,15 @@ bool reaches_into(const HeightSource& source, const WorldPos& centre, double rad
     return false;
 }
 
-}  // namespace
-
+// The square that contains the bodies and queries of the dials, metres.
 WorldRect trade_area(const Terrain& terrain) {
     const WorldRect& all = terrain.source->extent();
     const double x = 0.5 * (all.west + all.east), y = 0.5 * (all.south + all.north);
     return {std::max(all.west, x - kHalfWidth), std::max(all.south, y - kHalfWidth),
             std::min(all.east, x + kHalfWidth), std::min(all.north, y + kHalfWidth)};
 }
+
+}  // namespace
 
 CommandResult<Ground> load_contact_ground(const Terrain& terrain, double contact_spacing) {
     TERRANE_TRY(Pager pager, Pager::create(terrain.source, {.memory_bytes = std::size_t{1} << 30U,
@@ -77,19 +78,6 @@ std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere,
         poses.push_back(probe);
     }
     return poses;
-}
-
-double disorder_share(const std::vector<double>& keys, const std::vector<double>& order) {
-    std::size_t pairs = 0, unlike = 0;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        for (std::size_t k = i + 1; k < order.size(); ++k) {
-            if (order[i] == order[k]) continue;
-            ++pairs;
-            const bool is_alike = order[i] < order[k] ? keys[i] < keys[k] : keys[i] > keys[k];
-            if (!is_alike) ++unlike;
-        }
-    }
-    return pairs > 0 ? static_cast<double>(unlike) / static_cast<double>(pairs) : 0.0;
 }
 
 namespace {
@@ -139,7 +127,7 @@ CommandResult<DropFigures> run_drop_trial(const DropTrial& trial, const Ground& 
     const double simulated = static_cast<double>(steps) * trial.dt;
     figures.ms /= simulated;
     figures.wall_ms /= simulated;
-    figures.drift = lost > 0.0 ? gained / lost : 0.0;
+    figures.drift = ratio_or_zero(gained, lost);
     return figures;
 }
 

@@ -13,10 +13,7 @@
 
 namespace terrane::tools {
 
-/// The square of a terrain that contains the bodies and queries of the dials, metres.
-WorldRect trade_area(const Terrain& terrain);
-
-/// The contact surface of trade_area() and some metres around it, entirely resident.
+/// The contact surface of the square of a terrain that contains the bodies and queries of the dials, entirely resident.
 ///
 /// @param contact_spacing as PagerSettings::contact_spacing
 ///
@@ -32,10 +29,6 @@ struct ProbePose {
 /// Random poses of a sphere near the true surface, about half of which touch it, as determined from samples of
 /// HeightSource::height(). The same in every run. Fewer than `count` if a terrain has little ground.
 std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere, std::size_t count);
-
-/// The share of pairs that `keys` and `order` rank differently; a tie in `keys` counts as different. Pairs tied in
-/// `order` are excluded.
-double disorder_share(const std::vector<double>& keys, const std::vector<double>& order);
 
 /// A drop of spheres onto loaded ground.
 struct DropTrial {

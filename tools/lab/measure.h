@@ -45,6 +45,11 @@ inline double median(std::vector<double> values) {
     return *middle;
 }
 
+/// a / b, or 0 where b is 0.
+inline double ratio_or_zero(auto a, auto b) {
+    return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
+}
+
 /// Median time of some runs of a function, milliseconds.
 template <class Function>
 double median_ms(int runs, Clock clock, const Function& function) {

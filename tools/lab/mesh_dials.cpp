@@ -51,10 +51,7 @@ TriangleMesh subdivided(const TriangleMesh& mesh) {
 std::vector<Eigen::Vector3d> sphere_points(std::size_t count) {
     BodyRandom random(5, count);
     std::vector<Eigen::Vector3d> points;
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::array<double, 3> p = random.direction<3>();
-        points.emplace_back(p[0], p[1], p[2]);
-    }
+    for (std::size_t i = 0; i < count; ++i) points.push_back(random.direction());
     return points;
 }
 
@@ -160,7 +157,7 @@ CommandResult<TradeTrial> extreme_trial(std::size_t vertices) {
                            time_ns([&](const Vector& d) { return search->by_climb(d); }),
                            time_ns([&](const Vector& d) { return support_distance(shape, d); })};
     };
-    return TradeTrial{fmt::format("{}", vertices), static_cast<double>(vertices), measure};
+    return TradeTrial{fmt::format("{}", vertices), measure, static_cast<double>(vertices)};
 }
 
 // The last crossing of the curves of scan and climb, by linear interpolation.
@@ -186,8 +183,7 @@ Dial extreme_dial() {
             place.is_quick
                 ? std::vector<std::size_t>{8, 24, 64, 200, 800}
                 : std::vector<std::size_t>{8, 16, 24, 32, 48, 64, 96, 128, 200, 400, 1000, 3000};
-        return make_trials(counts,
-                           [](std::size_t count, std::size_t) { return extreme_trial(count); });
+        return make_trials(counts, extreme_trial);
     };
     return {.key = "extremes",
             .title = "Extremal points by scan or climb",
@@ -204,7 +200,7 @@ Dial extreme_dial() {
             .find = find_break_even};
 }
 
-CommandResult<TradeTrial> proxy_trial(const TriangleMesh& mesh, double share, std::size_t index) {
+CommandResult<TradeTrial> proxy_trial(const TriangleMesh& mesh, double share) {
     const Stopwatch making(Clock::wall);
     TERRANE_TRY(const CollisionProxy proxy, make_collision_proxy(mesh, {.proxy_error = share}));
     const double make_ms = making.ms();
@@ -220,8 +216,7 @@ CommandResult<TradeTrial> proxy_trial(const TriangleMesh& mesh, double share, st
         });
         return TradeSample{contact_ns, distance_m, parts, make_ms};
     };
-    return TradeTrial{share == 0.0 ? "full" : fmt::format("{:.6g} m", share),
-                      static_cast<double>(index), measure};
+    return TradeTrial{share == 0.0 ? "full" : fmt::format("{:.6g} m", share), measure};
 }
 
 Dial proxy_dial() {
@@ -229,10 +224,8 @@ Dial proxy_dial() {
         const std::vector<double> errors = place.is_quick
                                                ? std::vector{0.0, 0.1, 1.0}
                                                : std::vector{0.0, 0.02, 0.05, 0.1, 0.2, 1.0};
-        return make_trials(
-            errors, [mesh = make_boulder(place.is_quick ? 2 : 3)](double error, std::size_t index) {
-                return proxy_trial(mesh, error, index);
-            });
+        const TriangleMesh mesh = make_boulder(place.is_quick ? 2 : 3);
+        return make_trials(errors, [&](double error) { return proxy_trial(mesh, error); });
     };
     return {.key = "collision-mesh",
             .title = "Collision mesh, from full to one hull",
@@ -256,17 +249,16 @@ Dial culling_dial() {
                                              place.is_quick ? 2000 : 20'000, 300.0, place.is_quick);
         TERRANE_TRY(const FieldFrame exact, field->make_frame(CullTest::triangles));
         const std::vector tests(kCullTests.begin(), kCullTests.end());
-        return make_trials(tests, [&](CullTest test, std::size_t index) {
+        return make_trials(tests, [&](CullTest test) {
             const auto measure = [field, test,
                                   in_view = exact.kept]() -> CommandResult<TradeSample> {
                 TERRANE_TRY(const FieldFrame frame, field->make_frame(test));
                 const auto kept = static_cast<double>(frame.kept);
-                const double surplus =
-                    kept > 0.0 ? (kept - static_cast<double>(in_view)) / kept : 0.0;
+                const double surplus = ratio_or_zero(kept - static_cast<double>(in_view), kept);
                 return TradeSample{frame.cull_ms + frame.draw_ms, frame.cull_ms, frame.draw_ms,
                                    surplus, kept};
             };
-            return TradeTrial{name_of(test), static_cast<double>(index), measure};
+            return TradeTrial{name_of(test), measure};
         });
     };
     return {.key = "culling",
@@ -293,7 +285,7 @@ TradeTrials prepare_object_meshes(const TradePlace& place) {
     }
     TERRANE_TRY(const auto simplified,
                 simplify({.vertices = full.positions, .triangles = full.triangles}, levels));
-    return make_trials(simplified, [&](const SimplifiedMesh& level, std::size_t) {
+    return make_trials(simplified, [&](const SimplifiedMesh& level) {
         TriangleMesh mesh = full;
         mesh.triangles = level.triangles;
         const auto triangles = static_cast<double>(level.triangles.size());
@@ -305,11 +297,11 @@ TradeTrials prepare_object_meshes(const TradePlace& place) {
             TERRANE_TRY(const FieldFrame frame, field->make_frame(CullTest::spheres));
             return TradeSample{frame.draw_ms, error_m, triangles};
         };
-        return TradeTrial{fmt::format("{}", level.triangles.size()), triangles, measure};
+        return TradeTrial{fmt::format("{}", level.triangles.size()), measure, triangles};
     });
 }
 
-Dial mesh_dial() {
+Dial object_dial() {
     return {.key = "object-mesh",
             .title = "Triangles of an object",
             .axis = "triangles",
@@ -327,8 +319,8 @@ Dial mesh_dial() {
 
 }  // namespace
 
-std::vector<Dial> hull_dials() { return {extreme_dial(), proxy_dial()}; }
-
-std::vector<Dial> object_dials() { return {culling_dial(), mesh_dial()}; }
+std::vector<Dial> mesh_dials() {
+    return {extreme_dial(), proxy_dial(), culling_dial(), object_dial()};
+}
 
 }  // namespace terrane::tools

@@ -18,6 +18,7 @@
 #include <vector>
 
 namespace terrane::tools {
+namespace {
 
 /// A point or vector of numbers of one precision.
 template <class T>
@@ -62,8 +63,6 @@ T squared_distance_to_triangle(const Point3<T>& p, const std::array<Point3<T>, 3
     return squared_to(vb / sum, vc / sum);
 }
 
-namespace {
-
 template <class T>
 struct TriangleQuestion {
     Point3<T> point{};
@@ -89,7 +88,7 @@ std::vector<TriangleQuestion<T>> make_questions(std::size_t count, double origin
 }
 
 template <class T>
-TradeTrial precision_trial(std::string name, std::size_t index, std::size_t count, double origin) {
+TradeTrial precision_trial(std::string name, std::size_t count, double origin) {
     const auto questions =
         std::make_shared<const std::vector<TriangleQuestion<T>>>(make_questions<T>(count, origin));
     // the same queries around 0, with long double as the reference
@@ -111,19 +110,18 @@ TradeTrial precision_trial(std::string name, std::size_t index, std::size_t coun
         });
         return TradeSample{ns, error_m, static_cast<double>(sizeof(T))};
     };
-    return {std::move(name), static_cast<double>(index), measure};
+    return {std::move(name), measure};
 }
 
 Dial precision_dial() {
     const auto prepare = [](const TradePlace& place) -> TradeTrials {
         const std::size_t count = place.is_quick ? 500 : 2000;
-        return std::vector<TradeTrial>{
-            precision_trial<float>("float, local", 0, count, 0.0),
-            precision_trial<float>("float, 10 km out", 1, count, 1e4),
-            precision_trial<float>("float, 1000 km out", 2, count, 1e6),
-            precision_trial<double>("double, local", 3, count, 0.0),
-            precision_trial<double>("double, 10 km out", 4, count, 1e4),
-            precision_trial<double>("double, 1000 km out", 5, count, 1e6)};
+        return std::vector<TradeTrial>{precision_trial<float>("float, local", count, 0.0),
+                                       precision_trial<float>("float, 10 km out", count, 1e4),
+                                       precision_trial<float>("float, 1000 km out", count, 1e6),
+                                       precision_trial<double>("double, local", count, 0.0),
+                                       precision_trial<double>("double, 10 km out", count, 1e4),
+                                       precision_trial<double>("double, 1000 km out", count, 1e6)};
     };
     return {.key = "precision",
             .title = "Float or double, near the origin or far from it",
@@ -140,7 +138,7 @@ Dial precision_dial() {
             .prepare = prepare};
 }
 
-TradeTrial nearest_trial(std::string name, std::size_t index, std::size_t count, bool has_root) {
+TradeTrial nearest_trial(std::string name, std::size_t count, bool has_root) {
     BodyRandom random(23, 0);
     const auto points = std::make_shared<std::vector<Point3<double>>>(count);
     for (Point3<double>& p : *points) {
@@ -181,14 +179,14 @@ TradeTrial nearest_trial(std::string name, std::size_t index, std::size_t count,
         });
         return TradeSample{scan_ns / static_cast<double>(count - 16), static_cast<double>(unlike)};
     };
-    return {std::move(name), static_cast<double>(index), measure};
+    return {std::move(name), measure};
 }
 
 Dial root_dial() {
     const auto prepare = [](const TradePlace& place) -> TradeTrials {
         const std::size_t count = place.is_quick ? 500 : 2000;
-        return std::vector<TradeTrial>{nearest_trial("squared", 0, count, false),
-                                       nearest_trial("with root", 1, count, true)};
+        return std::vector<TradeTrial>{nearest_trial("squared", count, false),
+                                       nearest_trial("with root", count, true)};
     };
     return {
         .key = "root",
@@ -201,6 +199,21 @@ Dial root_dial() {
         .cost = "ns",
         .loss = "unlike_pairs",
         .prepare = prepare};
+}
+
+/// The share of pairs that `keys` and `order` rank differently; a tie in `keys` counts as different. Pairs tied in
+/// `order` are excluded.
+double disorder_share(const std::vector<double>& keys, const std::vector<double>& order) {
+    std::size_t pairs = 0, unlike = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        for (std::size_t k = i + 1; k < order.size(); ++k) {
+            if (order[i] == order[k]) continue;
+            ++pairs;
+            const bool is_alike = order[i] < order[k] ? keys[i] < keys[k] : keys[i] > keys[k];
+            if (!is_alike) ++unlike;
+        }
+    }
+    return ratio_or_zero(unlike, pairs);
 }
 
 /// A measure of proximity: a number for each of the same queries, smaller for closer objects.
@@ -217,12 +230,12 @@ TradeTrials measure_trials(const std::vector<NamedMeasure>& measures, std::size_
         return answers;
     };
     const std::vector<double> distances = answers_of(measures.back());
-    return make_trials(measures, [&](const NamedMeasure& each, std::size_t index) {
+    return make_trials(measures, [&](const NamedMeasure& each) {
         const auto measure = [questions, disorder = disorder_share(answers_of(each), distances),
                               of = each.of]() -> CommandResult<TradeSample> {
             return TradeSample{time_call_ns(questions, of), disorder};
         };
-        return TradeTrial{each.name, static_cast<double>(index), measure};
+        return TradeTrial{each.name, measure};
     });
 }
 
@@ -232,10 +245,9 @@ std::vector<Pose> random_poses(std::size_t count) {
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < count; ++i) {
         Pose pose;
-        pose.rotation = matrix_from_quaternion(random.direction<4>());
-        const std::array<double, 3> way = random.direction<3>();
-        const double far = random.within(0.3, 4.0);
-        pose.translation = {far * way[0], far * way[1], far * way[2]};
+        pose.rotation = random.rotation();
+        const Eigen::Vector3d way = random.direction();
+        pose.translation = random.within(0.3, 4.0) * way;
         poses.push_back(pose);
     }
     return poses;
@@ -299,9 +311,7 @@ TradeTrials prepare_pair_measures(const TradePlace& place) {
 
 }  // namespace
 
-std::vector<Dial> number_dials() { return {root_dial(), precision_dial()}; }
-
-std::vector<Dial> measure_dials() {
+std::vector<Dial> number_dials() {
     const Dial ground{.key = "ground-measure",
                       .title = "How near to the ground: test, lift or distance",
                       .text =
@@ -319,7 +329,7 @@ std::vector<Dial> measure_dials() {
     pair.text = "Two boxes at random poses, a third of which overlap. Disorder as above.";
     pair.needs_terrain = false;
     pair.prepare = prepare_pair_measures;
-    return {ground, pair};
+    return {ground, pair, root_dial(), precision_dial()};
 }
 
 }  // namespace terrane::tools

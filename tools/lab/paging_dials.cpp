@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -79,7 +78,7 @@ CommandResult<TradeTrial> paging_trial(ChunkCaches& caches, const TradePlace& pl
         }
         return sample;
     };
-    return TradeTrial{fmt::format("{:.6g}", value), value, measure,
+    return TradeTrial{fmt::format("{:.6g}", value), measure, value,
                       page_command(options, place.flags)};
 }
 
@@ -88,20 +87,13 @@ std::optional<std::string> idle_reason(const TradePlace& place) {
     return "all chunks are root squares, which are always resident";
 }
 
-/// The values of a dial of one field of the options of `page`.
-struct PagingValues {
-    std::vector<double> values, quick_values;
-    std::function<void(double, PageOptions&)> set;
-};
-
-Dial paging_dial(const std::shared_ptr<ChunkCaches>& caches, Dial dial, const PagingValues& of) {
+Dial paging_dial(const std::shared_ptr<ChunkCaches>& caches, Dial dial,
+                 const FieldValues<PageOptions>& values) {
     dial.columns = kPagingColumns;
     dial.idle_reason = idle_reason;
-    dial.prepare = [caches, of](const TradePlace& place) -> TradeTrials {
-        return make_trials(place.is_quick ? of.quick_values : of.values,
-                           [&](double value, std::size_t) {
-                               PageOptions options = usual_flight(place.is_quick);
-                               of.set(value, options);
+    dial.prepare = [caches, values](const TradePlace& place) -> TradeTrials {
+        return make_trials(values, usual_flight(place.is_quick), place.is_quick,
+                           [&](double value, const PageOptions& options) {
                                return paging_trial(*caches, place, value, options);
                            });
     };
@@ -123,8 +115,8 @@ std::vector<Dial> paging_dials() {
                          .preset_flag = "--memory-mb",
                          .cost = "peak_bytes",
                          .loss = "excess_error_px_s"},
-                        {.values = {16, 24, 32, 48, 64, 128, 512},
-                         .quick_values = {16, 32, 64, 128},
+                        {.all = {16, 24, 32, 48, 64, 128, 512},
+                         .quick = {16, 32, 64, 128},
                          .set = [](double v, PageOptions& o) { o.memories_mb = {v}; }}),
             paging_dial(caches,
                         {.key = "latency",
@@ -133,8 +125,8 @@ std::vector<Dial> paging_dials() {
                          .text = flight,
                          .cost = "bytes_loaded",
                          .loss = "excess_error_px_s"},
-                        {.values = {1, 5, 20, 50, 100, 300, 1000},
-                         .quick_values = {5, 50, 300},
+                        {.all = {1, 5, 20, 50, 100, 300, 1000},
+                         .quick = {5, 50, 300},
                          .set = [](double v, PageOptions& o) { o.latencies_ms = {v}; }}),
             paging_dial(caches,
                         {.key = "bandwidth",
@@ -143,8 +135,8 @@ std::vector<Dial> paging_dials() {
                          .text = flight,
                          .cost = "bytes_loaded",
                          .loss = "excess_error_px_s"},
-                        {.values = {1, 2, 5, 10, 30, 100},
-                         .quick_values = {2, 10, 100},
+                        {.all = {1, 2, 5, 10, 30, 100},
+                         .quick = {2, 10, 100},
                          .set = [](double v, PageOptions& o) { o.bandwidths_mb = {v}; }}),
             paging_dial(caches,
                         {.key = "horizon",
@@ -153,8 +145,8 @@ std::vector<Dial> paging_dials() {
                          .text = flight + " Latency 300 ms here.",
                          .cost = "bytes_loaded",
                          .loss = "excess_error_px_s"},
-                        {.values = {0, 0.25, 0.5, 1, 2, 4, 8},
-                         .quick_values = {0, 0.5, 2, 4},
+                        {.all = {0, 0.25, 0.5, 1, 2, 4, 8},
+                         .quick = {0, 0.5, 2, 4},
                          .set =
                              [](double v, PageOptions& o) {
                                  o.horizon = v;
@@ -169,8 +161,8 @@ std::vector<Dial> paging_dials() {
                                  "MB.",
                          .cost = "excess_error_px_s",
                          .loss = "contact_late"},
-                        {.values = {0, 0.05, 0.125, 0.25, 0.5, 0.75},
-                         .quick_values = {0, 0.125, 0.5},
+                        {.all = {0, 0.05, 0.125, 0.25, 0.5, 0.75},
+                         .quick = {0, 0.125, 0.5},
                          .set = [](double v, PageOptions& o) {
                              o.contact_share = v;
                              o.paths = {"teleports"};

@@ -187,15 +187,6 @@ PagingTotals add_up(const PagingRun& run, const PagerStats& before, double fps) 
 
 }  // namespace
 
-double PagingTotals::late_share() const {
-    return frames > 0 ? static_cast<double>(late_frames) / static_cast<double>(frames) : 0.0;
-}
-
-double PagingTotals::wasted_share() const {
-    return bytes_loaded > 0 ? static_cast<double>(bytes_wasted) / static_cast<double>(bytes_loaded)
-                            : 0.0;
-}
-
 Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCache& chunks,
                              const CameraPath& path, const PagingRunSettings& settings) {
     FrameMakerSettings maker_settings = settings.maker;

@@ -4,6 +4,7 @@
 #include "frames/flight_log.h"
 #include "frames/frame_maker.h"
 #include "frames/paging_storage.h"
+#include "lab/measure.h"
 
 #include <terrane/playback/camera_path.h>
 #include <terrane/terrain/chunk_loader.h>
@@ -110,8 +111,8 @@ struct PagingTotals {
     std::uint64_t timed_out = 0;
     std::uint64_t over_ceiling = 0;
 
-    double late_share() const;
-    double wasted_share() const;
+    double late_share() const { return ratio_or_zero(late_frames, frames); }
+    double wasted_share() const { return ratio_or_zero(bytes_wasted, bytes_loaded); }
 };
 
 /// Result of a run: the same on every machine, except FrameRecord::update_ms.
@@ -135,6 +136,7 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
 struct PagingJob {
     const CameraPath* path = nullptr;
     PagingRunSettings settings;
+    std::size_t row = 0;  ///< of the table for which it is played
 };
 
 /// Plays flights on several threads, and delivers their results in order on the caller's thread, each as soon as all

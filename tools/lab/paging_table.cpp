@@ -165,19 +165,10 @@ constexpr double kMostLatency_ms = 1e6;
 constexpr double kLeastBandwidth_mb = 0.001, kMostBandwidth_mb = 1e6;
 constexpr double kLeastMemory_mb = 0.001, kMostMemory_mb = 0x1p32;
 
-std::vector<std::string> parse_items(const std::string& flag, const std::string& text) {
-    std::optional<std::vector<std::string>> items = parse_list(text);
-    if (!items) {
-        throw CLI::ValidationError(flag,
-                                   fmt::format("must be names, parted by commas, got '{}'", text));
-    }
-    return std::move(*items);
-}
-
 void add_path_list(CLI::App& app, std::vector<std::string>& paths) {
     std::vector<std::string>* const target = &paths;
     app.add_option_function<std::string>(
-           "--path", [target](const std::string& text) { *target = parse_items("--path", text); },
+           "--path", [target](const std::string& text) { *target = read_list("--path", text); },
            CameraPath::built_in_list() +
                ", or a track (.csv, .gpx, .igc, .tum); @SPEED or @SPEED:ALTITUDE behind one is its "
                "own")
@@ -187,18 +178,14 @@ void add_path_list(CLI::App& app, std::vector<std::string>& paths) {
 
 void add_policy_list(CLI::App& app, std::vector<PagingChoice>& policies) {
     std::vector<PagingChoice>* const target = &policies;
-    app.add_option_function<std::string>(
-           "--policy",
-           [target](const std::string& text) {
-               target->clear();
-               for (const std::string& item : parse_items("--policy", text)) {
-                   target->push_back(static_cast<PagingChoice>(
-                       read_choice("--policy", paging_choice_names(), item)));
-               }
-           },
-           "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
-           "nearest, oracle knows the path that will be flown")
-        ->type_name("NAME,...")
+    add_choice_list(
+        app, "--policy", paging_choice_names(),
+        [target](const std::vector<std::size_t>& numbers) {
+            target->clear();
+            for (const std::size_t i : numbers) target->push_back(static_cast<PagingChoice>(i));
+        },
+        "Which chunks are loaded first: deadline follows motion ahead, distance takes the "
+        "nearest, oracle knows the path that will be flown")
         ->default_str(name_of(policies.front()));
 }
 
@@ -267,18 +254,17 @@ void add_page_options(CLI::App& app, PageOptions& options) {
 
 PathItem parse_path_item(const std::string& text) {
     const std::size_t at = text.rfind('@');
-    if (at == std::string::npos) return {.name = text, .speed = {}, .altitude = {}};
+    if (at == std::string::npos) return {.name = text};
     const std::string own = text.substr(at + 1);
     const std::size_t colon = own.find(':');
-    PathItem item{
-        .name = text.substr(0, at), .speed = parse_number(own.substr(0, colon)), .altitude = {}};
+    PathItem item{.name = text.substr(0, at), .speed = parse_number(own.substr(0, colon))};
     bool is_whole = is_positive(item.speed);
     if (colon != std::string::npos) {
         item.altitude = parse_number(own.substr(colon + 1));
         is_whole = is_whole && is_positive(item.altitude);
     }
     // otherwise the @ belongs to the name
-    return is_whole ? item : PathItem{.name = text, .speed = {}, .altitude = {}};
+    return is_whole ? item : PathItem{.name = text};
 }
 
 CommandResult<void> check(const PageOptions& options) {

@@ -115,8 +115,8 @@ void add_page_options(CLI::App& app, PageOptions& options);
 /// A path on the command line: NAME, NAME@SPEED or NAME@SPEED:ALTITUDE; NAME may be a file.
 struct PathItem {
     std::string name;
-    std::optional<double> speed;
-    std::optional<double> altitude;
+    std::optional<double> speed = {};
+    std::optional<double> altitude = {};
 };
 PathItem parse_path_item(const std::string& text);
 

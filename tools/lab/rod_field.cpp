@@ -54,10 +54,9 @@ RodField::RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double
     BodyRandom random(11, 0);
     for (std::size_t i = 0; i < count; ++i) {
         Pose pose;
-        pose.rotation = matrix_from_quaternion(random.direction<4>());
-        const std::array<double, 3> way = random.direction<3>();
-        const double far = random.within(0.0, far_away);
-        pose.translation = {far * way[0], far * way[1], far * way[2]};
+        pose.rotation = random.rotation();
+        const Eigen::Vector3d way = random.direction();
+        pose.translation = random.within(0.0, far_away) * way;
         poses_.push_back(pose);
         boxes_.push_back(transform(pose, 1.0, box));
         balls_.push_back(bounding_sphere(boxes_.back()));

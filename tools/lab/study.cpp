@@ -200,19 +200,12 @@ void measure_many(StudyTable& table, StudyPoint& point, const StudySettings& set
 
 }  // namespace
 
-const StudyPoint* StudyTable::point_at(double x) const {
-    for (const StudyPoint& point : points) {
-        if (point.x == x) return &point;
-    }
-    return nullptr;
-}
-
 const CrowdTotals* StudyTable::totals_at(double x, std::string_view series_name) const {
-    const StudyPoint* const point = point_at(x);
+    const auto point = std::ranges::find(points, x, &StudyPoint::x);
     const auto found = std::ranges::find(series, series_name, &StudySeries::name);
-    const auto number = static_cast<std::size_t>(found - series.begin());
-    if (point == nullptr || number >= point->measured.size()) return nullptr;
-    return point->measured[number].queries > 0 ? &point->measured[number] : nullptr;
+    if (point == points.end() || found == series.end()) return nullptr;
+    const CrowdTotals& totals = point->measured[static_cast<std::size_t>(found - series.begin())];
+    return totals.queries > 0 ? &totals : nullptr;
 }
 
 std::vector<StudyTable> measure_tables(std::vector<StudyTable> tables,

@@ -16,17 +16,10 @@
 
 namespace terrane::tools {
 
-/// Width of the published room, metres: 40 cells of the dense grid, each as wide as a body of radius 1.
-inline constexpr double kPublishedRoom = 80.0;
 /// Bodies of the published tables of detail and radius and of the comparison.
 inline constexpr std::size_t kPublishedCount = 20;
-/// Published updates of 1 and of 50 bodies, ms.
-inline constexpr double kFirstUpdateMs = 0.024, kLastUpdateMs = 0.149;
-/// Lists of the published dense grid.
-inline constexpr std::size_t kDenseLists = kDenseCells * kDenseCells * kDenseCells;
-/// Published means of the comparison for bodies of equal size, ms.
-inline constexpr double kSweepQueryMs = 3.164, kSweepUpdateMs = 0.099;
-inline constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
+/// Published query of bodies of equal size by sweep-and-prune, ms.
+inline constexpr double kSweepQueryMs = 3.164;
 
 /// Least-squares slope of log y over log x; absent for fewer than two different x.
 std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
@@ -82,8 +75,6 @@ struct StudyTable {
     std::vector<LeftOut> left_out = {};
     double most_seconds = 0.0;  ///< StudySettings::most_seconds_a_point
 
-    /// The point at x, or null.
-    const StudyPoint* point_at(double x) const;
     /// The measurement at x with a series, or null.
     const CrowdTotals* totals_at(double x, std::string_view series_name) const;
 };
@@ -154,8 +145,7 @@ struct Comparison {
     std::string what;  ///< "query, sweep-and-prune, 20 bodies"
     double published_ms = 0.0;
     double our_ms = 0.0;
-    std::string
-        reason;  ///< one sentence with the reason for the difference and the figures of this run
+    std::string reason;  ///< why they differ, with figures of this run
 };
 
 /// Every published time of a table with the measured one of the same scheme: sweep-and-prune, and the dense grid for
@@ -181,8 +171,5 @@ std::string study_markdown(std::span<const StudyTable> tables);
 /// Fails with io, naming the path.
 Result<void> write_study_report(const OutputPlace& place, const ReportHeader& header,
                                 std::span<const StudyTable> tables);
-
-/// Writes study_markdown(). Fails with io, naming the path.
-Result<void> write_study_markdown(const OutputPlace& place, std::span<const StudyTable> tables);
 
 }  // namespace terrane::tools

@@ -5,18 +5,313 @@
 #include "program/summary.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace terrane::tools {
 namespace {
 
-nlohmann::ordered_json power_or_null(const std::optional<PowerLaw>& law) {
-    const bool has_power = law && !law->is_mostly_fixed();
-    return has_power ? nlohmann::ordered_json(law->power) : nlohmann::ordered_json();
+using Json = nlohmann::ordered_json;
+
+/// Published query and update of the dense grid, ms.
+constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
+/// Lists of the dense grid.
+constexpr auto kDenseLists = static_cast<double>(kDenseCells * kDenseCells * kDenseCells);
+
+std::string microseconds(double ms) { return short_text(1e3 * ms); }
+
+// "20 bodies", "detail 5", "radius 2 m"
+std::string place_of(const StudyTable& table, const StudyPoint& point) {
+    if (table.key == "detail") return fmt::format("detail {}", point.x);
+    if (table.key == "radius") return fmt::format("radius {} m", point.x);
+    return point.x == 1.0 ? "1 body" : fmt::format("{} bodies", point.x);
 }
 
-nlohmann::ordered_json to_json(const CrowdTotals& totals) {
+void compare_dense(const StudyTable& table, std::vector<Comparison>& comparisons) {
+    const double x = kPublishedCount;
+    const CrowdTotals* const dense = table.totals_at(x, "dense");
+    const CrowdTotals* const sap = table.totals_at(x, "sap");
+    if (dense == nullptr || sap == nullptr) return;
+    comparisons.push_back(
+        {fmt::format("query, dense grid, {} bodies", x), kDenseQueryMs, dense->mean_query_ms(),
+         fmt::format("Over sweep-and-prune the dense grid gains a factor of {} there and of {} "
+                     "here, where sweep-and-prune keeps its pairs from update to update.",
+                     short_text(kSweepQueryMs / kDenseQueryMs),
+                     short_text(sap->mean_query_ms() / dense->mean_query_ms()))});
+    comparisons.push_back(
+        {fmt::format("update, dense grid, {} bodies", x), kDenseUpdateMs, dense->mean_update_ms(),
+         fmt::format("{} ns for each of {} lists there and {} ns here, where a list that is "
+                     "cleared keeps its memory.",
+                     short_text(1e6 * kDenseUpdateMs / kDenseLists), kDenseLists,
+                     short_text(1e6 * dense->mean_update_ms() / kDenseLists))});
+}
+
+}  // namespace
+
+std::vector<Comparison> compare_with_published(const StudyTable& table) {
+    const char* const series = table.key == "detail" ? "convex" : "sap";
+    std::vector<Comparison> comparisons;
+    for (const StudyPoint& point : table.points) {
+        const CrowdTotals* const ours = table.totals_at(point.x, series);
+        if (ours == nullptr) continue;
+        const std::string at = "sweep-and-prune, " + place_of(table, point);
+        const auto bodies = static_cast<double>(point.layout.count);
+        if (point.published_query_ms) {
+            comparisons.push_back(
+                {"query, " + at, *point.published_query_ms, ours->mean_query_ms(),
+                 fmt::format("Published are {} us for each body; ours tests nothing but the pairs "
+                             "whose boxes overlap, {} of {} in a query.",
+                             microseconds(*point.published_query_ms / bodies),
+                             short_text(ours->mean_pairs()), 0.5 * bodies * (bodies - 1.0))});
+        }
+        if (point.published_update_ms) {
+            comparisons.push_back(
+                {"update, " + at, *point.published_update_ms, ours->mean_update_ms(),
+                 fmt::format("The same work, so that machines and programs differ: {} us for each "
+                             "body there, {} us here.",
+                             microseconds(*point.published_update_ms / bodies),
+                             microseconds(ours->mean_update_ms() / bodies))});
+        }
+    }
+    if (table.key == "equal") compare_dense(table, comparisons);
+    return comparisons;
+}
+
+namespace {
+
+/// Sentences, or the items of a list in one.
+using Texts = std::vector<std::string>;
+
+std::string list_of(const Texts& items) {
+    return items.empty() ? "none" : fmt::format("{}", fmt::join(items, ", "));
+}
+
+// The power of a mean time in each series, and whether it is as small as wanted.
+void judge_powers(const StudyTable& table, const char* what, double (CrowdTotals::*time)() const,
+                  Texts& findings) {
+    constexpr double kWantedPower = 1.05;
+    Texts within, above, fixed;
+    for (std::size_t i = 0; i < table.series.size(); ++i) {
+        const std::optional<PowerLaw> law = time_law(table, i, time);
+        if (!law) continue;
+        const std::string constant = fmt::format(" ({} us fixed)", microseconds(law->fixed));
+        if (law->is_mostly_fixed()) {
+            fixed.push_back(table.series[i].name + constant);
+            continue;
+        }
+        (law->power <= kWantedPower ? within : above)
+            .push_back(fmt::format("{} {:.2f}{}", table.series[i].name, law->power, constant));
+    }
+    findings.push_back(fmt::format(
+        "{}, as a power of the {} with the fixed cost apart. At most {}: {}. Above: {}. Mostly "
+        "fixed: {}.",
+        what, table.x_name, kWantedPower, list_of(within), list_of(above), list_of(fixed)));
+}
+
+// Published query times as a power law plus a fixed cost.
+std::optional<PowerLaw> published_law(const StudyTable& table) {
+    std::vector<double> x, y;
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms) continue;
+        x.push_back(point.x);
+        y.push_back(*point.published_query_ms);
+    }
+    return fit_power_law(x, y);
+}
+
+// The powers of published and measured times.
+void judge_growth(const StudyTable& table, Texts& findings) {
+    if (const std::optional<PowerLaw> law = published_law(table)) {
+        findings.push_back(fmt::format(
+            "Published query times grow with the power {:.2f} of the {}, with {} us fixed.",
+            law->power, table.x_name, microseconds(law->fixed)));
+    }
+    judge_powers(table, "Our queries", &CrowdTotals::mean_query_ms, findings);
+    judge_powers(table, "Our updates and queries together", &CrowdTotals::mean_step_ms, findings);
+}
+
+// Whether an update costs two orders of magnitude less than a query, as the study claims.
+void judge_updates(const StudyTable& table, Texts& findings) {
+    constexpr double kTwoOrders = 100.0;
+    for (const StudyPoint& point : table.points) {
+        if (!point.published_query_ms || !point.published_update_ms || point.x < 2.0) continue;
+        std::string text = fmt::format(
+            "\"Updates of boxes are two orders of magnitude below queries\", {} {}: the published "
+            "times are {:.0f} to 1",
+            point.x, table.x_name, *point.published_query_ms / *point.published_update_ms);
+        for (const char* name : {"sap", "two-scene"}) {
+            const CrowdTotals* const ours = table.totals_at(point.x, name);
+            if (ours == nullptr) continue;
+            const double ratio = ours->mean_query_ms() / ours->mean_update_ms();
+            text += fmt::format("; {}: a query of {} us to an update of {} us is {} to 1, {}", name,
+                                microseconds(ours->mean_query_ms()),
+                                microseconds(ours->mean_update_ms()), short_text(ratio),
+                                ratio >= kTwoOrders ? "so it is" : "not so");
+        }
+        findings.push_back(text + ".");
+    }
+}
+
+// The updates and queries of the hashed grid against those of the dense one.
+void judge_grids(const StudyTable& table, Texts& findings) {
+    constexpr double kWantedRatio = 100.0, kAsFast = 1.1;
+    const CrowdTotals* const dense = table.totals_at(kPublishedCount, "dense");
+    const CrowdTotals* const hashed = table.totals_at(kPublishedCount, "hashed");
+    if (dense == nullptr || hashed == nullptr) return;
+    const double updates = dense->mean_broadphase_ms() / hashed->mean_broadphase_ms();
+    const double queries = hashed->mean_query_ms() / dense->mean_query_ms();
+    findings.push_back(fmt::format(
+        "{} bodies: without the boxes the dense grid's update takes {} us, the hashed grid's {} "
+        "us: {:.0f} times less, {} the {:.0f} times that were wanted. A query of the hashed grid "
+        "takes {} us, {:.2f} of the dense grid's {} us: {}.",
+        kPublishedCount, microseconds(dense->mean_broadphase_ms()),
+        microseconds(hashed->mean_broadphase_ms()), updates,
+        updates >= kWantedRatio ? "at least" : "less than", kWantedRatio,
+        microseconds(hashed->mean_query_ms()), queries, microseconds(dense->mean_query_ms()),
+        queries <= kAsFast ? "as fast" : "slower"));
+}
+
+// Whether the time rises with the radius to a plateau, because all boxes overlap.
+void judge_radius(const StudyTable& table, Texts& findings) {
+    constexpr double kAlmostAll = 0.95 * 0.5 * kPublishedCount * (kPublishedCount - 1.0);  // pairs
+    constexpr double kSame = 1.5;  // ratio of times on a plateau
+    std::vector<const CrowdTotals*> sap;
+    for (const StudyPoint& point : table.points) sap.push_back(table.totals_at(point.x, "sap"));
+    if (std::ranges::find(sap, nullptr) != sap.end()) return;
+    std::size_t full = sap.size();  // the first point from which on almost all pairs overlap
+    while (full > 0 && sap[full - 1]->mean_pairs() >= kAlmostAll) --full;
+    const std::size_t end = full > 0 ? full - 1 : 0;
+    findings.push_back(fmt::format(
+        "Rise: from radius {} to {} a query by sweep-and-prune takes {} times as long, with {} and "
+        "{} pairs of boxes overlapping.",
+        table.points.front().x, table.points[end].x,
+        short_text(sap[end]->mean_query_ms() / sap.front()->mean_query_ms()),
+        short_text(sap.front()->mean_pairs()), short_text(sap[end]->mean_pairs())));
+    if (full == sap.size()) {
+        findings.push_back("No plateau: not all boxes overlap at the largest radius.");
+        return;
+    }
+    const double first_ms = sap[full]->mean_query_ms(), last_ms = sap.back()->mean_query_ms();
+    findings.push_back(fmt::format(
+        "{}: from radius {} on almost all pairs of boxes overlap; a query takes {} us there and {} "
+        "us at {}.",
+        last_ms <= kSame * first_ms ? "Plateau" : "No plateau", table.points[full].x,
+        microseconds(first_ms), microseconds(last_ms), table.points.back().x));
+}
+
+// The series with the fastest step at a point, or null.
+const CrowdTotals* fastest_at(const StudyPoint& point) {
+    const CrowdTotals* fastest = nullptr;
+    for (const CrowdTotals& totals : point.measured) {
+        if (totals.queries == 0) continue;
+        if (fastest == nullptr || totals.mean_step_ms() < fastest->mean_step_ms()) {
+            fastest = &totals;
+        }
+    }
+    return fastest;
+}
+
+void add_fastest(const StudyTable& table, Texts& findings) {
+    Texts items;
+    for (const StudyPoint& point : table.points) {
+        const CrowdTotals* const fastest = fastest_at(point);
+        if (fastest == nullptr) continue;
+        const StudySeries& series =
+            table.series[static_cast<std::size_t>(fastest - point.measured.data())];
+        items.push_back(fmt::format("{} at {} ({} ms)", series.name, point.x,
+                                    short_text(fastest->mean_step_ms())));
+    }
+    if (!items.empty()) findings.push_back("The fastest scheme: " + list_of(items) + ".");
+}
+
+// A scheme needs similar bodies if it falls behind the fastest one as they differ more.
+void judge_similarity(const StudyTable& table, Texts& findings) {
+    constexpr double kSlow = 2.0;  // times as long as the fastest one
+    Texts need, need_not;
+    for (std::size_t i = 0; i < table.series.size(); ++i) {
+        std::optional<double> alike, last, from;
+        for (const StudyPoint& point : table.points) {
+            if (point.measured[i].queries == 0) continue;
+            const double behind =
+                point.measured[i].mean_step_ms() / fastest_at(point)->mean_step_ms();
+            if (&point == &table.points.front()) {
+                alike = behind;
+                continue;
+            }
+            if (!alike) break;
+            last = behind / *alike;
+            if (*last <= kSlow) {
+                from.reset();
+            } else if (!from) {
+                from = point.x;
+            }
+        }
+        if (!last) continue;
+        const std::string item = table.series[i].name + " " + short_text(*last);
+        if (from) {
+            need.push_back(fmt::format("{} (from {} on)", item, *from));
+        } else {
+            need_not.push_back(item);
+        }
+    }
+    if (need.empty() && need_not.empty()) return;
+    findings.push_back(fmt::format(
+        "\"Bodies of similar size and aspect\", as the study concludes: how far each scheme falls "
+        "behind the fastest one, over the same for similar bodies. More than {} times, so that it "
+        "needs similar bodies: {}. Not so: {}.",
+        kSlow, list_of(need), list_of(need_not)));
+}
+
+void add_left_out(const StudyTable& table, Texts& findings) {
+    Texts items;
+    for (const LeftOut& left : table.left_out) {
+        items.push_back(
+            fmt::format("{} at {} ({} s)", left.series, left.x, short_text(left.seconds)));
+    }
+    if (items.empty()) return;
+    findings.push_back(fmt::format(
+        "Left out, because {} queries would take longer than {} s by the growth from fewer "
+        "bodies: {}.",
+        kFewestQueries, short_text(table.most_seconds), list_of(items)));
+}
+
+}  // namespace
+
+std::vector<std::string> study_findings(const StudyTable& table) {
+    Texts findings;
+    if (table.points.empty()) return findings;
+    if (table.key == "count") {
+        judge_growth(table, findings);
+        judge_updates(table, findings);
+    } else if (table.key == "detail") {
+        judge_growth(table, findings);
+    } else if (table.key == "radius") {
+        judge_radius(table, findings);
+    } else if (table.key == "equal") {
+        judge_grids(table, findings);
+        judge_updates(table, findings);
+    } else {
+        if (table.key != "many") judge_similarity(table, findings);
+        add_fastest(table, findings);
+        add_left_out(table, findings);
+    }
+    return findings;
+}
+
+namespace {
+
+Json power_or_null(const std::optional<PowerLaw>& law) {
+    return law && !law->is_mostly_fixed() ? Json(law->power) : Json();
+}
+
+Json to_json(const CrowdTotals& totals) {
     return {{"queries", totals.queries},
             {"positive_queries", totals.positive_queries},
             {"query_ms", totals.mean_query_ms()},
@@ -27,111 +322,108 @@ nlohmann::ordered_json to_json(const CrowdTotals& totals) {
             {"boxes_a_query", totals.mean(totals.boxes)}};
 }
 
-void add_comparisons(const StudyTable& table, std::string& text) {
-    const std::vector<Comparison> comparisons = compare_with_published(table);
-    if (comparisons.empty()) return;
-    text += "| | published, us | ours, us | published / ours | why they differ |\n";
-    text += "|---|---|---|---|---|\n";
-    for (const Comparison& each : comparisons) {
-        text += fmt::format("| {} | {} | {} | {} | {} |\n", each.what,
-                            short_text(1e3 * each.published_ms), short_text(1e3 * each.our_ms),
-                            short_text(each.published_ms / each.our_ms), each.reason);
+Json to_json(const StudyTable& table, const StudyPoint& point) {
+    Json row;
+    row["x"] = point.x;
+    if (point.published_query_ms) row["published_query_ms"] = *point.published_query_ms;
+    if (point.published_update_ms) row["published_update_ms"] = *point.published_update_ms;
+    for (std::size_t i = 0; i < table.series.size(); ++i) {
+        const CrowdTotals& totals = point.measured[i];
+        if (totals.queries > 0) row[table.series[i].name] = to_json(totals);
     }
-    text += "\n";
+    return row;
 }
 
-void add_measurements(const StudyTable& table, std::string& text) {
-    text += fmt::format(
-        "| {} | series | queries | positive | positive, % | query, us | positive query, us | "
-        "update, us | boxes, us | pairs a query |\n",
-        table.x_name);
-    text += "|---|---|---|---|---|---|---|---|---|---|\n";
+// One line of a table in Markdown.
+std::string row_of(const Texts& cells) { return fmt::format("| {} |\n", fmt::join(cells, " | ")); }
+
+std::string heading_of(const Texts& cells) {
+    return fmt::format("{}|{}\n", row_of(cells), fmt::join(Texts(cells.size(), "---|"), ""));
+}
+
+std::string comparison_rows(const std::vector<Comparison>& comparisons) {
+    if (comparisons.empty()) return "";
+    std::string text =
+        heading_of({"", "published, us", "ours, us", "published / ours", "why they differ"});
+    for (const Comparison& each : comparisons) {
+        text += row_of({each.what, microseconds(each.published_ms), microseconds(each.our_ms),
+                        short_text(each.published_ms / each.our_ms), each.reason});
+    }
+    return text + "\n";
+}
+
+std::string measurement_rows(const StudyTable& table) {
+    std::string text =
+        heading_of({table.x_name, "series", "queries", "positive", "positive, %", "query, us",
+                    "positive query, us", "update, us", "boxes, us", "pairs a query"});
     for (const StudyPoint& point : table.points) {
         for (std::size_t i = 0; i < table.series.size(); ++i) {
             const CrowdTotals& totals = point.measured[i];
             if (totals.queries == 0) continue;
-            text += fmt::format(
-                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", point.x,
-                table.series[i].name, totals.queries, totals.positive_queries,
-                short_text(100.0 * totals.positive_share()),
-                short_text(1e3 * totals.mean_query_ms()),
-                totals.positive_queries == 0 ? "" : short_text(1e3 * totals.mean_positive_ms()),
-                short_text(1e3 * totals.mean_update_ms()), short_text(1e3 * totals.mean_boxes_ms()),
-                short_text(totals.mean_pairs()));
+            text +=
+                row_of({fmt::format("{}", point.x), table.series[i].name,
+                        std::to_string(totals.queries), std::to_string(totals.positive_queries),
+                        short_text(100.0 * totals.mean(totals.positive_queries)),
+                        microseconds(totals.mean_query_ms()),
+                        totals.positive_queries == 0 ? "" : microseconds(totals.mean_positive_ms()),
+                        microseconds(totals.mean_update_ms()), microseconds(totals.mean_boxes_ms()),
+                        short_text(totals.mean_pairs())});
         }
     }
-    text += "\n";
+    return text + "\n";
 }
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const StudyTable& table) {
-    nlohmann::ordered_json json;
-    json["key"] = table.key;
-    json["title"] = table.title;
-    json["x_name"] = table.x_name;
-    json["text"] = table.text;
-    json["findings"] = study_findings(table);
-    json["comparisons"] = nlohmann::ordered_json::array();
+Json to_json(const StudyTable& table) {
+    Json comparisons = Json::array(), left_out = Json::array(), points = Json::array();
     for (const Comparison& each : compare_with_published(table)) {
-        json["comparisons"].push_back({{"what", each.what},
-                                       {"published_ms", each.published_ms},
-                                       {"our_ms", each.our_ms},
-                                       {"reason", each.reason}});
+        comparisons.push_back({{"what", each.what},
+                               {"published_ms", each.published_ms},
+                               {"our_ms", each.our_ms},
+                               {"reason", each.reason}});
     }
-    json["left_out"] = nlohmann::ordered_json::array();
     for (const LeftOut& each : table.left_out) {
-        json["left_out"].push_back(
-            {{"x", each.x}, {"series", each.series}, {"estimated_s", each.seconds}});
+        left_out.push_back({{"x", each.x}, {"series", each.series}, {"estimated_s", each.seconds}});
     }
-    json["points"] = nlohmann::ordered_json::array();
-    for (const StudyPoint& point : table.points) {
-        nlohmann::ordered_json row;
-        row["x"] = point.x;
-        if (point.published_query_ms) row["published_query_ms"] = *point.published_query_ms;
-        if (point.published_update_ms) row["published_update_ms"] = *point.published_update_ms;
-        for (std::size_t i = 0; i < table.series.size(); ++i) {
-            if (point.measured[i].queries > 0)
-                row[table.series[i].name] = to_json(point.measured[i]);
-        }
-        json["points"].push_back(std::move(row));
-    }
-    json["slopes"] = nlohmann::ordered_json::object();
+    for (const StudyPoint& point : table.points) points.push_back(to_json(table, point));
+    Json slopes = Json::object();
     for (std::size_t i = 0; i < table.series.size(); ++i) {
-        json["slopes"][table.series[i].name] = {
+        slopes[table.series[i].name] = {
             {"published_places", number_or_null(query_slope(table, i, true))},
             {"all", number_or_null(query_slope(table, i, false))},
             {"without_fixed_cost", power_or_null(time_law(table, i, &CrowdTotals::mean_query_ms))},
             {"step_without_fixed_cost",
              power_or_null(time_law(table, i, &CrowdTotals::mean_step_ms))}};
     }
-    return json;
+    return {{"key", table.key},
+            {"title", table.title},
+            {"x_name", table.x_name},
+            {"text", table.text},
+            {"findings", study_findings(table)},
+            {"comparisons", comparisons},
+            {"left_out", left_out},
+            {"points", points},
+            {"slopes", slopes}};
 }
 
 std::string study_markdown(std::span<const StudyTable> tables) {
     std::string text;
     for (const StudyTable& table : tables) {
         text += fmt::format("## {}\n\n{}\n\n", table.title, table.text);
-        add_comparisons(table, text);
+        text += comparison_rows(compare_with_published(table));
         for (const std::string& finding : study_findings(table)) text += "- " + finding + "\n";
-        text += "\n";
-        add_measurements(table, text);
+        text += "\n" + measurement_rows(table);
     }
     return text;
 }
 
 Result<void> write_study_report(const OutputPlace& place, const ReportHeader& header,
                                 std::span<const StudyTable> tables) {
-    nlohmann::ordered_json data;
-    data["tables"] = nlohmann::ordered_json::array();
+    Json data;
+    data["tables"] = Json::array();
     for (const StudyTable& table : tables) data["tables"].push_back(to_json(table));
     return write_report(place, header, std::move(data), assets::study_js);
-}
-
-Result<void> write_study_markdown(const OutputPlace& place, std::span<const StudyTable> tables) {
-    TERRANE_TRY(OutputFile file, OutputFile::create(place));
-    file.write(study_markdown(tables));
-    return file.commit();
 }
 
 }  // namespace terrane::tools

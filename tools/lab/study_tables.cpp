@@ -12,6 +12,11 @@
 namespace terrane::tools {
 namespace {
 
+constexpr double kPublishedRoom =
+    80.0;  // metres: 40 cells of the dense grid, each as wide as a body
+// Published updates of 1 and of 50 bodies, and of bodies of equal size, ms.
+constexpr double kFirstUpdateMs = 0.024, kLastUpdateMs = 0.149, kSweepUpdateMs = 0.099;
+
 // A value of a table's parameter, with the published query time, ms, where there is one.
 struct Published {
     double x;

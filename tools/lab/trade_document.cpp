@@ -15,8 +15,6 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <memory>
-#include <optional>
 #include <utility>
 
 namespace terrane::tools {
@@ -27,50 +25,42 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kTradeFormat = "terrane trade";
 constexpr int kFormatVersion = 1;
 
-bool has_string(const Json& json, const char* key) {
-    return json.contains(key) && json[key].is_string();
-}
+/// Types of the values that compare_documents() and the report read. Lists have items like the only one here; a key
+/// with ? may be absent; * is any key.
+constexpr const char* kDocumentForm = R"({
+    "machine": {},
+    "reference_loop_ms": {"median": 0, "low": 0, "high": 0, "repetitions": 0},
+    "tables": [{
+        "key": "", "title": "", "axis": "", "text": "", "terrain": "", "cost": "", "loss": "",
+        "columns": [{"key": "", "title": "", "unit": ""}],
+        "rows": [{
+            "label": "", "command": "", "presets": [""],
+            "figures": {"*": {"median": 0, "low": 0, "high": 0, "repetitions": 0, "ratio?": 0}}
+        }],
+        "findings": [""]
+    }]
+})";
 
-// The first fault of a figure; "" for none.
-std::string fault_of_figure(const Json& figure) {
-    if (!figure.is_object()) return "a figure is no object";
-    for (const char* key : {"median", "low", "high", "repetitions"}) {
-        if (!figure.contains(key) || !figure[key].is_number()) {
-            return fmt::format("a figure has no number '{}'", key);
+// The first difference of a value from a form; "" for none.
+std::string fault_of(const Json& value, const Json& form, const std::string& name) {
+    const std::string type = form.type_name();
+    if (value.type_name() != type) return fmt::format("{} is no {}", name, type);
+    std::string fault;
+    if (form.is_array() || (form.is_object() && form.contains("*"))) {
+        for (const Json& item : value) {
+            if (fault.empty()) fault = fault_of(item, form.front(), "an item of " + name);
+        }
+    } else if (form.is_object()) {
+        for (const auto& [key, inner] : form.items()) {
+            const bool is_optional = key.ends_with('?');
+            const std::string own = key.substr(0, key.size() - (is_optional ? 1 : 0));
+            if (!fault.empty() || (is_optional && !value.contains(own))) continue;
+            fault = value.contains(own)
+                        ? fault_of(value[own], inner, own)
+                        : fmt::format("{} has no {} '{}'", name, inner.type_name(), own);
         }
     }
-    if (figure.contains("ratio") && !figure["ratio"].is_number()) return "a ratio is no number";
-    return "";
-}
-
-// The first fault of a table; "" for none.
-std::string fault_of_table(const Json& table) {
-    if (!table.is_object()) return "a table is no object";
-    for (const char* key : {"key", "title", "axis", "text", "terrain", "cost", "loss"}) {
-        if (!has_string(table, key)) return fmt::format("a table has no text '{}'", key);
-    }
-    for (const char* key : {"columns", "rows", "findings"}) {
-        if (!table.contains(key) || !table[key].is_array()) {
-            return fmt::format("a table has no list '{}'", key);
-        }
-    }
-    for (const Json& column : table["columns"]) {
-        if (!column.is_object() || !has_string(column, "key") || !has_string(column, "title") ||
-            !has_string(column, "unit")) {
-            return "a column has no key, title or unit";
-        }
-    }
-    for (const Json& row : table["rows"]) {
-        if (!row.is_object() || !has_string(row, "label") || !has_string(row, "command") ||
-            !row.contains("figures") || !row["figures"].is_object()) {
-            return "a row has no label, command or figures";
-        }
-        if (!row.contains("presets") || !row["presets"].is_array()) return "a row has no presets";
-        for (const Json& figure : row["figures"]) {
-            if (std::string fault = fault_of_figure(figure); !fault.empty()) return fault;
-        }
-    }
-    return "";
+    return fault;
 }
 
 std::string fault_of_document(const Json& document) {
@@ -81,18 +71,7 @@ std::string fault_of_document(const Json& document) {
     if (document.value("format_version", Json()) != kFormatVersion) {
         return fmt::format("its format_version is not {}", kFormatVersion);
     }
-    if (!document.contains("machine") || !document["machine"].is_object()) {
-        return "it has no machine";
-    }
-    if (!document.contains("reference_loop_ms") ||
-        !fault_of_figure(document["reference_loop_ms"]).empty()) {
-        return "it has no reference_loop_ms";
-    }
-    if (!document.contains("tables") || !document["tables"].is_array()) return "it has no tables";
-    for (const Json& table : document["tables"]) {
-        if (std::string fault = fault_of_table(table); !fault.empty()) return fault;
-    }
-    return "";
+    return fault_of(document, Json::parse(kDocumentForm), "it");
 }
 
 // The figure of a document for a dial, terrain, label and column, or null.
@@ -121,34 +100,29 @@ Json median_or_null(const std::vector<double>& values) {
 
 }  // namespace
 
-Json to_json(const TradeDocument& document) {
+Json start_trade_document(bool is_quick) {
     const Machine machine = this_machine();
-    Json known = Json::array(), tables = Json::array(), idle_dials = Json::array();
+    Json known = Json::array();
     for (const Preset& preset : presets()) {
         Json flags;
         for (const PresetFlag& each : preset.flags) flags[std::string(each.flag)] = each.value;
         known.push_back({{"name", preset.name}, {"flags", flags}});
     }
-    for (const TradeTable& table : document.tables) tables.push_back(to_json(table));
-    for (const IdleDial& dial : document.idle_dials) {
-        idle_dials.push_back(
-            {{"key", dial.key}, {"terrain", dial.terrain}, {"reason", dial.reason}});
-    }
     return {{"format", kTradeFormat},
             {"format_version", kFormatVersion},
-            {"command", document.command_line},
-            {"quick", document.is_quick},
-            {"seconds", document.seconds},
+            {"command", own_command_line()},
+            {"quick", is_quick},
+            {"seconds", 0.0},
             {"machine",
              {{"processor", machine.processor},
               {"threads", machine.threads},
               {"compiler", machine.compiler},
               {"build", machine.build},
               {"version", library_version()}}},
-            {"reference_loop_ms", to_json(document.reference_ms, "")},
+            {"reference_loop_ms", nullptr},
             {"presets", known},
-            {"tables", tables},
-            {"idle_dials", idle_dials}};
+            {"tables", Json::array()},
+            {"idle_dials", Json::array()}};
 }
 
 CommandResult<Json> read_trade_document(const std::string& path) {
@@ -208,40 +182,38 @@ Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& he
     return write_report(place, header, std::move(data), assets::trade_js);
 }
 
-CommandResult<void> run_comparison(const ComparisonOptions& options) {
+CommandResult<void> run_comparison(const std::vector<std::string>& files, const std::string& out,
+                                   bool as_json) {
     std::vector<Json> documents;
-    for (const std::string& path : options.files) {
+    for (const std::string& path : files) {
         TERRANE_TRY(Json document, read_trade_document(path));
         documents.push_back(std::move(document));
     }
     const Json compared = compare_documents(documents[0], documents[1]);
     if (compared["figures_in_both"] == 0) {
-        return failure(fmt::format("'{}' and '{}' have no figure in common", options.files[0],
-                                   options.files[1]));
+        return failure(fmt::format("'{}' and '{}' have no figure in common", files[0], files[1]));
     }
     Json summary = compared;
     summary.erase("figures");
-    if (!options.out.empty()) {
-        TERRANE_TRY(const auto folder, OutputFolder::open(options.out, {kReportName}, false));
+    TERRANE_TRY(const auto folder, OutputFolder::open(out, {kReportName}));
+    if (folder != nullptr) {
         TERRANE_TRY(folder->clear());
         TERRANE_TRY(write_trade_report(OutputPlace(folder, kReportName),
-                                       {.title = "Trade-offs of two runs",
-                                        .command_line = own_command_line(),
-                                        .film = "",
-                                        .summary = summary},
+                                       {.title = "Trade-offs of two runs", .summary = summary},
                                        documents));
     }
-    if (options.json) {
+    if (as_json) {
         print_summary(compared, true);
         return {};
     }
     for (const Json& figure : compared["figures"]) {
         if (!figure.contains("ratio_b_over_a") || !figure["b_over_a"].is_number()) continue;
-        fmt::print("{:<18} {:<14} {:<22} {:<12} {:>10.4g} {:>10.4g} {:<2}  b/a {:>6.3g}\n",
-                   figure["dial"].get<std::string>(), figure["terrain"].get<std::string>(),
-                   figure["label"].get<std::string>(), figure["column"].get<std::string>(),
-                   figure["a"].get<double>(), figure["b"].get<double>(),
-                   figure["unit"].get<std::string>(), figure["b_over_a"].get<double>());
+        print_text(
+            fmt::format("{:<18} {:<14} {:<22} {:<12} {:>10.4g} {:>10.4g} {:<2}  b/a {:>6.3g}\n",
+                        figure["dial"].get<std::string>(), figure["terrain"].get<std::string>(),
+                        figure["label"].get<std::string>(), figure["column"].get<std::string>(),
+                        figure["a"].get<double>(), figure["b"].get<double>(),
+                        figure["unit"].get<std::string>(), figure["b_over_a"].get<double>()));
     }
     print_summary(summary, false);
     return {};

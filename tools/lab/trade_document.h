@@ -12,28 +12,13 @@
 
 namespace terrane::tools {
 
-/// A dial without a table, because none of its values can have an effect over a terrain.
-struct IdleDial {
-    std::string key, terrain, reason;
-};
-
-/// All tables of one run, and the machine that measured them.
-struct TradeDocument {
-    std::string command_line;
-    bool is_quick = false;
-    TradeFigure reference_ms;  ///< of the reference loop, over the run
-    double seconds = 0.0;      ///< duration of the run
-    std::vector<TradeTable> tables;
-    std::vector<IdleDial> idle_dials;
-};
-
-/// In the form of trade.json, with the machine and the flags of the presets.
-nlohmann::ordered_json to_json(const TradeDocument& document);
+/// A trade.json without tables: the command line, the machine, and the flags of the presets.
+nlohmann::ordered_json start_trade_document(bool is_quick);
 
 /// Reads a trade.json.
 ///
 /// Fails: exit_failed, naming the file and what is wrong: it cannot be read, is not JSON, or does not have the form of
-///        to_json()
+///        start_trade_document() with tables of to_json()
 CommandResult<nlohmann::ordered_json> read_trade_document(const std::string& path);
 
 /// Figures of two documents side by side: those of the same dial, terrain, label and column, in the order of the
@@ -53,17 +38,14 @@ nlohmann::ordered_json compare_documents(const nlohmann::ordered_json& a,
 Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& header,
                                 const std::vector<nlohmann::ordered_json>& documents);
 
-/// Options of `terrane trade --compare`.
-struct ComparisonOptions {
-    std::vector<std::string> files;  ///< two trade.json
-    std::string out;                 ///< a folder for the report; "" for none
-    bool json = false;
-};
-
 /// Prints the figures of two trade.json side by side: as one JSON object, or as a line per time and a summary.
+///
+/// @param files two trade.json
+/// @param out   a folder for the report; "" for none
 ///
 /// Fails: exit_failed, naming the file, as read_trade_document(); if the files have no figure in common; as
 ///        write_trade_report()
-CommandResult<void> run_comparison(const ComparisonOptions& options);
+CommandResult<void> run_comparison(const std::vector<std::string>& files, const std::string& out,
+                                   bool as_json);
 
 }  // namespace terrane::tools

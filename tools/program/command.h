@@ -15,7 +15,8 @@
 
 namespace CLI {
 class App;
-}
+class ParseError;
+}  // namespace CLI
 
 namespace terrane::tools {
 
@@ -103,15 +104,6 @@ CommandResult<void> refuse_idle_flags(const CLI::App& command,
 
 /// Whether a flag of the command was on the command line.
 bool is_given(const CLI::App& command, const std::string& flag);
-
-}  // namespace terrane::tools
-
-namespace CLI {
-class App;
-class ParseError;
-}  // namespace CLI
-
-namespace terrane::tools {
 
 /// One line for a command line that cannot be parsed: names the wrong flag or word and suggests the nearest one.
 ///

@@ -34,9 +34,15 @@ public:
     }
     double within(double low, double high) { return low + (high - low) * unit(); }
 
-    /// Uniform unit vector, by rejection sampling of the unit ball from the cube.
+    /// Uniform over all directions: a unit vector.
+    Eigen::Vector3d direction() { return Eigen::Vector3d::Map(unit_vector<3>().data()); }
+    /// Uniform over all rotations.
+    Eigen::Matrix3d rotation() { return matrix_from_quaternion(unit_vector<4>()); }
+
+private:
+    // By rejection sampling of the unit ball from the cube.
     template <std::size_t dimensions>
-    std::array<double, dimensions> direction() {
+    std::array<double, dimensions> unit_vector() {
         for (;;) {
             std::array<double, dimensions> v{};
             double square = 0.0;
@@ -51,7 +57,6 @@ public:
         }
     }
 
-private:
     std::uint64_t seed_, body_, next_ = 0;
 };
 

@@ -78,15 +78,30 @@ double read_number(const std::string& flag, const Rule& rule, const std::string&
     return *number;
 }
 
+// A flag whose text `parse` turns into a value, or into nothing where it is not as wanted.
+template <class T, class Parse>
+CLI::Option* add_parsed(CLI::App& app, const std::string& flag, T& value, const Parse& parse,
+                        const std::string& wanted, const std::string& help) {
+    T* const target = &value;
+    return app.add_option_function<std::string>(
+        flag,
+        [target, flag, parse, wanted](const std::string& text) {
+            const auto parsed = parse(text);
+            if (!parsed) refuse(flag, wanted, text);
+            *target = *parsed;
+        },
+        help);
+}
+
 CLI::Option* add_number(CLI::App& app, const std::string& flag, double& value, const Rule& rule,
                         const std::string& help) {
-    double* const target = &value;
-    CLI::Option* option = app.add_option_function<std::string>(
-        flag,
-        [target, flag, rule](const std::string& text) { *target = read_number(flag, rule, text); },
-        help);
-    option->default_str(std::isnan(value) ? "" : fmt::format("{}", value));
-    return option->type_name("X");
+    const auto parse = [rule](const std::string& text) {
+        const std::optional<double> number = parse_number(text);
+        return number && rule.is_met(*number) ? number : std::nullopt;
+    };
+    return add_parsed(app, flag, value, parse, rule.wanted, help)
+        ->default_str(std::isnan(value) ? "" : fmt::format("{}", value))
+        ->type_name("X");
 }
 
 CLI::Option* add_numbers(CLI::App& app, const std::string& flag, std::vector<double>& values,
@@ -193,18 +208,14 @@ CLI::Option* add_in_range_list(CLI::App& app, const std::string& flag, std::vect
 
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& value, std::size_t low,
                        const std::string& help, std::size_t high) {
-    std::size_t* const target = &value;
-    CLI::Option* option = app.add_option_function<std::string>(
-        flag,
-        [target, flag, low, high](const std::string& text) {
-            const std::optional<std::size_t> number = parse_whole<std::size_t>(text);
-            if (!number || *number < low || *number > high) {
-                refuse(flag, fmt::format("a whole number, {} to {}", low, high), text);
-            }
-            *target = *number;
-        },
-        help);
-    return option->default_str(fmt::format("{}", value))->type_name("N");
+    const auto parse = [low, high](const std::string& text) {
+        const std::optional<std::size_t> number = parse_whole<std::size_t>(text);
+        return number && *number >= low && *number <= high ? number : std::nullopt;
+    };
+    return add_parsed(app, flag, value, parse, fmt::format("a whole number, {} to {}", low, high),
+                      help)
+        ->default_str(fmt::format("{}", value))
+        ->type_name("N");
 }
 
 std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
@@ -230,44 +241,45 @@ CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std:
     return option->default_str(usual_name)->type_name("NAME");
 }
 
-CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
-                       const std::string& help) {
-    std::optional<WorldPos>* const target = &value;
+std::vector<std::string> read_list(const std::string& flag, const std::string& text) {
+    std::optional<std::vector<std::string>> items = parse_list(text);
+    if (!items) refuse(flag, "names, parted by commas", text);
+    return std::move(*items);
+}
+
+CLI::Option* add_choice_list(CLI::App& app, const std::string& flag, std::vector<std::string> names,
+                             std::function<void(const std::vector<std::size_t>&)> choose,
+                             const std::string& help) {
     CLI::Option* option = app.add_option_function<std::string>(
         flag,
-        [target, flag](const std::string& text) {
-            *target = parse_point(text);
-            if (!*target) refuse(flag, "three finite numbers X,Y,Z", text);
+        [flag, names = std::move(names), choose = std::move(choose)](const std::string& text) {
+            std::vector<std::size_t> chosen;
+            for (const std::string& item : read_list(flag, text)) {
+                chosen.push_back(read_choice(flag, names, item));
+            }
+            choose(chosen);
         },
         help);
-    return option->type_name("X,Y,Z");
+    return option->type_name("NAME,...");
+}
+
+CLI::Option* add_point(CLI::App& app, const std::string& flag, std::optional<WorldPos>& value,
+                       const std::string& help) {
+    return add_parsed(app, flag, value, parse_point, "three finite numbers X,Y,Z", help)
+        ->type_name("X,Y,Z");
 }
 
 CLI::Option* add_place(CLI::App& app, const std::string& flag, std::optional<WorldVec2>& value,
                        const std::string& help) {
-    std::optional<WorldVec2>* const target = &value;
-    CLI::Option* option = app.add_option_function<std::string>(
-        flag,
-        [target, flag](const std::string& text) {
-            *target = parse_place(text);
-            if (!*target) refuse(flag, "two finite numbers X,Y", text);
-        },
-        help);
-    return option->type_name("X,Y");
+    return add_parsed(app, flag, value, parse_place, "two finite numbers X,Y", help)
+        ->type_name("X,Y");
 }
 
 CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
                       const std::string& help) {
-    ImageSize* const target = &value;
-    CLI::Option* option = app.add_option_function<std::string>(
-        flag,
-        [target, flag](const std::string& text) {
-            const std::optional<ImageSize> size = parse_size(text);
-            if (!size) refuse(flag, fmt::format("WxH with both 1 to {}", kMaxSide_px), text);
-            *target = *size;
-        },
-        help);
-    return option->default_str(fmt::format("{}x{}", value.width_px, value.height_px))
+    return add_parsed(app, flag, value, parse_size,
+                      fmt::format("WxH with both 1 to {}", kMaxSide_px), help)
+        ->default_str(fmt::format("{}x{}", value.width_px, value.height_px))
         ->type_name("WxH");
 }
 

@@ -62,6 +62,12 @@ CLI::Option* add_count(CLI::App& app, const std::string& flag, std::size_t& valu
 CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std::string> names,
                         std::size_t usual, std::function<void(std::size_t)> choose,
                         const std::string& help);
+/// Several of these names, separated by commas.
+CLI::Option* add_choice_list(CLI::App& app, const std::string& flag, std::vector<std::string> names,
+                             std::function<void(const std::vector<std::size_t>&)> choose,
+                             const std::string& help);
+/// The items of "A,B,C". Throws like the flags.
+std::vector<std::string> read_list(const std::string& flag, const std::string& text);
 /// The index of a name. Throws like the flags.
 std::size_t read_choice(const std::string& flag, const std::vector<std::string>& names,
                         const std::string& text);
@@ -71,14 +77,6 @@ CLI::Option* add_place(CLI::App& app, const std::string& flag, std::optional<Wor
                        const std::string& help);
 CLI::Option* add_size(CLI::App& app, const std::string& flag, ImageSize& value,
                       const std::string& help);
-
-}  // namespace terrane::tools
-
-namespace CLI {
-class App;
-}
-
-namespace terrane::tools {
 
 /// The value that a preset gives to a flag.
 struct PresetFlag {

@@ -34,25 +34,22 @@ TemporaryFile::~TemporaryFile() {
 
 Result<TemporaryFile> TemporaryFile::beside(const std::string& path) {
     constexpr int kMostNames = 1000;
-    const auto refuse = [&path](int cause) {
-        return fail(ErrorCode::io, "cannot write '" + path + "': " + std::strerror(cause));
-    };
     for (int i = 0; i < kMostNames; ++i) {
         const std::string name = path + ".partial" + (i == 0 ? "" : std::to_string(i));
         // O_EXCL: never opens an existing file
         const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor < 0 && errno == EEXIST) continue;
-        if (descriptor < 0) return refuse(errno);
+        if (descriptor < 0) return cannot_write(path, errno);
         std::FILE* const stream = ::fdopen(descriptor, "wb");
         if (stream == nullptr) {
             const int cause = errno;
             ::close(descriptor);
             std::remove(name.c_str());
-            return refuse(cause);
+            return cannot_write(path, cause);
         }
         return TemporaryFile(name, stream);
     }
-    return refuse(EEXIST);
+    return cannot_write(path, EEXIST);
 }
 
 int TemporaryFile::close() {
@@ -113,6 +110,7 @@ bool is_frame_name(const std::string& name) {
 Result<std::shared_ptr<OutputFolder>> OutputFolder::open(const std::string& path,
                                                          std::vector<std::string> names,
                                                          bool has_frames) {
+    if (path.empty()) return std::shared_ptr<OutputFolder>();
     std::error_code error;
     fs::create_directories(path, error);
     if (error || !fs::is_directory(path, error)) {
@@ -259,8 +257,6 @@ bool OutputFolder::is_unchanged(const std::string& name, const Entry& entry) con
     return now && *now == entry;
 }
 
-namespace {}  // namespace
-
 OutputFile::OutputFile(OutputPlace place, std::optional<TemporaryFile> temporary, std::FILE* direct)
     : place_(std::move(place)), temporary_(std::move(temporary)), direct_(direct) {}
 
@@ -314,6 +310,12 @@ Result<void> OutputFile::commit() {
         failed_errno_ = temporary_->rename_to(place_.path, place_.folder == nullptr);
     }
     return check();
+}
+
+Result<void> write_file(const OutputPlace& place, std::string_view bytes) {
+    TERRANE_TRY(OutputFile file, OutputFile::create(place));
+    file.write(bytes);
+    return file.commit();
 }
 
 }  // namespace terrane::tools

@@ -66,7 +66,7 @@ tl::unexpected<Error> cannot_write(const std::string& path, int cause);
 /// locks).
 class OutputFolder {
 public:
-    /// Creates the folder if necessary, and checks for name clashes. Removes nothing yet.
+    /// Creates the folder if necessary, and checks for name clashes. Removes nothing yet. Null for an empty path.
     ///
     /// @param names      files that the run may write
     /// @param has_frames whether it may write frame_000000.png and so on
@@ -75,7 +75,7 @@ public:
     /// a name that the run may write (the message names it), or another run uses the folder.
     static Result<std::shared_ptr<OutputFolder>> open(const std::string& path,
                                                       std::vector<std::string> names,
-                                                      bool has_frames);
+                                                      bool has_frames = false);
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;
     /// Removes the list if no file was recorded.
@@ -155,5 +155,8 @@ private:
     std::FILE* direct_ = nullptr;  ///< stream of a pipe or a device
     int failed_errno_ = 0;
 };
+
+/// Writes a whole file. Fails as OutputFile.
+Result<void> write_file(const OutputPlace& place, std::string_view bytes);
 
 }  // namespace terrane::tools

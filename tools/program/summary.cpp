@@ -188,9 +188,10 @@ std::string format_summary(const nlohmann::ordered_json& summary, bool as_json) 
 }
 
 void print_summary(const nlohmann::ordered_json& summary, bool as_json) {
-    const std::string text = format_summary(summary, as_json);
-    std::fwrite(text.data(), 1, text.size(), stdout);
+    print_text(format_summary(summary, as_json));
 }
+
+void print_text(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& number) {
     return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json();

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace terrane::tools {
 
@@ -28,6 +29,9 @@ std::string figure_note(const std::string& key, const nlohmann::ordered_json& su
 /// Prints the summary of a command on standard output: one line of JSON with round-trip numbers for scripts, or one
 /// line "key   value" for each key for people, rounded by figure_text().
 void print_summary(const nlohmann::ordered_json& summary, bool as_json);
+
+/// Writes text to standard output. Failures are reported at the end of the program.
+void print_text(std::string_view text);
 
 /// The text of print_summary(), with line ends.
 std::string format_summary(const nlohmann::ordered_json& summary, bool as_json);

@@ -263,14 +263,12 @@ std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
             const double z =
                 *below + radius + layout.scale * (kClearance + random.within(0.0, kFurtherUp));
             pose.translation = WorldPos(x, y, z);
-            pose.rotation = matrix_from_quaternion(random.direction<4>());
+            pose.rotation = random.rotation();
             is_placed = is_free(obstacles, ground, dropped.settings.shape, pose);
         }
         if (!is_placed) continue;
         dropped.state.velocity = Eigen::Vector3d(0.0, 0.0, -layout.speed);
-        const std::array<double, 3> axis = random.direction<3>();
-        dropped.state.angular_velocity =
-            Eigen::Vector3d(layout.spin * axis[0], layout.spin * axis[1], layout.spin * axis[2]);
+        dropped.state.angular_velocity = layout.spin * random.direction();
         bodies.push_back(dropped);
     }
     return bodies;
