@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -38,16 +39,14 @@ TEST(Heightmap, HasTheHeightsOfTheSourceRowByRowFromTheNorth) {
     EXPECT_EQ(map.width(), 256.0);
     EXPECT_EQ(map.west, 14.0 - 128.0);  // the nearest point of the lattice
     ASSERT_EQ(map.heights.size(), 129u * 129u);
-    double low = map.heights[0], high = low;
     for (int row = 0; row < map.side; ++row) {
         for (int column = 0; column < map.side; ++column) {
             const double height = map.heights[static_cast<std::size_t>(row * map.side + column)];
             ASSERT_NEAR(height, source->height(map.west + 2.0 * column, map.north - 2.0 * row),
                         1e-9);
-            low = std::min(low, height);
-            high = std::max(high, height);
         }
     }
+    const auto [low, high] = std::ranges::minmax(map.heights);
     EXPECT_EQ(map.low, low);
     EXPECT_EQ(map.high, high);
     EXPECT_EQ(map.absent_count, 0);
@@ -58,13 +57,11 @@ TEST(Heightmap, RoundsToSixteenBitsWithinTheErrorThatItTells) {
     const Heightmap map = make_heightmap(*source, {.side = 257, .level = 2}).value();
     const std::vector<std::uint16_t> pixels = quantise(map);
     double largest = 0.0;
-    std::uint16_t least = 65535, most = 0;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
         const double height = map.low + pixels[i] / 65535.0 * (map.high - map.low);
         largest = std::max(largest, std::abs(height - map.heights[i]));
-        least = std::min(least, pixels[i]);
-        most = std::max(most, pixels[i]);
     }
+    const auto [least, most] = std::ranges::minmax(pixels);
     EXPECT_EQ(least, 0);
     EXPECT_EQ(most, 65535);
     EXPECT_LE(largest, quantisation_error(map));
@@ -147,6 +144,15 @@ namespace elevation_map_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+ElevationMap make_map(double length_x, double length_y, double resolution,
+                      const WorldPos& origin = WorldPos::Zero()) {
+    return ElevationMap::create({.length_x = length_x,
+                                 .length_y = length_y,
+                                 .resolution = resolution,
+                                 .origin_world = origin})
+        .value();
+}
+
 // The indices of a grid map as grid_map_core documents them, for comparison: against the axes, in a circular buffer.
 // Written from the documentation.
 struct GridMapOracle {
@@ -201,8 +207,7 @@ void expect_heights(const ElevationMap& map, const Ground& ground, const WorldPo
 
 TEST(ElevationMap, HoldsTheHeightsOfTheGroundWhereverItMoves) {
     const Ground ground = test::make_test_ground(test::rough_height);
-    ElevationMap map =
-        ElevationMap::create({.length_x = 6.0, .length_y = 9.0, .resolution = 0.5}).value();
+    ElevationMap map = make_map(6.0, 9.0, 0.5);
     ASSERT_EQ(map.rows(), 12);
     ASSERT_EQ(map.columns(), 18);
     test::Random random(23);
@@ -220,8 +225,7 @@ TEST(ElevationMap, HoldsTheHeightsOfTheGroundWhereverItMoves) {
 
 TEST(ElevationMap, HasTheBufferOfAGridMap) {
     const Ground ground = test::make_test_ground(test::rough_height);
-    ElevationMap map =
-        ElevationMap::create({.length_x = 4.0, .length_y = 3.0, .resolution = 0.25}).value();
+    ElevationMap map = make_map(4.0, 3.0, 0.25);
     GridMapOracle oracle(16, 12, 0.25);
     test::Random random(29);
     double x = 64.0, y = 64.0;
@@ -245,8 +249,7 @@ TEST(ElevationMap, HasTheBufferOfAGridMap) {
 
 TEST(ElevationMap, ReadsOnlyWhatEntered) {
     const Ground ground = test::make_test_ground(test::rough_height);
-    ElevationMap map =
-        ElevationMap::create({.length_x = 10.0, .length_y = 10.0, .resolution = 1.0}).value();
+    ElevationMap map = make_map(10.0, 10.0, 1.0);
     EXPECT_EQ(map.update(ground, 64.0, 64.0).read_cells, 100);
     EXPECT_EQ(map.update(ground, 64.4, 63.6).read_cells, 0);
     const ElevationMapUpdate east = map.update(ground, 66.0, 64.0);
@@ -259,11 +262,8 @@ TEST(ElevationMap, ReadsOnlyWhatEntered) {
 
 TEST(ElevationMap, FollowsGroundThatArrivesAndGoes) {
     const Ground part = test::make_broken_ground();
-    test::TableGroundSettings settings;
-    settings.roots = 2;
-    const Ground whole = test::make_test_ground(test::plane_height, settings);
-    ElevationMap map =
-        ElevationMap::create({.length_x = 8.0, .length_y = 8.0, .resolution = 0.5}).value();
+    const Ground whole = test::make_test_ground(test::plane_height, 1.0, 2);
+    ElevationMap map = make_map(8.0, 8.0, 0.5);
     const ElevationMapUpdate before = map.update(part, 128.0, 128.0);
     EXPECT_EQ(before.absent_cells, 64);
     expect_heights(map, part, WorldPos::Zero());
@@ -302,10 +302,7 @@ TEST(ElevationMap, RefusesPlacesThatAreNotFinite) {
 TEST(ElevationMap, KeepsItsPrecisionAMillionKilometresOut) {
     const Ground ground = test::make_far_ground();
     const WorldPos origin(1e9, -1e9, 1e5);
-    ElevationMap map =
-        ElevationMap::create(
-            {.length_x = 4.0, .length_y = 4.0, .resolution = 0.5, .origin_world = origin})
-            .value();
+    ElevationMap map = make_map(4.0, 4.0, 0.5, origin);
     for (int i = 0; i < 20; ++i) map.update(ground, 20.0 + i, 40.0 - i);
     expect_heights(map, ground, origin);
     const auto at = map.find(39.25, 21.25);
@@ -314,15 +311,13 @@ TEST(ElevationMap, KeepsItsPrecisionAMillionKilometresOut) {
 }
 
 TEST(ElevationMap, HasTheHighestSurfaceAboveARoom) {
-    ElevationMap map =
-        ElevationMap::create({.length_x = 4.0, .length_y = 4.0, .resolution = 0.5}).value();
+    ElevationMap map = make_map(4.0, 4.0, 0.5);
     map.update(test::make_room_ground(), 50.0, 50.0);
     for (const float height : map.layer()) EXPECT_EQ(height, 20.0f);
 }
 
 TEST(ElevationMap, MayBeOneCellAndIsNeverNoneOrABillion) {
-    ElevationMap one =
-        ElevationMap::create({.length_x = 1.0, .length_y = 0.6, .resolution = 1.0}).value();
+    ElevationMap one = make_map(1.0, 0.6, 1.0);
     EXPECT_EQ(one.update(test::make_test_ground(test::plane_height), 9.0, 9.0).read_cells, 1);
     EXPECT_EQ(one.layer()[0], static_cast<float>(test::plane_height(9.0, 9.0)));
     for (const ElevationMapSettings& settings :

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
-#include <set>
 #include <tuple>
 #include <vector>
 
@@ -101,9 +101,8 @@ TEST(GroundTriangles, VisitsEachTriangleWithAPointInTheBoxOnce) {
 }
 
 TEST(GroundTriangles, SubtractsAFarOriginInDouble) {
-    test::TableGroundSettings settings;
-    settings.origin_x = 1e7, settings.origin_y = -3e6;
-    const Ground ground = test::make_test_ground([](double, double) { return 2.0; }, settings);
+    const Ground ground = test::make_test_ground([](double, double) { return 2.0; },
+                                                 {.origin_x = 1e7, .origin_y = -3e6});
     const WorldPos origin(1e7 + 60.0, -3e6 + 60.0, 2.0);
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.75);
     const auto found = visit(ground, {origin - half, origin + half}, nullptr, origin);
@@ -176,13 +175,10 @@ namespace sphere_contacts_test {
 using test::Random;
 
 bool has(std::span<const Contact> contacts, const Contact& wanted) {
-    for (const Contact& c : contacts) {
-        if ((c.point_world - wanted.point_world).norm() < 1e-6 &&
-            (c.normal - wanted.normal).norm() < 1e-6 && std::abs(c.depth - wanted.depth) < 1e-6) {
-            return true;
-        }
-    }
-    return false;
+    return std::ranges::any_of(contacts, [&](const Contact& c) {
+        return (c.point_world - wanted.point_world).norm() < 1e-6 &&
+               (c.normal - wanted.normal).norm() < 1e-6 && std::abs(c.depth - wanted.depth) < 1e-6;
+    });
 }
 
 TEST(SphereContacts, AreThoseOfFindContacts) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -34,6 +35,12 @@ TerrainProbe make_probe(const Ground& ground, const TerrainProbeSettings& settin
     return probe;
 }
 
+/// plane_height() with a surface map.
+Ground ground_with(const std::function<SurfaceProperties(double, double)>& surface) {
+    return test::make_test_ground(test::plane_height,
+                                  {.surface = SurfaceMap::from_function(surface).value()});
+}
+
 TEST(TerrainProbe, FillsTheStructureInAFrameWithYUpAndZSouth) {
     const TerrainProbe probe =
         make_probe(test::make_test_ground(test::plane_height), {.origin_world = {64, 64, 8}});
@@ -56,10 +63,10 @@ TEST(TerrainProbe, AgreesWithGroundEverywhere) {
     test::Random random(8);
     int hits = 0;
     for (int i = 0; i < 500; ++i) {
-        const double x = random.between(-10.0, 140.0), y = random.between(-10.0, 140.0);
+        const double east = random.between(-70.0, 80.0), south = random.between(-70.0, 80.0);
         const TerrainProbe::Answer answer =
-            probe.probe(Eigen::Vector3d(x - 60.0, random.between(-1e3, 1e3), 70.0 - y));
-        const HeightAnswer want = ground.height(60.0 + (x - 60.0), 70.0 - (70.0 - y));
+            probe.probe(Eigen::Vector3d(east, random.between(-1e3, 1e3), south));
+        const HeightAnswer want = ground.height(60.0 + east, 70.0 - south);
         ASSERT_EQ(answer.status, want.status);
         ASSERT_EQ(answer.result,
                   want.status == QueryStatus::ok ? ProbeResult::hit : ProbeResult::missed);
@@ -101,15 +108,12 @@ TEST(TerrainProbe, IsAnErrorForAStructureOfAnotherSizeAndWithoutGround) {
 }
 
 TEST(TerrainProbe, AsksForWaterByMaterialAndForTheVelocityOfTheSurface) {
-    test::TableGroundSettings ground_settings;
-    ground_settings.surface = SurfaceMap::from_function([](double x, double) {
-                                  return SurfaceProperties{.material = x < 50.0 ? 9u : 1u};
-                              }).value();
+    const Ground ground = ground_with(
+        [](double x, double) { return SurfaceProperties{.material = x < 50.0 ? 9u : 1u}; });
     TerrainProbeSettings settings;
     settings.is_wet = [](std::uint32_t material) { return material == 9; };
     settings.velocity = [](const WorldPos& p) { return Eigen::Vector3d(1.0, p.x(), 3.0); };
-    const TerrainProbe probe =
-        make_probe(test::make_test_ground(test::plane_height, ground_settings), settings);
+    const TerrainProbe probe = make_probe(ground, settings);
     const TerrainProbe::Answer lake = probe.probe(Eigen::Vector3d(40, 0, -20));
     EXPECT_TRUE(lake.is_wet);
     EXPECT_EQ(lake.velocity, Eigen::Vector3d(1.0, 3.0, -40.0));
@@ -117,10 +121,7 @@ TEST(TerrainProbe, AsksForWaterByMaterialAndForTheVelocityOfTheSurface) {
 }
 
 TEST(TerrainProbe, CountsFunctionsThatThrow) {
-    test::TableGroundSettings ground_settings;
-    ground_settings.surface =
-        SurfaceMap::from_function([](double, double) { return SurfaceProperties{}; }).value();
-    const Ground ground = test::make_test_ground(test::plane_height, ground_settings);
+    const Ground ground = ground_with([](double, double) { return SurfaceProperties{}; });
     TerrainProbeSettings settings;
     settings.is_wet = [](std::uint32_t) -> bool { throw std::runtime_error("no water"); };
     const TerrainProbe dry = make_probe(ground, settings);
@@ -159,11 +160,10 @@ TEST(TerrainProbe, RefusesSettingsThatMakeNoSense) {
 }
 
 }  // namespace terrain_probe_test
-}  // namespace terrane::adapters
+
+namespace chrono_terrain_test {
 
 // NOLINTBEGIN(readability-identifier-naming): Chrono's names
-namespace chrono_stub {
-
 // What ChronoTerrain uses of ChVector3d and ChTerrain, written from their documentation.
 struct ChVector3d {
     ChVector3d(double x_, double y_, double z_) : x_value(x_), y_value(y_), z_value(z_) {}
@@ -181,14 +181,8 @@ public:
     virtual float GetCoefficientFriction(const ChVector3d&) const { return 0.8f; }
 };
 
-}  // namespace chrono_stub
 // NOLINTEND(readability-identifier-naming)
 
-namespace terrane::adapters {
-namespace chrono_terrain_test {
-
-using chrono_stub::ChTerrain;
-using chrono_stub::ChVector3d;
 using Terrain = ChronoTerrain<ChTerrain, ChVector3d>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -201,11 +195,11 @@ Terrain make_terrain(const Ground& ground, const ChronoTerrainSettings& settings
 }
 
 TEST(ChronoTerrain, AnswersTheContactSurfaceThroughTheBaseClass) {
-    test::TableGroundSettings ground_settings;
-    ground_settings.surface = SurfaceMap::from_function([](double x, double) {
-                                  return SurfaceProperties{.friction = x < 50.0 ? 0.3 : 0.9};
-                              }).value();
-    const Ground ground = test::make_test_ground(test::rough_height, ground_settings);
+    const auto properties = [](double x, double) {
+        return SurfaceProperties{.friction = x < 50.0 ? 0.3 : 0.9};
+    };
+    const Ground ground = test::make_test_ground(
+        test::rough_height, {.surface = SurfaceMap::from_function(properties).value()});
     const Terrain terrain = make_terrain(ground);
     const ChTerrain& base = terrain;
     test::Random random(3);
@@ -227,38 +221,24 @@ TEST(ChronoTerrain, MeasuresHeightsAlongTheVerticalOfAnyFrame) {
     test::Random random(5);
     for (int i = 0; i < 100; ++i) {
         ChronoTerrainSettings settings;
-        settings.world_from_sim.rotation = random.rotation();
-        settings.world_from_sim.translation = {random.between(-1e3, 1e3), random.between(-1e3, 1e3),
-                                               random.between(-1e3, 1e3)};
-        const TyreGround::Answer answer = [&] {
-            const Terrain terrain = make_terrain(ground, settings);
-            const WorldPos p_world(random.between(2, 126), random.between(2, 126), 70.0);
-            const Eigen::Vector3d p_sim = settings.world_from_sim.rotation.transpose() *
-                                          (p_world - settings.world_from_sim.translation);
-            const TyreGround::Answer found = terrain.tyre_ground().find(p_sim);
-            const WorldPos on_plane(p_world.x(), p_world.y(),
-                                    test::plane_height(p_world.x(), p_world.y()));
-            EXPECT_LT((settings.world_from_sim * found.point_sim - on_plane).norm(), 1e-9);
-            return found;
-        }();
-        const Eigen::Vector3d up_sim =
-            settings.world_from_sim.rotation.transpose() * Eigen::Vector3d::UnitZ();
+        Pose& world_from_sim = settings.world_from_sim;
+        world_from_sim.rotation = random.rotation();
+        // the first frame is the SAE's: x forward and east, y right and south, z down
+        if (i == 0) world_from_sim.rotation = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+        world_from_sim.translation = {random.between(-1e3, 1e3), random.between(-1e3, 1e3),
+                                      random.between(-1e3, 1e3)};
+        const Eigen::Matrix3d sim_from_world = world_from_sim.rotation.transpose();
+        const Terrain terrain = make_terrain(ground, settings);
+        const double x = random.between(2, 126), y = random.between(2, 126);
+        const TyreGround::Answer answer = terrain.tyre_ground().find(
+            sim_from_world * (WorldPos(x, y, 70.0) - world_from_sim.translation));
         EXPECT_EQ(answer.status, QueryStatus::ok);
-        EXPECT_NEAR(answer.height, up_sim.dot(answer.point_sim), 1e-9);
-        EXPECT_LT(
-            (settings.world_from_sim.rotation * answer.normal_sim - test::plane_normal()).norm(),
-            1e-9);
+        const WorldPos on_plane(x, y, test::plane_height(x, y));
+        EXPECT_LT((world_from_sim * answer.point_sim - on_plane).norm(), 1e-9);
+        EXPECT_NEAR(answer.height, sim_from_world.col(2).dot(answer.point_sim), 1e-9);
+        EXPECT_LT((world_from_sim.rotation * answer.normal_sim - test::plane_normal()).norm(),
+                  1e-9);
     }
-}
-
-TEST(ChronoTerrain, IsTheSaeFrameWithZDown) {
-    ChronoTerrainSettings settings;  // x forward and east, y right and south, z down
-    settings.world_from_sim.rotation = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-    const Terrain terrain = make_terrain(test::make_test_ground(test::plane_height), settings);
-    EXPECT_EQ(terrain.GetHeight({40.0, -16.0, -100.0}), test::plane_height(40.0, 16.0));
-    const ChVector3d normal = terrain.GetNormal({40.0, -16.0, -100.0});
-    EXPECT_NEAR(normal.z(), -test::plane_normal().z(), 1e-15);
-    EXPECT_NEAR(normal.y(), -test::plane_normal().y(), 1e-15);
 }
 
 TEST(ChronoTerrain, TellsOfAbsentGroundByTheHeightThatWasChosenAndByCounts) {
@@ -321,11 +301,9 @@ TEST(ChronoTerrain, FindsTheFloorOfARoomWhereTheSearchEndsBelowItsCeiling) {
 }
 
 TEST(ChronoTerrain, RefusesSettingsThatMakeNoSense) {
-    ChronoTerrainSettings skew;
+    ChronoTerrainSettings skew, mirror, nowhere;
     skew.world_from_sim.rotation(0, 1) = 0.1;
-    ChronoTerrainSettings mirror;
     mirror.world_from_sim.rotation(2, 2) = -1.0;
-    ChronoTerrainSettings nowhere;
     nowhere.world_from_sim.translation.x() = kNan;
     for (const ChronoTerrainSettings& settings :
          {skew, mirror, nowhere, ChronoTerrainSettings{.search_above = -1.0},

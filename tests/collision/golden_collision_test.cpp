@@ -19,38 +19,52 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <utility>
 #include <variant>
 #include <vector>
 
 namespace terrane::golden_bodies_test {
 
-TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
-    const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
+/// A world on paged fractal ground.
+struct PagedWorld {
+    explicit PagedWorld(const WorldSettings& settings) : world(World::create(settings).value()) {}
+
+    /// A position above the ground.
+    WorldPos above(double x, double y, double height) const {
+        return {x, y, source->height(x, y) + height};
+    }
+    StepReport step(int number) {
+        pager.update({}, world.needs(), number / 60.0);
+        return world.step(pager.ground(), 1.0 / 60.0);
+    }
+    void expect_hash(std::uint64_t hash) const {
+        EXPECT_EQ(world.state_hash(), hash) << std::hex << world.state_hash();
+    }
+
+    std::shared_ptr<const HeightSource> source =
+        FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
     Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
-    World world = World::create({}).value();
+    World world;
+};
+
+TEST(GoldenBodies, AreTheSameWithEveryCompilerAtEveryLevel) {
+    PagedWorld paged({});
     const std::array<Shape, 3> shapes{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 2.0, 0.5}}};
     for (int i = 0; i < 18; ++i) {
         BodyState state;
-        const double x = 11.0 * i - 90.0, y = 7.0 * (i % 5);
-        state.pose.translation = {x, y, source->height(x, y) + 4.0 + 0.5 * i};
+        state.pose.translation = paged.above(11.0 * i - 90.0, 7.0 * (i % 5), 4.0 + 0.5 * i);
         state.velocity = {3.0 * (i % 4), -2.0, -20.0 * (i % 6)};
         state.angular_velocity = {0.5 * i, 1.0, -2.0};
-        ASSERT_TRUE(
-            world.add({.shape = shapes[static_cast<std::size_t>(i) % 3]}, state).has_value());
+        ASSERT_TRUE(paged.world.add({.shape = shapes[static_cast<std::size_t>(i) % 3]}, state));
     }
-    for (int step = 0; step < 60; ++step) {
-        pager.update({}, world.needs(), step / 60.0);
-        world.step(pager.ground(), 1.0 / 60.0);
-    }
-    EXPECT_EQ(world.state_hash(), 0x653de30922f4de9bu) << std::hex << world.state_hash();
+    for (int step = 0; step < 60; ++step) paged.step(step);
+    paged.expect_hash(0x653de30922f4de9bu);
 }
 
 // A heap of all shapes, on several threads.
 TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
-    const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
-    World world = World::create({.worker_count = 3}).value();
+    PagedWorld paged({.worker_count = 3});
     const ConvexHull wedge =
         ConvexHull::create(
             std::vector<Eigen::Vector3d>{{0, 0, 0}, {1.1, 0, 0}, {0, 0.9, 0}, {0.2, 0.1, 0.8}})
@@ -64,38 +78,30 @@ TEST(GoldenBodies, OfAHeapAreTheSameWithEveryCompilerAtEveryLevel) {
     for (int i = 0; i < 15; ++i) {
         BodyState state;
         const int row = i / 3 % 2, layer = i / 6;
-        const double x = 1.3 * (i % 3), y = 1.1 * row;
-        state.pose.translation = {x, y, source->height(x, y) + 3.0 + 1.2 * layer};
+        state.pose.translation = paged.above(1.3 * (i % 3), 1.1 * row, 3.0 + 1.2 * layer);
         state.velocity = {0.5 * (i % 4), -1.0, -3.0 * (i % 5)};
         state.angular_velocity = {0.5 * i, 1.0, -2.0};
-        ASSERT_TRUE(world.add({.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state)
-                        .has_value());
+        ASSERT_TRUE(paged.world.add({.shape = shapes[static_cast<std::size_t>(i) % 5]}, state));
     }
     std::uint64_t pairs = 0;
-    for (int step = 0; step < 60; ++step) {
-        pager.update({}, world.needs(), step / 60.0);
-        pairs += world.step(pager.ground(), 1.0 / 60.0).touching_pairs;
-    }
+    for (int step = 0; step < 60; ++step) pairs += paged.step(step).touching_pairs;
     EXPECT_GT(pairs, 100u);
-    EXPECT_EQ(world.state_hash(), 0x1741451deec80cfdu) << std::hex << world.state_hash();
+    paged.expect_hash(0x1741451deec80cfdu);
 }
 
 TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
-    const auto source = FractalHeights::create({.seed = 12, .root_size_log2 = 12}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0, .horizon = 0.1}).value();
-    const auto pose_over = [&](double x, double y, double height) {
-        return Pose{.translation = {x, y, source->height(x, y) + height}};
+    PagedWorld paged({});
+    World& world = paged.world;
+    const auto add = [&](const VehicleSettings& kind, double y, double height) {
+        return world.add_vehicle(kind, {.translation = paged.above(0.0, y, height)}).value();
     };
-    World world = World::create({}).value();
-    const BodyId truck = world.add_vehicle(make_truck(), pose_over(0.0, 0.0, 2.0)).value();
-    const BodyId tracked = world.add_vehicle(make_tracked(), pose_over(0.0, 30.0, 2.0)).value();
-    const BodyId six = world.add_vehicle(make_six_wheeler(), pose_over(0.0, 50.0, 2.5)).value();
-    const BodyId walker = world.add_character({}, pose_over(8.0, 20.0, 1.2).translation).value();
+    const BodyId truck = add(make_truck(), 0.0, 2.0);
+    const BodyId tracked = add(make_tracked(), 30.0, 2.0);
+    const BodyId six = add(make_six_wheeler(), 50.0, 2.5);
+    const BodyId walker = world.add_character({}, paged.above(8.0, 20.0, 1.2)).value();
     PathDriver driver =
         PathDriver::create({{0.0, 0.0}, {20.0, 2.0}, {30.0, 15.0}, {25.0, 60.0}}, {}).value();
     for (int step = 0; step < 240; ++step) {
-        pager.update({}, world.needs(), step / 60.0);
-        const Ground ground = pager.ground();
         const double turn = step < 120 ? 0.3 : -0.6;
         ASSERT_TRUE(world.set_controls(
             truck, driver.drive(*world.vehicle_settings(truck), *world.vehicle(truck))));
@@ -104,10 +110,10 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
         CharacterControls pace{.velocity = {2.0, step < 120 ? 1.0 : -1.0},
                                .jump_speed = step == 90 ? 3.0 : 0.0};
         ASSERT_TRUE(world.set_controls(walker, pace));
-        EXPECT_EQ(world.step(ground, 1.0 / 60.0).parked, 0u);
+        EXPECT_EQ(paged.step(step).parked, 0u);
     }
     EXPECT_GT(world.vehicle(truck)->chassis.velocity.norm(), 1.0);
-    EXPECT_EQ(world.state_hash(), 0x8a35d4495aaed353u) << std::hex << world.state_hash();
+    paged.expect_hash(0x8a35d4495aaed353u);
 }
 
 }  // namespace terrane::golden_bodies_test
@@ -119,22 +125,10 @@ namespace terrane::golden_pairs_test {
 
 using namespace test;
 
-// Replaces Eigen's product, whose order of operations may change.
-Eigen::Vector3d direction(Random& random) {
-    for (;;) {
-        const double x = random.between(-1, 1), y = random.between(-1, 1),
-                     z = random.between(-1, 1);
-        const double square = x * x + y * y + z * z;
-        if (square < 0.01 || square > 1.0) continue;
-        const double size = std::sqrt(square);
-        return {x / size, y / size, z / size};
-    }
-}
-
 // One draw per statement: the order of evaluation of operands is unspecified.
 Eigen::Vector3d vector_up_to(Random& random, double longest) {
     const double size = random.between(0.0, longest);
-    return size * direction(random);
+    return size * random.direction();
 }
 
 Pose random_pose(Random& random, double far) {
@@ -150,7 +144,7 @@ void add(Hash& hash, const Eigen::Vector3d& v) {
 ConvexHull random_hull(Random& random, int count, double flat) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < count; ++i) {
-        points.push_back(direction(random));
+        points.push_back(random.direction());
         points.back().z() *= flat;
     }
     return ConvexHull::create(points).value();
@@ -185,7 +179,7 @@ TEST(GoldenHulls, AreTheSameWithEveryCompilerAtEveryLevel) {
         hash.add(hull.face_count());
         hash.add(bounding_radius(hull));
         hash.add(smallest_half_extent(hull));
-        for (int i = 0; i < 20; ++i) hash.add(support_distance(hull, direction(random)));
+        for (int i = 0; i < 20; ++i) hash.add(support_distance(hull, random.direction()));
     }
     EXPECT_EQ(hash.value(), 0x7f52b77af9f94df3u) << std::hex << hash.value();
 }
@@ -272,9 +266,9 @@ TEST(GoldenPairs, AnswerTheSameWithEveryCompilerAtEveryLevel) {
                 motion_a.start = random_pose(random, 1.0);
                 motion_b.start = random_pose(random, 1.6);
                 if (i % 5 == 0) motion_b.start.rotation = motion_a.start.rotation;
-                motion_a.translation = 4.0 * direction(random);
-                if (i % 2 == 0) motion_a.rotation_vector = 2.0 * direction(random);
-                if (i % 3 == 0) motion_b.rotation_vector = direction(random);
+                motion_a.translation = 4.0 * random.direction();
+                if (i % 2 == 0) motion_a.rotation_vector = 2.0 * random.direction();
+                if (i % 3 == 0) motion_b.rotation_vector = random.direction();
                 add_answers(hash, a, motion_a, b, motion_b);
             }
         }

@@ -132,19 +132,16 @@ Result<Source> open_dem(const std::string& path, bool has_detail) {
 #if TERRANE_COST_SCENE
 // Trees over 4 km x 4 km, whose feet stand on the source's true surface.
 Result<std::unique_ptr<CostObjects>> plant_trees(const HeightSource& source) {
-    auto created = Scene::create({});
-    if (!created) return tl::unexpected(created.error());
-    const auto scene = std::make_shared<Scene>(std::move(*created));
-    const auto model = scene->add_model(tree_model());
-    if (!model) return tl::unexpected(model.error());
+    TERRANE_TRY(Scene created, Scene::create({}));
+    const auto scene = std::make_shared<Scene>(std::move(created));
+    TERRANE_TRY(const ModelId model, scene->add_model(tree_model()));
     Random random(7);
     std::vector<PlacedObject> trees = spread_objects(random, 20'000, 2000.0);
     for (PlacedObject& tree : trees) {
         WorldPos& place = tree.position_world;
         place.z() = source.height(place.x(), place.y());
     }
-    if (const auto group = scene->add_group(*model, trees); !group)
-        return tl::unexpected(group.error());
+    TERRANE_TRY(scene->add_group(model, trees));
     auto objects = std::make_unique<CostObjects>();
     objects->demands = [scene](const View& view) { return scene->begin_frame(view); };
     objects->draw = [scene](double threshold_px) {
@@ -167,11 +164,9 @@ Result<Source> dig(const Source& heights) {
     tunnel.world_from_shape.translation = {0.0, 0.0, z};
     tunnel.voxel = 1.0;
     const VolumeOperation operations[] = {pit, tunnel};
-    const auto volumes = Volumes::create(heights->lattice(), operations);
-    if (!volumes) return tl::unexpected(volumes.error());
-    const auto joined = VolumeHeights::create(heights, *volumes);
-    if (!joined) return tl::unexpected(joined.error());
-    return Source(*joined);
+    TERRANE_TRY(const Volumes volumes, Volumes::create(heights->lattice(), operations));
+    TERRANE_TRY(const auto joined, VolumeHeights::create(heights, volumes));
+    return Source(joined);
 }
 #endif
 
@@ -216,22 +211,19 @@ Result<CostScene> make_cost_scene(std::string_view name, const std::string& dem)
     const std::vector<std::string_view> names = cost_scene_names();
     if (std::find(names.begin(), names.end(), name) == names.end())
         return tl::unexpected(unknown(name));
-    Result<Source> source = make_source(name, dem);
-    if (!source) return tl::unexpected(source.error());
-    CostScene scene{.source = std::move(*source), .objects = nullptr};
+    TERRANE_TRY(Source source, make_source(name, dem));
+    CostScene scene{.source = std::move(source), .objects = nullptr};
     if (name == "bodies" || name == "all") scene.body_count = 1000;
 #if TERRANE_COST_SCENE
     if (name == "objects" || name == "all") {
-        auto objects = plant_trees(*scene.source);
-        if (!objects) return tl::unexpected(objects.error());
-        scene.objects = std::move(*objects);
+        TERRANE_TRY(auto objects, plant_trees(*scene.source));
+        scene.objects = std::move(objects);
     }
 #endif
 #if TERRANE_COST_VOLUME
     if (name == "volumes" || name == "all") {
-        Result<Source> dug = dig(scene.source);
-        if (!dug) return tl::unexpected(dug.error());
-        scene.source = std::move(*dug);
+        TERRANE_TRY(Source dug, dig(scene.source));
+        scene.source = std::move(dug);
     }
 #endif
     return scene;
@@ -267,8 +259,7 @@ Result<void> add_bodies(World& world, const Ground& ground, int count) {
         } else {
             settings.shape = Box{.half_extents = {0.3, 0.4, 0.5}};
         }
-        if (const auto added = world.add(settings, state); !added)
-            return tl::unexpected(added.error());
+        TERRANE_TRY(world.add(settings, state));
     }
     return {};
 }
@@ -285,22 +276,19 @@ int count_threads() {
 
 Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
     const int threads_before = count_threads();
-    auto pager = Pager::create(scene.source, {.worker_count = 0});
-    if (!pager) return tl::unexpected(pager.error());
-    auto triangulator =
-        Triangulator::create(*scene.source, {.triangle_budget = 100'000, .max_error_px = 1.0});
-    if (!triangulator) return tl::unexpected(triangulator.error());
-    auto world = World::create({});
-    if (!world) return tl::unexpected(world.error());
+    TERRANE_TRY(Pager pager, Pager::create(scene.source, {.worker_count = 0}));
+    TERRANE_TRY(
+        Triangulator triangulator,
+        Triangulator::create(*scene.source, {.triangle_budget = 100'000, .max_error_px = 1.0}));
+    TERRANE_TRY(World world, World::create({}));
 
-    RequiredRegion start = pager->require({-60.0, -60.0, 60.0, 60.0}, 0.0);
-    pager->update({}, {}, 0.0);
-    pager->finish();
+    RequiredRegion start = pager.require({-60.0, -60.0, 60.0, 60.0}, 0.0);
+    pager.update({}, {}, 0.0);
+    pager.finish();
     const double ground_z = scene.source->height(0.0, 0.0);
     {
-        const Ground ground = pager->ground();
-        if (const auto added = add_bodies(*world, ground, scene.body_count); !added)
-            return tl::unexpected(added.error());
+        const Ground ground = pager.ground();
+        TERRANE_TRY(add_bodies(world, ground, scene.body_count));
     }
     start.release();
 
@@ -310,24 +298,24 @@ Result<CostRun> play_cost_scene(const CostScene& scene, int frames) {
         .view = flight_view(ground_z, 0), .velocity = {0.0, kSpeed, 0.0}, .threshold_px = 1.0};
     for (int frame = 0; frame < frames; ++frame) {
         camera.view = flight_view(ground_z, frame);
-        pager->update({&camera, 1}, world->needs(), frame * kStep);
+        pager.update({&camera, 1}, world.needs(), frame * kStep);
 
-        const Ground ground = pager->ground();
-        const StepReport report = world->step(ground, kStep);
+        const Ground ground = pager.ground();
+        const StepReport report = world.step(ground, kStep);
         run.awake_bodies += report.awake;
         run.fell_through += report.too_deep;
 
         std::span<const TriangleDemand> demands;
         if (scene.objects) demands = scene.objects->demands(camera.view);
-        const TerrainMesh mesh = triangulator->update(pager->resident(), camera.view, demands);
+        const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view, demands);
         if (scene.objects) run.object_triangles += scene.objects->draw(mesh.demand_threshold_px);
         camera.threshold_px = mesh.threshold_px;
         run.ground_triangles += mesh.triangle_count;
-        run.late_chunks += pager->stats().late_chunks;
+        run.late_chunks += pager.stats().late_chunks;
         hash.add(mesh.triangle_count);
         hash.add(mesh.error_px);
     }
-    hash.add(world->state_hash());
+    hash.add(world.state_hash());
     run.hash = hash.value();
     run.threads = count_threads();
     run.threads_begun = run.threads - threads_before;

@@ -99,8 +99,7 @@ TEST_F(ImageryRasterTest, LiesOverADemByItsGeoreferencing) {
     RasterSpec dem = numbered();
     dem.type = GDT_Float32;
     dem.transform = {1000.0, 20.0, 0.0, 5040.0, 0.0, -20.0};
-    DemInfo info;
-    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &info));
+    const DemInfo info = open_dem(dem).info;
     const Imagery imagery = open(written(numbered()), ImageryRasterSettings{.aligned_with = info});
     // the DEM's centre is 1060, 5000; the imagery's west edge 1000, its north edge 5000
     EXPECT_NEAR(imagery->rect().west, -60.0, 1e-9);
@@ -115,8 +114,7 @@ TEST_F(ImageryRasterTest, IsReprojectedIntoTheCrsOfTheDem) {
     dem.crs = "EPSG:4326";
     dem.transform = {14.95, 0.001, 0.0, 45.05, 0.0, -0.001};
     dem.value = [](int column, int) { return 1.0 * column; };
-    DemInfo info;
-    ASSERT_TRUE(DemHeights::open(written(dem, "dem.tif"), {}, &info));
+    const DemInfo info = open_dem(dem).info;
     ASSERT_TRUE(info.geographic);
     // one bright cell of 100 m that begins 1000 m east and ends 500 m north of 500000, 4982950.4 (15 E, 45 N)
     RasterSpec spec;
@@ -164,8 +162,7 @@ TEST_F(ImageryRasterTest, TakesTheBandsOfRealImageryAndPlacesThemOverItsDem) {
     const std::string landsat = real_data("../imagery/landsat7_olinda_28m.tif");
     const std::string heights = real_data("../imagery/olinda_dem_utm25s_90m.tif");
     if (landsat.empty() || heights.empty()) GTEST_SKIP() << "no real data";
-    DemInfo dem;
-    ASSERT_TRUE(DemHeights::open(heights, {}, &dem));
+    const DemInfo dem = open_dem(heights).info;
     ImageryRasterSettings settings{.bands = {3, 2, 1}, .aligned_with = dem};
     ImageryRasterInfo info;
     const Imagery imagery = open(landsat, settings, &info);

@@ -26,6 +26,15 @@
 namespace terrane::test {
 namespace errors_test {
 
+void write_bytes(const std::string& path, const std::string& bytes) {
+    write_file(path, {bytes.begin(), bytes.end()});
+}
+
+std::string read_bytes(const std::string& path) {
+    const std::vector<char> bytes = read_file(path);
+    return {bytes.begin(), bytes.end()};
+}
+
 RasterSpec slope(int columns, int rows) {
     RasterSpec spec{.columns = columns, .rows = rows, .value = [](int column, int row) {
                         return 100.0 + column + 2.0 * row;
@@ -46,74 +55,45 @@ bool mentions(const Error& error, const std::string& text) {
     return error.message.find(text) != std::string::npos;
 }
 
-TEST(DemErrors, AMissingFileIsNamed) {
-    const Error error = error_of("no/such/raster.tif");
-    EXPECT_EQ(error.code, ErrorCode::io);
-    EXPECT_TRUE(mentions(error, "no/such/raster.tif")) << error.message;
-}
-
-TEST(DemErrors, ATextFileIsNoRaster) {
+TEST(DemErrors, WhatIsNoRasterOfHeightsIsNamed) {
     const TemporaryFolder folder;
-    const std::string path = folder.file("heights.txt");
-    std::ofstream(path) << "these are no heights\n";
-    const Error error = error_of(path);
-    EXPECT_EQ(error.code, ErrorCode::io);
-    EXPECT_TRUE(mentions(error, path)) << error.message;
-}
-
-TEST(DemErrors, AnEmptyFileIsNoRaster) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("empty.tif");
-    std::ofstream(path).close();
-    EXPECT_EQ(error_of(path).code, ErrorCode::io);
-}
-
-TEST(DemErrors, ATruncatedFileDoesNotOpen) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("whole.tif"), cut = folder.file("cut.tif");
-    write_raster(path, slope(400, 400));
-    std::ifstream from(path, std::ios::binary);
-    std::vector<char> bytes(200000);
-    from.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    std::ofstream(cut, std::ios::binary).write(bytes.data(), from.gcount());
-    EXPECT_EQ(error_of(cut).code, ErrorCode::io);
-}
-
-TEST(DemErrors, ARasterWithoutBandsDoesNotOpen) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("bands.vrt");
-    std::ofstream(path) << "<VRTDataset rasterXSize=\"5\" rasterYSize=\"5\"></VRTDataset>\n";
-    EXPECT_TRUE(mentions(error_of(path), path));
-}
-
-TEST(DemErrors, ASingleSampleIsTooFew) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("single.tif");
-    write_raster(path, slope(1, 1));
-    const Error error = error_of(path);
-    EXPECT_EQ(error.code, ErrorCode::bad_data);
-    EXPECT_TRUE(mentions(error, "1 x 1")) << error.message;
-}
-
-TEST(DemErrors, TwoByTwoSamplesAreEnough) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("four.tif");
-    write_raster(path, slope(2, 2));
-    const auto source = DemHeights::open(path, {});
-    ASSERT_TRUE(source.has_value()) << source.error().message;
-    EXPECT_NEAR((*source)->height(0.0, 0.0), 101.5, 1e-6);
-}
-
-TEST(DemErrors, ARasterOfNodataAloneIsBadData) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("nodata.tif");
+    const std::string text = folder.file("heights.txt"), empty = folder.file("empty.tif"),
+                      whole = folder.file("whole.tif"), cut = folder.file("cut.tif"),
+                      single = folder.file("single.tif"), nodata = folder.file("nodata.tif"),
+                      pipe = folder.file("pipe.tif"), bands = folder.file("bands.vrt");
+    write_bytes(text, "these are no heights\n");
+    write_bytes(empty, "");
+    write_raster(whole, slope(400, 400));
+    write_bytes(cut, read_bytes(whole).substr(0, 200'000));
+    write_raster(single, slope(1, 1));
     RasterSpec spec = slope(7, 5);
     spec.nodata = -9999.0;
     spec.value = [](int, int) { return -9999.0; };
-    write_raster(path, spec);
-    const Error error = error_of(path);
-    EXPECT_EQ(error.code, ErrorCode::bad_data);
-    EXPECT_TRUE(mentions(error, "nodata")) << error.message;
+    write_raster(nodata, spec);
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    struct Case {
+        std::string path;
+        ErrorCode code;
+        const char* text = "";
+    };
+    for (const Case& tested : {Case{"no/such/raster.tif", ErrorCode::io},
+                               {text, ErrorCode::io},
+                               {empty, ErrorCode::io},
+                               {cut, ErrorCode::io},
+                               {single, ErrorCode::bad_data, "1 x 1"},
+                               {nodata, ErrorCode::bad_data, "nodata"},
+                               {pipe, ErrorCode::io, "pipe"},
+                               {"/dev/null", ErrorCode::io, "device"}}) {
+        const Error error = error_of(tested.path);
+        EXPECT_EQ(error.code, tested.code) << tested.path;
+        EXPECT_TRUE(mentions(error, tested.path) && mentions(error, tested.text)) << error.message;
+    }
+    write_bytes(bands, "<VRTDataset rasterXSize=\"5\" rasterYSize=\"5\"></VRTDataset>\n");
+    EXPECT_TRUE(mentions(error_of(bands), bands));
+}
+
+TEST(DemErrors, TwoByTwoSamplesAreEnough) {
+    EXPECT_NEAR(open_dem(slope(2, 2)).source->height(0.0, 0.0), 101.5, 1e-6);
 }
 
 TEST(DemErrors, AHeightThatQuantaCannotHoldIsNamedWithItsPlace) {
@@ -135,16 +115,6 @@ TEST(DemErrors, AHeightThatQuantaCannotHoldIsNamedWithItsPlace) {
         write_raster(path, spec);
         EXPECT_TRUE(DemHeights::open(path, {}).has_value()) << height;
     }
-}
-
-TEST(DemErrors, APipeIsRefusedAtOnce) {
-    const TemporaryFolder folder;
-    const std::string path = folder.file("pipe.tif");
-    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-    const Error error = error_of(path);
-    EXPECT_EQ(error.code, ErrorCode::io);
-    EXPECT_TRUE(mentions(error, path) && mentions(error, "pipe")) << error.message;
-    EXPECT_TRUE(mentions(error_of("/dev/null"), "device"));
 }
 
 TEST(DemErrors, ComplexNumbersAreRefusedByTheirType) {
@@ -285,16 +255,10 @@ TEST(DemErrors, ASpacingThatNeedsMoreThan24LevelsIsRefused) {
 
 namespace damaged_files_test {
 
+using errors_test::read_bytes;
+using errors_test::write_bytes;
+
 double hill(int column, int row) { return 100.0 + 3.0 * ((column * 7 + row * 13) % 29); }
-
-void write_bytes(const std::string& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
-}
-
-std::string read_bytes(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 std::string ascii_grid(int columns, int rows) {
     std::ostringstream text;

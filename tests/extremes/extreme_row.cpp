@@ -153,42 +153,6 @@ std::string section_of(const MeasuredRow& measured) {
     return out;
 }
 
-std::string quoted(const std::string& value) {
-    std::string out = "\"";
-    for (const char c : value) {
-        if (c == '"' || c == '\\') out += '\\';
-        out += c;
-    }
-    return out + '"';
-}
-
-std::string json_number(double value) {
-    return std::isfinite(value) ? text("%.17g", value) : "null";
-}
-
-std::string json_list(std::span<const double> values) {
-    std::string out;
-    for (const double value : values) out.append(out.empty() ? "" : ",").append(json_number(value));
-    return "[" + out + "]";
-}
-
-std::string json_of(const MeasuredRow& measured) {
-    const ExtremeRow& row = *measured.row;
-    std::string ends;
-    for (const FoundEnd& end : measured.ends) {
-        ends += (ends.empty() ? "{\"last_accepted\":" : ",{\"last_accepted\":") +
-                json_number(end.last_accepted) +
-                ",\"first_refused\":" + json_number(end.first_refused) +
-                ",\"message\":" + quoted(end.far_message) + "}";
-    }
-    return "{\"name\":" + quoted(row.name) + ",\"topic\":" + quoted(row.topic) +
-           ",\"swept\":" + quoted(row.swept) + ",\"promise\":" + quoted(row.promise) +
-           ",\"figure\":" + quoted(row.figure) + ",\"limit\":" + json_number(row.limit) +
-           ",\"values\":" + json_list(measured.values) +
-           ",\"figures\":" + json_list(measured.figures) + ",\"ends\":[" + ends +
-           "],\"note\":" + quoted(row.note) + "}";
-}
-
 }  // namespace
 
 MeasuredRow measure(const ExtremeRow& row, bool is_long,
@@ -218,12 +182,6 @@ std::string to_markdown(std::span<const MeasuredRow> rows) {
         out += section_of(row);
     }
     return out;
-}
-
-std::string to_json(std::span<const MeasuredRow> rows) {
-    std::string out;
-    for (const MeasuredRow& row : rows) out.append(out.empty() ? "" : ",").append(json_of(row));
-    return "{\"rows\":[" + out + "]}\n";
 }
 
 }  // namespace terrane::extremes

@@ -89,7 +89,4 @@ std::string figure_text(double value);
 /// The table as in docs/measurements.md, chapter Extremes; ends with a line feed.
 std::string to_markdown(std::span<const MeasuredRow> rows);
 
-/// The table as one JSON object; figures that are not finite are null.
-std::string to_json(std::span<const MeasuredRow> rows);
-
 }  // namespace terrane::extremes

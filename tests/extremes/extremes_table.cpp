@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Writes the table of extremes to the standard output, as Markdown (chapter Extremes of docs/measurements.md) or as
-// JSON, and its progress to the standard error. With --long it takes a quarter of an hour.
+// Writes the table of extremes to the standard output, as Markdown (chapter Extremes of docs/measurements.md), and its
+// progress to the standard error. With --long it takes a quarter of an hour.
 //
-//     extremes_table [--long] [--json] [ROW...]
+//     extremes_table [--long] [ROW...]
 #include "extremes/extreme_row.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ double elapsed() {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-int write_table(const std::vector<std::string>& names, bool is_long, bool is_json) {
+int write_table(const std::vector<std::string>& names, bool is_long) {
     std::vector<MeasuredRow> table;
     bool is_kept = true;
     for (const ExtremeRow& row : terrane::extremes::all_rows()) {
@@ -45,7 +45,7 @@ int write_table(const std::vector<std::string>& names, bool is_long, bool is_jso
         }
     }
     std::fprintf(stderr, "%8.1f s  done\n", elapsed());
-    const std::string text = is_json ? to_json(table) : to_markdown(table);
+    const std::string text = to_markdown(table);
     const bool is_written =
         std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
     return is_kept && is_written ? 0 : 1;
@@ -54,7 +54,7 @@ int write_table(const std::vector<std::string>& names, bool is_long, bool is_jso
 }  // namespace
 
 int main(int argc, char** argv) {
-    bool is_long = false, is_json = false;
+    bool is_long = false;
     std::vector<std::string> names;
     for (int i = 1; i < argc; ++i) {
         const std::string argument = argv[i];
@@ -62,8 +62,6 @@ int main(int argc, char** argv) {
         const auto has_name = [&](const ExtremeRow& row) { return row.name == argument; };
         if (argument == "--long") {
             is_long = true;
-        } else if (argument == "--json") {
-            is_json = true;
         } else if (std::any_of(rows.begin(), rows.end(), has_name)) {
             names.push_back(argument);
         } else {
@@ -71,5 +69,5 @@ int main(int argc, char** argv) {
             return 2;
         }
     }
-    return write_table(names, is_long, is_json);
+    return write_table(names, is_long);
 }

@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <ostream>
 #include <set>
 #include <string>
@@ -24,9 +23,6 @@ namespace terrane::extremes {
 void PrintTo(const ExtremeRow& row, std::ostream* out) { *out << row.name; }
 
 namespace extremes_test {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 class ExtremeRows : public testing::TestWithParam<ExtremeRow> {};
 
@@ -136,7 +132,7 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
     row.topic = "Widths";
     row.swept = "width, m";
     row.promise = "It is kept.";
-    row.figure = "share \"of\" it";
+    row.figure = "share of it";
     row.values = {1.0, 2.0};
     row.long_values = {1.5};
     row.measure = [](double value) { return 0.25 * value; };
@@ -154,9 +150,6 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
     MeasuredRow failed = measured;
     failed.figures[1] = kNan;
     EXPECT_NE(to_markdown({&failed, 1}).find("| width, m | 1 | 2 | nan | 1 |"), std::string::npos);
-    const std::string json = to_json({&measured, 1});
-    EXPECT_NE(json.find("\"figures\":[0.25,0.5,0.375]"), std::string::npos) << json;
-    EXPECT_NE(json.find("share \\\"of\\\" it"), std::string::npos);
 }
 
 }  // namespace extremes_test
@@ -165,7 +158,6 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
 
 namespace refusals_test {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 const double kBeyond = std::nextafter(kFarthestPlace, kInfinite);
 
 const Ground& hills() {
@@ -269,20 +261,13 @@ TEST(Refusals, OfBodiesNameTheirSizeMassPlaceAndSpeedAndTheWorldStaysAsItIs) {
     EXPECT_TRUE(world.states().empty());
 }
 
-/// The largest coordinate at which add() accepts a body.
-double limit_of_places() {
-    World world = World::create({}).value();
-    double accepted = 1e6, refused = 1e15;
-    while (std::nextafter(accepted, kInfinite) < refused) {
-        const double middle = 0.5 * (accepted + refused);
-        (world.add({}, at_place(middle, 0.0, 0.0)) ? accepted : refused) = middle;
-    }
-    return accepted;
-}
-
 TEST(Refusals, ABodyThatFallsToTheLimitOfPlacesParksThereAndTheWorldCanBeSaved) {
-    const double limit = limit_of_places();
     World world = World::create({}).value();
+    ExtremeRow places;
+    places.refusal = [](double x) {
+        return message_of(World::create({}).value().add({}, at_place(x, 0.0, 0.0)));
+    };
+    const double limit = find_end(places, {1e6, 1e15}).last_accepted;
     BodyState falling = at_place(0.3 * limit, 0.0, -0.999999 * limit);
     falling.velocity.z() = -1e5;
     ASSERT_TRUE(world.add({}, falling));

@@ -29,28 +29,30 @@ foreach(page IN LISTS pages)
     endif()
 endforeach()
 build_project(${prefix}/share/doc/terrane/examples ${WORK_DIR}/examples -DCMAKE_PREFIX_PATH=${prefix})
-run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/examples --output-on-failure --no-tests=error)
+test_project(${WORK_DIR}/examples)
 
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
     -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})
-run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/stranger --output-on-failure --no-tests=error)
-if(COMPONENTS MATCHES "dem")
-    # test of the check above
-    find_loaded_libraries(${WORK_DIR}/stranger/raster loaded)
-    list(FILTER loaded INCLUDE REGEX "${foreign}")
-    if(NOT loaded MATCHES "libgdal")
-        message(FATAL_ERROR "GDAL was not found in a program that reads rasters")
-    endif()
-endif()
+test_project(${WORK_DIR}/stranger)
 
-# Camera paths come without the program, GDAL and OpenGL.
-if(COMPONENTS MATCHES "playback")
-    find_loaded_libraries(${WORK_DIR}/stranger/flown loaded)
-    list(FILTER loaded INCLUDE REGEX "${foreign}")
-    if(NOT loaded MATCHES "^libexpat[^;]*$")
-        message(FATAL_ERROR "a program that flies a path loads '${loaded}', not Expat alone")
+# What programs load of others: OpenVDB and TBB only with volumes, GDAL with rasters (the test of the check above), and
+# Expat alone for camera paths, which come without the program, GDAL and OpenGL.
+set(must_load_raster "libgdal")
+set(must_load_cave "libopenvdb")
+set(must_load_flown "^libexpat[^;]*$")
+foreach(program IN ITEMS height ball baked raster flown picture cave)
+    if(NOT EXISTS ${WORK_DIR}/stranger/${program})
+        continue()
     endif()
-endif()
+    find_loaded_libraries(${WORK_DIR}/stranger/${program} loaded)
+    list(FILTER loaded INCLUDE REGEX "${foreign}")
+    if(DEFINED must_load_${program} AND NOT loaded MATCHES "${must_load_${program}}")
+        message(FATAL_ERROR "${program} loads '${loaded}', which should match ${must_load_${program}}")
+    endif()
+    if(NOT program STREQUAL "cave" AND loaded MATCHES "lib(openvdb|tbb)[^a-z]")
+        message(FATAL_ERROR "${program} loads the libraries of volumes for nothing: ${loaded}")
+    endif()
+endforeach()
 
 # Heights and contact alone: the libraries of the C++ compiler and no others, and at most 3 MB.
 if(COMPONENTS MATCHES "collision" AND BUILD_TYPE STREQUAL "Release")
@@ -64,22 +66,6 @@ if(COMPONENTS MATCHES "collision" AND BUILD_TYPE STREQUAL "Release")
         message(FATAL_ERROR "a program with heights and contact has ${bytes} bytes, more than 3,000,000")
     endif()
 endif()
-
-# OpenVDB and TBB are loaded by programs that use volumes, and by no others.
-foreach(program IN ITEMS height ball baked raster flown picture cave)
-    if(NOT EXISTS ${WORK_DIR}/stranger/${program})
-        continue()
-    endif()
-    find_loaded_libraries(${WORK_DIR}/stranger/${program} loaded)
-    list(FILTER loaded INCLUDE REGEX "^lib(openvdb|tbb)[^a-z]")
-    if(program STREQUAL "cave")
-        if(NOT loaded MATCHES "libopenvdb")
-            message(FATAL_ERROR "OpenVDB was not found in a program that has volumes")
-        endif()
-    else()
-        expect_same("the libraries of volumes that ${program} loads for nothing" "${loaded}" "")
-    endif()
-endforeach()
 
 # A component that is not installed is an error that names it.
 execute_process(

@@ -56,7 +56,7 @@ endforeach()
 
 build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
     -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})
-run(${CMAKE_CTEST_COMMAND} --test-dir ${WORK_DIR}/stranger --output-on-failure --no-tests=error)
+test_project(${WORK_DIR}/stranger)
 
 # pkg-config names what public headers need, and nothing else.
 set(ENV{PKG_CONFIG_PATH} ${prefix}/lib/pkgconfig)

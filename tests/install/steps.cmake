@@ -26,14 +26,20 @@ function(build_project source build)
     run(${CMAKE_COMMAND} --build ${build})
 endfunction()
 
+# Runs the tests of a project that was built.
+function(test_project build)
+    run(${CMAKE_CTEST_COMMAND} --test-dir ${build} --parallel 2 --output-on-failure --no-tests=error)
+endfunction()
+
 # Sets a variable to the names of all libraries that a program loads, directly or indirectly.
 function(find_loaded_libraries program names_out)
-    file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${program} RESOLVED_DEPENDENCIES_VAR libraries
-        UNRESOLVED_DEPENDENCIES_VAR missing)
-    if(missing)
-        message(FATAL_ERROR "${program} wants libraries that are not there: ${missing}")
+    run(ldd ${program})
+    if(output MATCHES "not found")
+        message(FATAL_ERROR "${program} wants libraries that are not there:\n${output}")
     endif()
-    list(TRANSFORM libraries REPLACE "^.*/" "")
+    string(REGEX REPLACE "[ \t]*([^ \n]*/)?([^ /\n]+) [^\n]*\n" "\\2;" libraries "${output}")
+    string(REGEX REPLACE ";$" "" libraries "${libraries}")
+    list(FILTER libraries EXCLUDE REGEX "^linux-(vdso|gate)")
     set(${names_out} ${libraries} PARENT_SCOPE)
 endfunction()
 

@@ -71,6 +71,7 @@ double capsule_over_triangle(const Body& body, const Triangle& t) {
     const auto at = [&](double u) {
         return sphere_over_triangle(body.centre + u * body.axes[2], body.radius, t);
     };
+    if (body.half_height == 0.0) return at(0.0);
     constexpr int kScan = 16;
     int best_index = 0;
     double best = -1e300;
@@ -206,7 +207,6 @@ double Body::bottom() const {
         for (const Vec& p : points) low = std::min(low, to_world(*this, p).z);
         return low;
     }
-    if (kind == ShapeKind::sphere) return centre.z - radius;
     if (kind == ShapeKind::capsule) return centre.z - radius - std::abs(axes[2].z) * half_height;
     return centre.z - std::abs(axes[0].z) * half_extents.x - std::abs(axes[1].z) * half_extents.y -
            std::abs(axes[2].z) * half_extents.z;
@@ -247,20 +247,9 @@ void add_lift(const Body& body, const Surface& surface, Lift& lift) {
                                            cut ? Triangle{corner[0], corner[3], corner[2]}
                                                : Triangle{corner[1], corner[3], corner[2]}};
             for (const Triangle& t : triangles) {
-                double value = -1e300;
-                switch (body.kind) {
-                    case ShapeKind::sphere:
-                        value = sphere_over_triangle(body.centre, body.radius, t);
-                        break;
-                    case ShapeKind::capsule:
-                        value = capsule_over_triangle(body, t);
-                        break;
-                    case ShapeKind::box:
-                    case ShapeKind::hull:
-                        value = polyhedron_over_triangle(body, corners, t);
-                        break;
-                }
-                lift.value = std::max(lift.value, value);
+                lift.value = std::max(lift.value, body.kind == ShapeKind::capsule
+                                                      ? capsule_over_triangle(body, t)
+                                                      : polyhedron_over_triangle(body, corners, t));
             }
         }
     }
@@ -318,10 +307,7 @@ bool place(std::vector<Body>& parts, const double (&v)[kFields]) {
     double w = v[5], x = v[6], y = v[7], z = v[8];
     const double norm = std::sqrt(w * w + x * x + y * y + z * z);
     if (std::abs(norm - 1.0) > 1e-6) return false;
-    w /= norm;
-    x /= norm;
-    y /= norm;
-    z /= norm;
+    for (double* const part : {&w, &x, &y, &z}) *part /= norm;
     std::array<Vec, 3> axes;
     axes[0] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)};
     axes[1] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
@@ -355,7 +341,6 @@ std::vector<Body> make_drop_body(DropShape shape, std::int64_t body_index) {
         head.kind = ShapeKind::box;
         head.half_extents = {0.3, 0.8, 0.3};
         head.centre = {1.0, 0.0, 0.0};
-        body.kind = ShapeKind::capsule;
         body.radius = 0.2;
         body.half_height = 0.8;
         body.axes = {Vec{0, 1, 0}, Vec{0, 0, 1}, Vec{1, 0, 0}};
@@ -364,12 +349,8 @@ std::vector<Body> make_drop_body(DropShape shape, std::int64_t body_index) {
         body.kind = ShapeKind::box;
         body.half_extents = {1.0, 2.0, 0.5};
     } else if (shape == DropShape::capsule || (mixed && body_index % 3 == 1)) {
-        body.kind = ShapeKind::capsule;
         body.radius = 0.4;
         body.half_height = 0.8;
-    } else {
-        body.kind = ShapeKind::sphere;
-        body.radius = 0.5;
     }
     return {body};
 }

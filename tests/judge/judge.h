@@ -32,25 +32,13 @@ public:
     double west = 0.0, south = 0.0;
     int parity = 0;
 
-    /// A full grid, row by row from the south.
-    void set_grid(std::int64_t columns, std::int64_t rows, std::vector<double> heights) {
-        columns_ = columns;
-        rows_ = rows;
-        grid_ = std::move(heights);
-    }
-    /// A single point; do not combine points with a grid.
     void set_point(std::int64_t column, std::int64_t row, double height) {
         points_[{column, row}] = height;
     }
 
     double height(std::int64_t column, std::int64_t row) const {
-        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-        if (!grid_.empty()) {
-            if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return kNone;
-            return grid_[static_cast<std::size_t>(row * columns_ + column)];
-        }
         const auto found = points_.find({column, row});
-        return found == points_.end() ? kNone : found->second;
+        return found == points_.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
     }
     bool is_cut_to_north_east(std::int64_t column, std::int64_t row) const {
         return ((column + row + parity) & 1) == 0;
@@ -70,18 +58,16 @@ private:
             return static_cast<std::size_t>(mixed ^ (mixed >> 31));
         }
     };
-    std::int64_t columns_ = 0, rows_ = 0;
-    std::vector<double> grid_;
     std::unordered_map<std::pair<std::int64_t, std::int64_t>, double, PairHash> points_;
 };
 
-enum class ShapeKind { sphere, capsule, box, hull };
+enum class ShapeKind { capsule, box, hull };
 
 /// A convex shape at a pose: centre, and axes as columns of a rotation. A body has one or more of them.
 struct Body {
-    ShapeKind kind = ShapeKind::sphere;
-    double radius = 0.5;       ///< of a sphere or capsule, metres
-    double half_height = 0.0;  ///< of a capsule's core along its z
+    ShapeKind kind = ShapeKind::capsule;
+    double radius = 0.5;       ///< of a capsule, metres
+    double half_height = 0.0;  ///< of a capsule's core along its z; 0: a sphere
     Vec half_extents;          ///< of a box
     std::vector<Vec> points;   ///< of a hull, relative to its centre, in its axes
     Vec centre;

@@ -1,139 +1,110 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
-"""Drops bodies with `terrane drop --trace` and judges the trace with trace_judge.
+"""Drops bodies on fractal ground with `terrane drop --trace` and judges the trace with trace_judge.
 
-The judge builds the contact surface independently: from the samples of a raster (read through GDAL), or, for
-fractal ground, from heights of `terrane query` at lattice points below the bodies. Queries at cell centres give the
-diagonals of the cells.
+The judge builds the contact surface independently, from heights of `terrane query` at lattice points below the
+bodies. Queries at cell centres give the diagonals of the cells.
 
   judge_drop.py --terrane build/release/tools/terrane --judge build/release/tests/judge/trace_judge \\
-                --dem FILE | --seed N  [--shape box] [--speed 3000] [--dt 0.1] [--count 1000] [--seconds 3]
+                --seed N  [--shape box] [--speed 3000] [--dt 0.1] [--count 1000] [--seconds 3] [--world-m 4096]
 
-Prints one JSON object a run; exit code 0 where every trace is accepted.
+Prints one JSON object; exit code 0 where the trace is accepted.
 """
 import argparse
+import itertools
 import json
+import math
 import os
 import subprocess
 import sys
 import tempfile
 
-import numpy
-
 SHAPE_REACH_M = 2.5  # reach of the widest shape, with a margin
 
 
-def run_json(command, stdin=None):
-    done = subprocess.run(command, input=stdin, capture_output=True, text=True)
+def run(command, text=""):
+    done = subprocess.run(command, input=text, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command[:3])}: exit {done.returncode}: {done.stderr.strip()}")
-    return json.loads(done.stdout.strip().splitlines()[-1])
+    return done.stdout.splitlines()
 
 
 def query_heights(terrane, terrain, points):
-    """Heights of the contact surface; NaN where there is none."""
+    """Heights of the contact surface by point; none where there is no ground."""
     lines = "".join(f'{{"id":{i},"op":"height","x":{x!r},"y":{y!r}}}\n' for i, (x, y) in enumerate(points))
-    done = subprocess.run([terrane, "query", *terrain], input=lines, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"terrane query: exit {done.returncode}: {done.stderr.strip()}")
-    heights = numpy.full(len(points), numpy.nan)
-    for line in done.stdout.splitlines():
-        answer = json.loads(line)
-        if answer["status"] == "ok":
-            heights[answer["id"]] = answer["height"]
-    return heights
+    answers = map(json.loads, run([terrane, "query", *terrain], lines))
+    return {points[answer["id"]]: answer["height"] for answer in answers if answer["status"] == "ok"}
 
 
-def raster_size(path):
-    done = subprocess.run(["gdalinfo", "-json", path], capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"gdalinfo {path}: {done.stderr.strip()}")
-    return json.loads(done.stdout)["size"]
+def points_of(cell):
+    """Its south-western, south-eastern, north-western and north-eastern corner, and its middle."""
+    column, row = cell
+    return [(column + i, row + j) for i, j in ((0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5))]
 
 
-def find_parity(terrane, terrain, spacing, west, south, columns):
+def find_parity(heights, cells):
     """0 where cells with an even index sum are split from south-west to north-east."""
-    points = []
-    for column, row in columns:
-        x, y = west + column * spacing, south + row * spacing
-        points += [(float(x + dx * spacing), float(y + dy * spacing))
-                   for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1), (0.5, 0.5))]
-    heights = query_heights(terrane, terrain, points).reshape(-1, 5)
     votes = [0, 0]
-    for (column, row), (sw, se, nw, ne, middle) in zip(columns, heights):
+    for cell in cells:
+        sw, se, nw, ne, middle = (heights[point] for point in points_of(cell))
         to_north_east, to_north_west = 0.5 * (sw + ne), 0.5 * (se + nw)
-        if not abs(to_north_east - to_north_west) > 1e-3:
+        if abs(to_north_east - to_north_west) <= 1e-3:
             continue
         is_north_east = abs(middle - to_north_east) < abs(middle - to_north_west)
-        votes[(int(column + row) + (0 if is_north_east else 1)) % 2] += 1
+        votes[(sum(cell) + (0 if is_north_east else 1)) % 2] += 1
     if min(votes) > 0 or max(votes) == 0:
         sys.exit(f"cells do not alternate: votes {votes}")
     return 0 if votes[0] else 1
 
 
-def points_under(trace, spacing, west, south):
+def points_under(trace):
     """Lattice points of all cells that may have been below a body."""
-    poses = numpy.loadtxt(trace, delimiter=",", skiprows=1, usecols=(2, 3), ndmin=2)
-    poses = numpy.unique(poses, axis=0)
-    low = numpy.floor((poses - SHAPE_REACH_M - (west, south)) / spacing).astype(numpy.int64)
-    high = numpy.floor((poses + SHAPE_REACH_M - (west, south)) / spacing).astype(numpy.int64) + 1
     found = set()
-    for (c0, r0), (c1, r1) in set(zip(map(tuple, low), map(tuple, high))):
-        found.update((c, r) for c in range(c0, c1 + 1) for r in range(r0, r1 + 1))
-    return numpy.array(sorted(found), dtype=numpy.int64)
+    with open(trace, encoding="utf-8") as file:
+        next(file)
+        places = {tuple(line.split(",")[2:4]) for line in file}
+    for place in places:
+        found.update(itertools.product(*(range(math.floor(float(v) - SHAPE_REACH_M),
+                                               math.floor(float(v) + SHAPE_REACH_M) + 2) for v in place)))
+    return sorted(found)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--terrane", required=True)
     parser.add_argument("--judge", required=True)
-    ground = parser.add_mutually_exclusive_group(required=True)
-    ground.add_argument("--dem", help="a projected raster with square cells")
-    ground.add_argument("--seed", type=int)
+    parser.add_argument("--seed", required=True)
     parser.add_argument("--shape", default="mixed")
     parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--speed", type=float, default=0.0)
-    parser.add_argument("--spin", type=float, default=0.0)
-    parser.add_argument("--dt", type=float, default=1.0 / 60.0)
-    parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--by-query", action="store_true", help="heights of a raster through queries, too")
+    parser.add_argument("--speed", default="0")
+    parser.add_argument("--spin", default="0")
+    parser.add_argument("--dt", default="1/60")
+    parser.add_argument("--seconds", default="3")
+    parser.add_argument("--world-m", default="4096", help="side of the world: a small one loads faster")
     arguments = parser.parse_args()
 
-    terrain = ["--dem", arguments.dem] if arguments.dem else ["--seed", str(arguments.seed)]
-    info = run_json([arguments.terrane, "info", *terrain, "--json"])
+    # Cells of 1 m: a lattice point's column and row are its x and y.
+    terrain = ["--seed", arguments.seed, "--world-m", arguments.world_m, "--detail-m", "1"]
     with tempfile.TemporaryDirectory() as folder:
-        trace = os.path.join(folder, "trace.csv")
-        drop = run_json([arguments.terrane, "drop", *terrain, "--shape", arguments.shape,
-                         "--count", str(arguments.count), "--speed", repr(arguments.speed),
-                         "--spin", repr(arguments.spin), "--dt", repr(arguments.dt),
-                         "--seconds", repr(arguments.seconds), "--trace", trace, "--json"])
-        judge = [arguments.judge, "--trace", trace, "--shape", arguments.shape, "--allow-unjudged"]
-        spacing = info["finest_spacing_m"]
-        west, south = 0.0, 0.0
-        if arguments.dem:
-            columns, rows = raster_size(arguments.dem)
-            west, south = (0.5 - 0.5 * columns) * spacing, (0.5 - 0.5 * rows) * spacing
-        if arguments.dem and not arguments.by_query:
-            cells = [(columns // 2 + i % 20, rows // 2 + i // 20) for i in range(400)]
-            parity = find_parity(arguments.terrane, terrain, spacing, west, south, cells)
-            judge += ["--dem", arguments.dem, "--parity", str(parity), "--slack", "0.0005"]
-        else:
-            points = points_under(trace, spacing, west, south)
-            middle = points[len(points) // 2]
-            cells = [(middle[0] + i % 20, middle[1] + i // 20) for i in range(400)]
-            parity = find_parity(arguments.terrane, terrain, spacing, west, south, cells)
-            places = [(float(west + c * spacing), float(south + r * spacing)) for c, r in points]
-            heights = query_heights(arguments.terrane, terrain, places)
-            table = os.path.join(folder, "heights.txt")
-            with open(table, "w", encoding="utf-8") as file:
-                file.write(f"{spacing!r} {west!r} {south!r} {parity}\n")
-                file.writelines(f"{c} {r} {z!r}\n" for (c, r), z in zip(points.tolist(), heights.tolist())
-                                if z == z)
-            judge += ["--heights", table]
-        judged = subprocess.run(judge, capture_output=True, text=True)
-        verdict = json.loads(judged.stdout) if judged.stdout else {"error": judged.stderr.strip()}
-    holds = judged.returncode == 0 and drop["fell_through"] == verdict["too_deep"] == 0
-    print(json.dumps({"terrain": terrain[1], "shape": arguments.shape, "speed": arguments.speed,
+        trace, table = os.path.join(folder, "trace.csv"), os.path.join(folder, "heights.txt")
+        drop = json.loads(run([arguments.terrane, "drop", *terrain, "--shape", arguments.shape,
+                               "--count", str(arguments.count), "--speed", arguments.speed,
+                               "--spin", arguments.spin, "--dt", arguments.dt,
+                               "--seconds", arguments.seconds, "--trace", trace, "--json"])[-1])
+        points = points_under(trace)
+        column, row = points[len(points) // 2]
+        cells = list(itertools.product(range(column, column + 20), range(row, row + 20)))
+        corners = itertools.chain.from_iterable(map(points_of, cells))
+        heights = query_heights(arguments.terrane, terrain, sorted({*points, *corners}))
+        with open(table, "w", encoding="utf-8") as file:
+            file.write(f"1 0 0 {find_parity(heights, cells)}\n")
+            file.writelines(f"{c} {r} {heights[c, r]!r}\n" for c, r in points if (c, r) in heights)
+        judged = subprocess.run([arguments.judge, "--trace", trace, "--shape", arguments.shape, "--heights", table],
+                                capture_output=True, text=True)
+    verdict = json.loads(judged.stdout) if judged.stdout else {"error": judged.stderr.strip()}
+    holds = (judged.returncode == 0 and drop["fell_through"] == verdict["too_deep"] == 0
+             and verdict["bodies"] == arguments.count)
+    print(json.dumps({"terrain": arguments.seed, "shape": arguments.shape, "speed": arguments.speed,
                       "dt": arguments.dt, "drop": drop, "judge": verdict, "holds": holds}))
     if judged.stderr:
         print(judged.stderr.strip(), file=sys.stderr)

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <sstream>
 
 namespace judge {
@@ -44,57 +45,48 @@ Report judge_one(DropShape shape, double (*height)(double, double), const Placed
     return judge_trace(trace, make_surface(height), {.shape = shape});
 }
 
-TEST(Judge, AcceptsBodiesThatRestExactlyOnTheGround) {
-    EXPECT_EQ(judge_one(DropShape::sphere, flat, {0.3, 0.4, 3.5}).too_deep, 0u);
-    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.3, 0.4, 4.2}).too_deep, 0u);
-    EXPECT_EQ(judge_one(DropShape::box, flat, {0.3, 0.4, 3.5}).too_deep, 0u);
-}
-
-TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
-    const struct {
-        DropShape shape;
-        double rest;
-    } cases[] = {{DropShape::sphere, 3.5},
-                 {DropShape::capsule, 4.2},
-                 {DropShape::box, 3.5},
-                 {DropShape::hull, 3.6},
-                 {DropShape::compound, 3.3}};
-    for (const auto& c : cases) {
-        const Report report = judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.02});
-        EXPECT_EQ(report.too_deep, 1u);
-        EXPECT_NEAR(report.max_depth, 0.02, 1e-3);
-        EXPECT_EQ(judge_one(c.shape, flat, {0.3, 0.4, c.rest - 0.009}).too_deep, 0u);
-    }
-}
+/// A shape that touches a ground at a pose.
+struct Touch {
+    DropShape shape;
+    double (*height)(double, double);
+    Placed at;
+};
 
 // After a rotation of 90 degrees about y, x points down: the head of the hammer, the longest corner of the stone.
-TEST(Judge, JudgesAStoneAndAHammerTurnedOnTheirEnds) {
+TEST(Judge, FindsABodyOfEveryShapeThatSankTwoCentimetres) {
     const double half = std::sqrt(0.5);
-    const struct {
-        DropShape shape;
-        double rest;
-    } cases[] = {{DropShape::hull, 4.2}, {DropShape::compound, 4.3}};
-    for (const auto& c : cases) {
-        EXPECT_EQ(judge_one(c.shape, flat, {0.0, 0.0, c.rest, half, 0.0, half, 0.0}).too_deep, 0u);
-        EXPECT_EQ(
-            judge_one(c.shape, flat, {0.0, 0.0, c.rest - 0.02, half, 0.0, half, 0.0}).too_deep, 1u);
+    const Touch touches[] = {{DropShape::sphere, flat, {0.3, 0.4, 3.5}},
+                             {DropShape::capsule, flat, {0.3, 0.4, 4.2}},
+                             {DropShape::box, flat, {0.3, 0.4, 3.5}},
+                             {DropShape::hull, flat, {0.3, 0.4, 3.6}},
+                             {DropShape::compound, flat, {0.3, 0.4, 3.3}},
+                             {DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}},
+                             {DropShape::hull, flat, {0.0, 0.0, 4.2, half, 0.0, half, 0.0}},
+                             {DropShape::compound, flat, {0.0, 0.0, 4.3, half, 0.0, half, 0.0}},
+                             {DropShape::box, spike, {0.1, 0.2, 5.5}}};
+    for (std::size_t i = 0; i < std::size(touches); ++i) {
+        SCOPED_TRACE(i);
+        const auto sunk_by = [&](double depth) {
+            Placed at = touches[i].at;
+            at.z -= depth;
+            return judge_one(touches[i].shape, touches[i].height, at);
+        };
+        EXPECT_EQ(sunk_by(0.0).too_deep, 0u);
+        EXPECT_EQ(sunk_by(0.009).too_deep, 0u);
+        const Report sunk = sunk_by(0.02);
+        EXPECT_EQ(sunk.too_deep, 1u);
+        EXPECT_NEAR(sunk.max_depth, 0.02, 1e-3);
+        // the search of the depth of one far below is slow: once for each shape
+        if (i < 5) {
+            EXPECT_EQ(sunk_by(50.0).too_deep, 1u);
+        }
     }
 }
 
 TEST(Judge, FindsASpikeThatPokesIntoASideOfAStone) {
     // above the tip of the spike, the face through three corners is about 3 / 7 m below the centre
-    const Report clear = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.6});
-    EXPECT_EQ(clear.too_deep, 0u);
-    const Report poked = judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.2});
-    EXPECT_EQ(poked.too_deep, 1u);
-}
-
-TEST(Judge, DistinguishesALyingCapsuleFromAStandingOne) {
-    const double half = std::sqrt(0.5);
-    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.4, half, half, 0.0, 0.0}).too_deep,
-              0u);
-    EXPECT_EQ(judge_one(DropShape::capsule, flat, {0.0, 0.0, 3.38, half, half, 0.0, 0.0}).too_deep,
-              1u);
+    EXPECT_EQ(judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.6}).too_deep, 0u);
+    EXPECT_EQ(judge_one(DropShape::hull, spike, {-0.3, -0.3, 5.2}).too_deep, 1u);
 }
 
 TEST(Judge, MeasuresDepthAlongTheMinimumTranslationOutOfASlope) {
@@ -105,23 +97,11 @@ TEST(Judge, MeasuresDepthAlongTheMinimumTranslationOutOfASlope) {
     EXPECT_NEAR(report.max_depth, 0.2 * std::sqrt(0.5), 0.01);
 }
 
-TEST(Judge, FindsASpikeThatPokesIntoTheFlatOfABox) {
-    EXPECT_EQ(judge_one(DropShape::box, spike, {0.1, 0.2, 5.5}).too_deep, 0u);
-    EXPECT_EQ(judge_one(DropShape::box, spike, {0.1, 0.2, 5.45}).too_deep, 1u);
-}
-
 TEST(Judge, FindsABodyInAWallThatItsCentreIsOutsideOf) {
     // The wall's foot is at x = -1; the sphere at mid height reaches it from x = -0.5 - 0.5 - small.
     EXPECT_EQ(judge_one(DropShape::sphere, wall, {-1.6, 0.2, 5.0}).too_deep, 0u);
     EXPECT_EQ(judge_one(DropShape::sphere, wall, {-0.9, 0.2, 5.0}).too_deep, 1u);
     EXPECT_EQ(judge_one(DropShape::box, wall, {-1.3, 0.2, 5.0}).too_deep, 1u);
-}
-
-TEST(Judge, FindsABodyThatFellFarBelow) {
-    for (const DropShape shape : {DropShape::sphere, DropShape::capsule, DropShape::box,
-                                  DropShape::hull, DropShape::compound}) {
-        EXPECT_EQ(judge_one(shape, flat, {0.0, 0.0, -50.0}).too_deep, 1u);
-    }
 }
 
 TEST(Judge, CutsCellsAsTheParitySays) {

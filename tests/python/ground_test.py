@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Heights and rays in batches, against the samples and the program."""
-import json
-import os
-import subprocess
+"""Heights and rays in batches, against the samples."""
 import unittest
 
 import numpy as np
 
-import terrane
-from grounds import PROGRAM, SEED, loaded, main, small_fractal, triangle_height
+from grounds import SEED, loaded, main, small_fractal, triangle_height
 from terrane import QueryStatus
 
 
@@ -102,26 +98,6 @@ class Ground(unittest.TestCase):
         del terrain, chunk
         self.assertEqual(ground.heights(1.0, 2.0).height, before)
         self.assertGreater(np.abs(heights).max(), 0)
-
-    @unittest.skipUnless(os.path.exists(PROGRAM), "the program is not built")
-    def test_heights_and_rays_are_those_of_the_program(self):
-        terrain = loaded(terrane.fractal(seed=5))
-        ground = terrain.frame.ground
-        x, y = self.random.uniform(-90, 90, (2, 100))
-        starts = np.column_stack([x, y, np.full(100, 2000.0)])
-        ends = np.column_stack([self.random.uniform(-90, 90, (100, 2)), np.full(100, -2000.0)])
-        lines = [json.dumps({"op": "height", "x": x[i], "y": y[i]}) for i in range(100)]
-        lines += [json.dumps({"op": "ray", "from": starts[i].tolist(), "to": ends[i].tolist()}) for i in range(100)]
-        done = subprocess.run([PROGRAM, "query", "--seed", "5"], input="\n".join(lines), capture_output=True,
-                              text=True, check=True)
-        told = [json.loads(line) for line in done.stdout.splitlines()]
-        heights, rays = ground.heights(x, y), ground.rays(starts, ends)
-        self.assertEqual({a["status"] for a in told}, {"ok"})
-        np.testing.assert_array_equal(heights.height, [a["height"] for a in told[:100]])
-        np.testing.assert_array_equal(heights.normal, [a["normal"] for a in told[:100]])
-        np.testing.assert_array_equal(heights.error_m, [a["error_m"] for a in told[:100]])
-        np.testing.assert_array_equal(rays.fraction, [a["fraction"] for a in told[100:]])
-        np.testing.assert_array_equal(rays.point_world, [a["point"] for a in told[100:]])
 
 
 main()

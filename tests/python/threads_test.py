@@ -42,7 +42,7 @@ class Lock(unittest.TestCase):
     def check(self, call):
         call()  # first use
         # A held lock can still let the other thread run for one turn before or after the call.
-        self.assertGreater(max(Counter().during(call) for _ in range(3)), 300)
+        self.assertTrue(any(Counter().during(call) > 300 for _ in range(3)))
 
     def test_a_call_that_keeps_the_lock_stops_the_counter(self):  # the check of the check
         big = 7**200_000

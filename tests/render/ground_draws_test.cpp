@@ -266,8 +266,8 @@ protected:
         EXPECT_TRUE(ready) << (ready ? "" : ready.error().message);
 
         std::vector<Vertex> vertices;
-        for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
-            const MeshChunk& drawn = mesh.chunks[i];
+        for (std::size_t i = scene.chunks.size(); i-- > 0;) {
+            const MeshChunk& drawn = scene.chunks[i];
             for (const std::uint16_t sample :
                  mesh.indices.subspan(drawn.first_index, drawn.index_count)) {
                 const LatticePoint corner = drawn.chunk->corner;
@@ -279,12 +279,6 @@ protected:
                      {}});
             }
         }
-        // addresses of chunks in the scene are stable
-        for (Vertex& vertex : vertices) {
-            vertex.chunk =
-                &scene.chunks[static_cast<std::size_t>(vertex.chunk - mesh.chunks.data())];
-        }
-
         const GlBuffer uniforms = bind_uniforms(lattice, view, eye);
         const GlProgram program = make_capture();
         const GlBuffer results = make_buffer();
@@ -304,6 +298,21 @@ protected:
         const Result<void> good = check_gl("capture");
         EXPECT_TRUE(good) << (good ? "" : good.error().message);
         return vertices;
+    }
+
+    // The picture of prepared draws, lit.
+    Image draw(GroundDraws& draws, const GlProgram& program, GroundShade& shade) {
+        picture_->bind_depth();
+        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_GEQUAL);
+        glClearDepth(0.0);
+        glClear(GL_DEPTH_BUFFER_BIT);
+        glUseProgram(program.name());
+        draws.draw();
+        draws.finish();
+        shade.draw(*picture_, false);
+        return picture_->read();
     }
 
     std::optional<Framebuffer> picture_;
@@ -432,18 +441,8 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
         ASSERT_TRUE(draws.prepare(scene.mesh(), view_of_all(), eye));
         batch_counts.push_back(draws.batch_count());
         ASSERT_TRUE(shade.prepare(scene.resident, view, eye));
-        picture_->bind_depth();
-        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-        glEnable(GL_DEPTH_TEST);
-        glDepthFunc(GL_GEQUAL);
-        glClearDepth(0.0);
-        glClear(GL_DEPTH_BUFFER_BIT);
-        glUseProgram(program.name());
-        draws.draw();
-        draws.finish();
-        shade.draw(*picture_, false);
+        images.push_back(draw(draws, program, shade));
         shade.finish();
-        images.push_back(picture_->read());
     }
     EXPECT_EQ(batch_counts, (std::vector<std::size_t>{1, 3, 2}));
     for (std::size_t other : {1u, 2u}) {
@@ -463,11 +462,7 @@ TEST_F(GroundDrawsTest, ChunksOutOfViewDoNotChangeThePicture) {
     Scene scene = make_scene();
     add_offsets(scene);
     // a root far above its samples: only its offsets are in view of who looks along at 300 m
-    for (MeshChunk& chunk : scene.chunks) {
-        if (chunk.chunk->key != ChunkKey{0, 0, 0}) continue;
-        scene.offsets.emplace_back(std::size_t{kChunkSamples} * kChunkSamples, 300.0f);
-        chunk.offsets = scene.offsets.back().data();
-    }
+    test::raise_western_root(scene, 300.0f);
     std::vector<View> views{view_from({-300.0, 60.0, 300.0}, {0.0, 60.0, 300.0})};
     views.back().vertical_fov = 0.3;
     for (int i = 0; i < 16; ++i) {
@@ -496,17 +491,7 @@ TEST_F(GroundDrawsTest, ChunksOutOfViewDoNotChangeThePicture) {
             if (i == 0) {
                 EXPECT_GE(draws.drawn_count(), 1u);
             }
-            picture_->bind_depth();
-            glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-            glEnable(GL_DEPTH_TEST);
-            glDepthFunc(GL_GEQUAL);
-            glClearDepth(0.0);
-            glClear(GL_DEPTH_BUFFER_BIT);
-            glUseProgram(program.name());
-            draws.draw();
-            draws.finish();
-            shade.draw(*picture_, false);
-            images.push_back(picture_->read());
+            images.push_back(draw(draws, program, shade));
         }
         shade.finish();
         EXPECT_EQ(test::count_different(images[0], images[1]), 0) << "view " << i;

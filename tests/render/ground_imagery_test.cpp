@@ -20,6 +20,7 @@
 namespace terrane {
 namespace ground_imagery_test {
 
+using test::brightness;
 using test::count_different;
 using test::largest_difference;
 using test::make_plane_scene;
@@ -64,29 +65,17 @@ View view_down() {
     return *look_at({256.0, 128.0, height}, {256.0, 128.0, 0.0}, 0.3, kWidth, kHeight);
 }
 
-int brightness(const Image& image, int x, int y) {
-    const auto at = 3 * static_cast<std::size_t>(y * image.width + x);
-    return image.rgb[at] + image.rgb[at + 1] + image.rgb[at + 2];
-}
-
-class GroundImageryTest : public test::GlTest {
+class GroundImageryTest : public test::PictureTest<kWidth, kHeight> {
 protected:
     TerrainRenderer make(std::shared_ptr<const ImagerySource> imagery, bool waits,
                          std::size_t bytes = std::size_t{64} << 20) {
-        RendererSettings settings;
-        settings.sample_count = 1;
-        settings.imagery = std::move(imagery);
-        settings.imagery_waits = waits;
-        settings.imagery_bytes = bytes;
-        Result<TerrainRenderer> made =
-            TerrainRenderer::create(*context_, kWidth, kHeight, settings);
-        EXPECT_TRUE(made) << (made ? "" : made.error().message);
-        return std::move(*made);
+        return PictureTest::make({.sample_count = 1,
+                                  .imagery = std::move(imagery),
+                                  .imagery_bytes = bytes,
+                                  .imagery_waits = waits});
     }
     static Image draw(TerrainRenderer& renderer, const Scene& scene) {
-        const Result<void> drawn = renderer.draw(scene.mesh(), view_down());
-        EXPECT_TRUE(drawn) << (drawn ? "" : drawn.error().message);
-        return renderer.read();
+        return test::draw(renderer, scene.mesh(), view_down());
     }
 };
 

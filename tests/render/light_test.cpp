@@ -310,6 +310,7 @@ namespace terrane {
 namespace terrain_light_test {
 
 using test::make_rough_scene;
+using test::pixel;
 using test::Scene;
 
 constexpr int kWidth = 480;
@@ -322,22 +323,13 @@ constexpr std::array<ChunkKey, 8> kAllFine{ChunkKey{0, 0, 1}, ChunkKey{1, 0, 1},
 constexpr std::array<ChunkKey, 4> kWesternFine{ChunkKey{0, 0, 1}, ChunkKey{1, 0, 1},
                                                ChunkKey{0, 1, 1}, ChunkKey{1, 1, 1}};
 
-class TerrainLightTest : public test::GlTest {
+class TerrainLightTest : public test::PictureTest<kWidth, kHeight> {
 protected:
-    TerrainRenderer make() {
-        Result<TerrainRenderer> made = TerrainRenderer::create(*context_, kWidth, kHeight, {});
-        EXPECT_TRUE(made) << made.error().message;
-        return std::move(*made);
-    }
-
     // Straight down on the centre of the two roots, 1 m per pixel.
     static Image draw(TerrainRenderer& renderer, const Scene& scene) {
         const double height = kHeight / (2.0 * std::tan(0.15));
-        const View view =
-            *look_at({256.0, 128.0, height}, {256.0, 128.0, 0.0}, 0.3, kWidth, kHeight);
-        const Result<void> drawn = renderer.draw(scene.mesh(), view);
-        EXPECT_TRUE(drawn) << drawn.error().message;
-        return renderer.read();
+        return test::draw(renderer, scene.mesh(),
+                          view_from({256.0, 128.0, height}, {256.0, 128.0, 0.0}, 0.3));
     }
 
     Image draw_coarse() {
@@ -346,34 +338,28 @@ protected:
     }
 };
 
-// Mean difference from the picture lit by coarse chunks only, in each band of columns.
-std::vector<double> contrasts(const Image& image, const Image& coarse) {
+// The mean of value(x, y) in each band of columns.
+template <class Value>
+std::vector<double> means(const Value& value) {
     std::vector<double> found;
     for (int band = 0; band < kWidth / kBand; ++band) {
         double sum = 0.0;
         for (int y = 0; y < kHeight; ++y) {
-            for (int x = band * kBand; x < (band + 1) * kBand; ++x) {
-                const auto at = 3 * static_cast<std::size_t>(y * kWidth + x);
-                sum += std::abs(int{image.rgb[at]} - int{coarse.rgb[at]});
-            }
+            for (int x = band * kBand; x < (band + 1) * kBand; ++x) sum += value(x, y);
         }
         found.push_back(sum / (kHeight * kBand));
     }
     return found;
 }
 
+// Differences of red from the picture lit by coarse chunks only.
+std::vector<double> contrasts(const Image& image, const Image& coarse) {
+    return means(
+        [&](int x, int y) { return std::abs(pixel(image, x, y)[0] - pixel(coarse, x, y)[0]); });
+}
+
 std::vector<double> brightnesses(const Image& image) {
-    std::vector<double> found;
-    for (int band = 0; band < kWidth / kBand; ++band) {
-        double sum = 0.0;
-        for (int y = 0; y < kHeight; ++y) {
-            for (int x = band * kBand; x < (band + 1) * kBand; ++x) {
-                sum += image.rgb[3 * static_cast<std::size_t>(y * kWidth + x)];
-            }
-        }
-        found.push_back(sum / (kHeight * kBand));
-    }
-    return found;
+    return means([&](int x, int y) { return int{pixel(image, x, y)[0]}; });
 }
 
 double largest_step(const std::vector<double>& values, std::size_t first, std::size_t last) {

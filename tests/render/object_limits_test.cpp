@@ -17,6 +17,7 @@ namespace terrane {
 namespace object_limits_test {
 
 using test::count_different;
+using test::draw;
 using test::make_rock;
 using test::make_tree;
 
@@ -24,20 +25,8 @@ constexpr int kWidth = 160, kHeight = 120;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-class ObjectLimitsTest : public test::GlTest {
+class ObjectLimitsTest : public test::PictureTest<kWidth, kHeight> {
 protected:
-    TerrainRenderer make(int samples = 4, bool wireframe = false) {
-        RendererSettings settings;
-        settings.sample_count = samples;
-        settings.wireframe = wireframe;
-        return TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
-    }
-    static Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
-                      const TerrainMesh& mesh = {}) {
-        const Result<void> drawn = renderer.draw(mesh, view, {}, draws);
-        EXPECT_TRUE(drawn) << drawn.error().message;
-        return renderer.read();
-    }
     static std::string message(TerrainRenderer& renderer, const View& view,
                                const SceneDraws& draws) {
         const Result<void> drawn = renderer.draw({}, view, {}, draws);
@@ -50,10 +39,7 @@ View view_of_origin() {
 }
 
 ObjectInstance instance_at_origin(const View& view) {
-    ObjectInstance instance;
-    const LocalVec offset = to_local(WorldPos::Zero(), view.eye_world);
-    instance.offset_eye = {offset.x(), offset.y(), offset.z()};
-    return instance;
+    return test::instance_at(view, WorldPos::Zero());
 }
 
 TEST_F(ObjectLimitsTest, NumbersThatAreNotFiniteOrOutOfRangeAreRefusedByTheirPlace) {
@@ -116,8 +102,7 @@ TEST_F(ObjectLimitsTest, HugeCountsAndRangesThatWrapAreRefused) {
 
 TEST_F(ObjectLimitsTest, NoInstancesAreNoPassAndNoChange) {
     const test::Scene world = test::make_scene();
-    const View view =
-        look_at({250.0, 20.0, 40.0}, {250.0, 140.0, 0.0}, 1.0, kWidth, kHeight).value();
+    const View view = view_from({250.0, 20.0, 40.0}, {250.0, 140.0, 0.0});
     TerrainRenderer plain = make(), other = make();
     const MeshId id = other.add_mesh(make_tree(5)).value();
     const ImpostorId impostor = other.add_impostor(id, {.texels = 8}).value();
@@ -138,7 +123,7 @@ TEST_F(ObjectLimitsTest, NoInstancesAreNoPassAndNoChange) {
 }
 
 TEST_F(ObjectLimitsTest, TenThousandInstancesAreOneDrawAndLookAsOneAtATime) {
-    TerrainRenderer renderer = make(1);
+    TerrainRenderer renderer = make({.sample_count = 1});
     const View view = view_of_origin();
     const MeshId id = renderer.add_mesh(make_rock(0, 3)).value();
     std::vector<ObjectInstance> instances(10'000, instance_at_origin(view));
@@ -158,28 +143,35 @@ TEST_F(ObjectLimitsTest, TenThousandInstancesAreOneDrawAndLookAsOneAtATime) {
 
 // Coverages next to the thresholds, where c and 1 + (c - 1) are different floats.
 TEST_F(ObjectLimitsTest, ComplementsOfCoveragesThatAreRoundedDrawEverySampleOnce) {
-    TerrainRenderer renderer = make();
     const View view = view_of_origin();
-    const MeshId id = renderer.add_mesh(make_tree(8)).value();
-    std::vector<ObjectInstance> instances(2, instance_at_origin(view));
-    // with two colours every sample that both draw, or neither, is seen
-    instances[1].tint = {0.0f, 0.0f, 0.0f};
-    const MeshDraw first = {id, 0, 0, 1}, second = {id, 0, 1, 1};
-    const MeshDraw both[] = {first, second}, reversed[] = {second, first};
-    int apart_count = 0;
-    for (int k = 0; k < 256; k += 17) {
-        const float threshold = (static_cast<float>(k) + 0.5f) / 256.0f;
-        for (const float c :
-             {threshold, std::nextafter(threshold, 1.0f), std::nextafter(threshold, 0.0f)}) {
-            instances[0].coverage = c;
-            instances[1].coverage = c - 1.0f;
-            apart_count += 1.0f + instances[1].coverage != c ? 1 : 0;
-            const Image a = draw(renderer, view, {.instances = instances, .meshes = both});
-            const Image b = draw(renderer, view, {.instances = instances, .meshes = reversed});
-            EXPECT_EQ(count_different(a, b), 0) << c;
+    for (const int samples : {1, 4}) {
+        TerrainRenderer renderer = make({.sample_count = samples});
+        const MeshId id = renderer.add_mesh(make_tree(8)).value();
+        std::vector<ObjectInstance> instances(2, instance_at_origin(view));
+        const MeshDraw first = {id, 0, 0, 1}, second = {id, 0, 1, 1};
+        const MeshDraw both[] = {first, second}, reversed[] = {second, first};
+        const Image whole = draw(renderer, view, {.instances = instances, .meshes = {&first, 1}});
+        int apart_count = 0;
+        for (int k = 0; k < 256; k += 17) {
+            const float threshold = (static_cast<float>(k) + 0.5f) / 256.0f;
+            for (const float c :
+                 {threshold, std::nextafter(threshold, 1.0f), std::nextafter(threshold, 0.0f)}) {
+                instances[0].coverage = c;
+                instances[1].coverage = c - 1.0f;
+                apart_count += 1.0f + instances[1].coverage != c ? 1 : 0;
+                SCOPED_TRACE(testing::Message() << c << ", " << samples << " samples");
+                // in one colour samples that neither draws are seen, in two colours those that both draw
+                instances[1].tint = {1.0f, 1.0f, 1.0f};
+                const Image same = draw(renderer, view, {.instances = instances, .meshes = both});
+                EXPECT_EQ(count_different(same, whole), 0);
+                instances[1].tint = {0.0f, 0.0f, 0.0f};
+                const Image a = draw(renderer, view, {.instances = instances, .meshes = both});
+                const Image b = draw(renderer, view, {.instances = instances, .meshes = reversed});
+                EXPECT_EQ(count_different(a, b), 0);
+            }
         }
+        EXPECT_GT(apart_count, 10);
     }
-    EXPECT_GT(apart_count, 10);
 }
 
 }  // namespace object_limits_test
@@ -192,21 +184,13 @@ using test::Random;
 
 constexpr int kWidth = 320, kHeight = 240;
 
-class SolidPartsTest : public test::GlTest {
+class SolidPartsTest : public test::PictureTest<kWidth, kHeight> {
 protected:
-    TerrainRenderer make(int samples = 1) {
-        RendererSettings settings;
-        settings.sample_count = samples;
-        return TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
-    }
     // The picture of instances of a mesh; its triangles in clusters, or streamed, which has no clusters.
-    static Image draw(TerrainRenderer& renderer, const View& view, MeshId id,
-                      std::span<const ObjectInstance> instances) {
+    static Image draw_parts(TerrainRenderer& renderer, const View& view, MeshId id,
+                            std::span<const ObjectInstance> instances) {
         const MeshDraw all = {id, 0, 0, static_cast<std::uint32_t>(instances.size())};
-        const Result<void> drawn =
-            renderer.draw({}, view, {}, {.instances = instances, .meshes = {&all, 1}});
-        EXPECT_TRUE(drawn) << drawn.error().message;
-        return renderer.read();
+        return test::draw(renderer, view, {.instances = instances, .meshes = {&all, 1}});
     }
     static Image draw_streamed(TerrainRenderer& renderer, const View& view, MeshId id,
                                std::span<const TriangleMesh::Triangle> triangles,
@@ -214,28 +198,21 @@ protected:
         std::vector<StreamedDraw> streamed;
         for (std::uint32_t i = 0; i < instances.size(); ++i)
             streamed.push_back({.mesh = id, .triangles = triangles, .instance = i});
-        const Result<void> drawn =
-            renderer.draw({}, view, {}, {.instances = instances, .streamed = streamed});
-        EXPECT_TRUE(drawn) << drawn.error().message;
+        const Image image =
+            test::draw(renderer, view, {.instances = instances, .streamed = streamed});
         EXPECT_EQ(renderer.counts().triangles_culled, 0u);
-        return renderer.read();
+        return image;
     }
 };
-
-View view_from(const WorldPos& eye) {
-    return look_at(eye, {0, 0, 0}, 0.9, kWidth, kHeight).value();
-}
 
 // Turned, of different sizes, at `distance` and beyond, some of them across the edges of the picture.
 std::vector<ObjectInstance> scattered(const View& view, double distance, Random& random) {
     std::vector<ObjectInstance> instances;
     for (int i = 0; i < 8; ++i) {
-        ObjectInstance& instance = instances.emplace_back();
         const WorldPos place =
             view.eye_world + distance * random.between(1.0, 2.0) *
                                  (view.forward + 0.6 * random.direction()).normalized();
-        const LocalVec offset = to_local(place, view.eye_world);
-        instance.offset_eye = {offset.x(), offset.y(), offset.z()};
+        ObjectInstance& instance = instances.emplace_back(test::instance_at(view, place));
         instance.scale = static_cast<float>(random.between(0.5, 1.5));
         const Eigen::Quaterniond q(random.rotation());
         instance.rotation = {static_cast<float>(q.x()), static_cast<float>(q.y()),
@@ -251,14 +228,14 @@ TEST_F(SolidPartsTest, PicturesAreThoseOfAllTriangles) {
     std::erase_if(open.triangles,
                   [&](const TriangleMesh::Triangle&) { return random.below(3) == 0; });
     for (const int samples : {1, 4}) {
-        TerrainRenderer renderer = make(samples);
+        TerrainRenderer renderer = make({.sample_count = samples});
         for (const TriangleMesh* mesh : {&closed, &open}) {
             const MeshId id = renderer.add_mesh(*mesh).value();
             std::size_t culled = 0, all = 0;
             for (const double distance : {0.5, 1.2, 2.0, 5.0, 20.0, 100.0}) {
-                const View view = view_from(5.0 * random.direction());
+                const View view = view_from(5.0 * random.direction(), {0, 0, 0}, 0.9);
                 const std::vector<ObjectInstance> instances = scattered(view, distance, random);
-                const Image parts = draw(renderer, view, id, instances);
+                const Image parts = draw_parts(renderer, view, id, instances);
                 culled += renderer.counts().triangles_culled;
                 all += renderer.counts().triangles;
                 EXPECT_EQ(renderer.counts().triangles, 8 * mesh->triangles.size());
@@ -274,13 +251,13 @@ TEST_F(SolidPartsTest, PicturesAreThoseOfAllTriangles) {
 }
 
 TEST_F(SolidPartsTest, NothingIsCulledOfWhatShowsBothSidesOrMayTurn) {
-    TerrainRenderer renderer = make();
+    TerrainRenderer renderer = make({.sample_count = 1});
     Random random(32);
     const TriangleMesh rock = make_rock(4, 5);
-    const View view = view_from({5, 0, 0});
+    const View view = view_from({5, 0, 0}, {0, 0, 0}, 0.9);
     std::vector<ObjectInstance> instances = scattered(view, 4.0, random);
     const auto culled = [&](MeshId id) {
-        draw(renderer, view, id, instances);
+        draw_parts(renderer, view, id, instances);
         return renderer.counts().triangles_culled;
     };
     const MeshId one_sided = renderer.add_mesh(rock).value();
@@ -304,11 +281,11 @@ TEST_F(SolidPartsTest, NothingIsCulledOfWhatShowsBothSidesOrMayTurn) {
 }
 
 TEST_F(SolidPartsTest, InstancesThatAreDrawnWholeKeepTheirOrderAmongThoseInParts) {
-    TerrainRenderer renderer = make();
+    TerrainRenderer renderer = make({.sample_count = 1});
     Random random(33);
     const TriangleMesh rock = make_rock(4, 5);
     const MeshId id = renderer.add_mesh(rock).value();
-    const View view = view_from({5, 0, 0});
+    const View view = view_from({5, 0, 0}, {0, 0, 0}, 0.9);
     std::vector<ObjectInstance> instances = scattered(view, 4.0, random);
     // far ones in twos, and one whose quaternion is far from unit length
     for (const std::size_t far : {2u, 3u, 6u, 7u}) {
@@ -317,7 +294,7 @@ TEST_F(SolidPartsTest, InstancesThatAreDrawnWholeKeepTheirOrderAmongThoseInParts
     }
     for (float& coordinate : instances[4].rotation) coordinate *= 1.1f;
     for (ObjectInstance& instance : instances) instance.coverage = 0.7f;
-    const Image parts = draw(renderer, view, id, instances);
+    const Image parts = draw_parts(renderer, view, id, instances);
     EXPECT_GT(renderer.counts().triangles_culled, 0u);
     EXPECT_EQ(count_different(parts, draw_streamed(renderer, view, id, rock.triangles, instances)),
               0);

@@ -34,7 +34,7 @@ void main() {
 }
 )glsl";
 
-class OwnRenderer : public test::GlTest {
+class OwnRenderer : public test::PictureTest<kWidth, kHeight> {
 protected:
     // The depths of what the uploader holds, lit as the renderer does.
     std::optional<Image> draw(const GlUploader& uploader, const WorldPos& origin_world,
@@ -77,20 +77,15 @@ TEST_F(OwnRenderer, DrawsThePictureOfTheRenderer) {
     CameraNeed camera;
     for (int frame = 0; frame < 24; ++frame) {
         const WorldPos eye(2000.3, 60.0 * frame, 900.1);
-        camera.view =
-            look_at(eye, eye + Eigen::Vector3d(800.0, 4000.0, -900.0), 1.0, kWidth, kHeight)
-                .value();
+        camera.view = view_from(eye, eye + Eigen::Vector3d(800.0, 4000.0, -900.0));
         pager.update({&camera, 1}, {}, frame / 10.0);
         const TerrainMesh mesh = triangulator.update(pager.resident(), camera.view);
         camera.threshold_px = mesh.threshold_px;
         buffers.update(mesh, eye);
         uploader.upload(buffers);
         if (frame % 12 != 11) continue;
-        TerrainRenderer renderer =
-            TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
-        const Result<void> drawn = renderer.draw(mesh, camera.view);
-        ASSERT_TRUE(drawn) << drawn.error().message;
-        const Image ours = renderer.read();
+        TerrainRenderer renderer = make(settings);
+        const Image ours = test::draw(renderer, mesh, camera.view);
         const auto own = draw(uploader, buffers.origin_world(), mesh, camera.view, settings);
         ASSERT_TRUE(own.has_value());
         // edges of pixels on the rounding of float

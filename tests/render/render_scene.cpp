@@ -3,7 +3,7 @@
 
 #include "support/grounds.h"
 
-#include <gtest/gtest.h>
+#include <terrane/terrain/composed_heights.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,17 +13,13 @@
 namespace terrane::test {
 namespace {
 
-constexpr double kAmplitude = 12.0;
 constexpr double kWavelength = 90.0;
 
-// Wave heights that move with the world: the same hills at any position of it.
-class MovedHeights final : public HeightSource {
+// Heights and bounds that are made from those of waves.
+class OverWaves : public ForwardedHeights {
 public:
-    MovedHeights(const Lattice& lattice, double east)
-        : HeightSource(lattice, whole_extent(lattice)),
-          base_(lattice, kAmplitude, kWavelength),
-          east_(east) {}
-    double height(double x, double y) const override { return base_.height(x - east_, y); }
+    OverWaves(const Lattice& lattice, double amplitude)
+        : ForwardedHeights(std::make_shared<const WaveHeights>(lattice, amplitude, kWavelength)) {}
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
         std::size_t i = 0;
         for (int row = 0; row < grid.rows; ++row) {
@@ -34,64 +30,61 @@ public:
         }
         return {};
     }
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_.vertex_bounds(grid, bounds_out);
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override {
+        return HeightSource::mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
     }
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_.cell_bounds(grid, bounds_out);
-    }
-    HeightInterval interval(const WorldRect&) const override { return {-kAmplitude, kAmplitude}; }
-    double rise_bound(double distance) const override { return base_.rise_bound(distance); }
+};
 
-private:
-    WaveHeights base_;
-    double east_;
+// Waves that move with the world: the same hills at any position of it.
+class MovedHeights final : public OverWaves {
+public:
+    explicit MovedHeights(const Lattice& lattice) : OverWaves(lattice, 12.0) {}
+    double height(double x, double y) const override {
+        return heights().height(x - lattice().x(lattice().west()), y);
+    }
 };
 
 // Gentle hills with a roughness at whole metres that is 0 where both coordinates are even, so that samples 2 m apart
 // miss it.
-class RoughHeights final : public HeightSource {
+class RoughHeights final : public OverWaves {
 public:
-    explicit RoughHeights(const Lattice& lattice)
-        : HeightSource(lattice, whole_extent(lattice)), base_(lattice, 2.0, kWavelength) {}
+    explicit RoughHeights(const Lattice& lattice) : OverWaves(lattice, 2.0) {}
     double height(double x, double y) const override {
         const auto column = static_cast<std::uint32_t>(std::lround(x));
         const auto row = static_cast<std::uint32_t>(std::lround(y));
-        if ((column | row) % 2 == 0) return base_.height(x, y);
+        if ((column | row) % 2 == 0) return heights().height(x, y);
         std::uint32_t hash = column * 0x9e3779b1u ^ row * 0x85ebca77u;
         hash = (hash ^ (hash >> 15)) * 0x2c1b3c6du;
         hash ^= hash >> 13;
-        return base_.height(x, y) + kRoughness * (static_cast<double>(hash) / 2147483647.5 - 1.0);
-    }
-    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        std::size_t i = 0;
-        for (int row = 0; row < grid.rows; ++row) {
-            for (int column = 0; column < grid.columns; ++column) {
-                heights_out[i++] = height(lattice().x(grid.corner.x + column * grid.step),
-                                          lattice().y(grid.corner.y + row * grid.step));
-            }
-        }
-        return {};
+        return heights().height(x, y) +
+               kRoughness * (static_cast<double>(hash) / 2147483647.5 - 1.0);
     }
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        const Result<void> made = base_.vertex_bounds(grid, bounds_out);
-        for (float& bound : bounds_out) bound += static_cast<float>(2.0 * kRoughness);
-        return made;
+        return rougher(heights().vertex_bounds(grid, bounds_out), bounds_out);
     }
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        const Result<void> made = base_.cell_bounds(grid, bounds_out);
-        for (float& bound : bounds_out) bound += static_cast<float>(2.0 * kRoughness);
-        return made;
+        return rougher(heights().cell_bounds(grid, bounds_out), bounds_out);
     }
     HeightInterval interval(const WorldRect&) const override { return {-3.0, 3.0}; }
     double rise_bound(double distance) const override {
-        return base_.rise_bound(distance) + 2.0 * kRoughness;
+        return heights().rise_bound(distance) + 2.0 * kRoughness;
     }
 
 private:
     static constexpr double kRoughness = 0.8;
-    WaveHeights base_;
+    static Result<void> rougher(const Result<void>& made, std::span<float> bounds) {
+        for (float& bound : bounds) bound += static_cast<float>(2.0 * kRoughness);
+        return made;
+    }
 };
+
+std::vector<std::shared_ptr<const Chunk>> make_chunks(const HeightSource& source,
+                                                      std::span<const ChunkKey> keys) {
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (const ChunkKey& key : keys) chunks.push_back(make_chunk(source, key).value());
+    return chunks;
+}
 
 void add_triangle(Scene& scene, std::size_t a, std::size_t b, std::size_t c) {
     for (const std::size_t i : {a, b, c}) scene.indices.push_back(static_cast<std::uint16_t>(i));
@@ -132,6 +125,25 @@ void add_cell(Scene& scene, int column, int row) {
     }
 }
 
+// Adds a chunk; add(column, row) adds triangles of its cells, each `step`th along both axes.
+template <class Add>
+void add_chunk(Scene& scene, const Chunk& chunk, int step, const Add& add) {
+    const auto first = static_cast<std::uint32_t>(scene.indices.size());
+    for (int row = 0; row < kChunkCells; row += step) {
+        for (int column = 0; column < kChunkCells; column += step) add(column, row);
+    }
+    const auto count = static_cast<std::uint32_t>(scene.indices.size()) - first;
+    scene.chunks.push_back({&chunk, first, count, nullptr});
+}
+
+// Two roots of 256 m.
+Lattice two_roots(int finest_level, std::int32_t roots_east = 0) {
+    Lattice lattice{.spacing = finest_level == 0 ? 2.0 : 1.0, .finest_level = finest_level};
+    lattice.first_root_x = roots_east;
+    lattice.root_count_x = 2;
+    return lattice;
+}
+
 }  // namespace
 
 TerrainMesh Scene::mesh() const {
@@ -145,82 +157,44 @@ TerrainMesh Scene::mesh() const {
 }
 
 double Scene::height(double x, double y) const {
-    const double east = resident->lattice().x(resident->lattice().west());
-    const MovedHeights source(resident->lattice(), east);
-    return source.height(x, y);
+    return MovedHeights(resident->lattice()).height(x, y);
 }
 
 Scene make_scene(std::int32_t roots_east) {
-    Lattice lattice;
-    lattice.spacing = 1.0;
-    lattice.finest_level = 1;
-    lattice.first_root_x = roots_east;
-    lattice.root_count_x = 2;
-    const MovedHeights source(lattice, lattice.x(lattice.west()));
-    std::vector<std::shared_ptr<const Chunk>> chunks;
-    for (const ChunkKey& key : {ChunkKey{roots_east, 0, 0}, ChunkKey{roots_east + 1, 0, 0},
-                                ChunkKey{2 * roots_east + 1, 1, 1}}) {
-        Result<std::shared_ptr<const Chunk>> chunk = make_chunk(source, key);
-        EXPECT_TRUE(chunk) << (chunk ? "" : chunk.error().message);
-        if (!chunk) return {};
-        chunks.push_back(std::move(*chunk));
-    }
-
+    const MovedHeights source(two_roots(1, roots_east));
+    const ChunkKey keys[] = {
+        {roots_east, 0, 0}, {roots_east + 1, 0, 0}, {2 * roots_east + 1, 1, 1}};
+    const auto chunks = make_chunks(source, keys);
     Scene scene;
-    for (const std::shared_ptr<const Chunk>& chunk : chunks) {
-        const auto first = static_cast<std::uint32_t>(scene.indices.size());
-        const bool is_fine = chunk->key.level == 1;
-        const bool is_western_root = !is_fine && chunk->key.x == roots_east;
-        for (int row = 0; row < kChunkCells; row += is_fine ? 2 : 1) {
-            for (int column = 0; column < kChunkCells; column += is_fine ? 2 : 1) {
-                if (is_fine) {
-                    add_fan(scene, column, row);
-                } else if (!(is_western_root && column >= kChunkCells / 2 &&
-                             row >= kChunkCells / 2)) {
-                    add_cell(scene, column, row);
-                }
-            }
-        }
-        scene.chunks.push_back({chunk.get(), first,
-                                static_cast<std::uint32_t>(scene.indices.size()) - first, nullptr});
-    }
-    scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
+    add_chunk(scene, *chunks[0], 1, [&](int column, int row) {
+        if (column < kChunkCells / 2 || row < kChunkCells / 2) add_cell(scene, column, row);
+    });
+    add_chunk(scene, *chunks[1], 1, [&](int column, int row) { add_cell(scene, column, row); });
+    add_chunk(scene, *chunks[2], 2, [&](int column, int row) { add_fan(scene, column, row); });
+    scene.resident =
+        std::make_shared<const ResidentSet>(source.lattice(), source.extent(), chunks, 1);
     return scene;
 }
 
 Scene make_rough_scene(std::span<const ChunkKey> resident, std::span<const ChunkKey> drawn) {
-    Lattice lattice;
-    lattice.spacing = 1.0;
-    lattice.finest_level = 1;
-    lattice.root_count_x = 2;
-    const RoughHeights source(lattice);
+    const RoughHeights source(two_roots(1));
     std::vector<ChunkKey> keys{{0, 0, 0}, {1, 0, 0}};
     keys.insert(keys.end(), resident.begin(), resident.end());
-    std::vector<std::shared_ptr<const Chunk>> chunks;
-    for (const ChunkKey& key : keys) {
-        Result<std::shared_ptr<const Chunk>> chunk = make_chunk(source, key);
-        EXPECT_TRUE(chunk) << (chunk ? "" : chunk.error().message);
-        if (!chunk) return {};
-        chunks.push_back(std::move(*chunk));
-    }
+    const auto chunks = make_chunks(source, keys);
     const auto is_drawn = [&](const ChunkKey& key) {
         return std::find(drawn.begin(), drawn.end(), key) != drawn.end();
     };
     Scene scene;
     for (const std::shared_ptr<const Chunk>& chunk : chunks) {
         if (chunk->key.level == 1 && !is_drawn(chunk->key)) continue;
-        const auto first = static_cast<std::uint32_t>(scene.indices.size());
-        for (int row = 0; row < kChunkCells; ++row) {
-            for (int column = 0; column < kChunkCells; ++column) {
-                const int quadrant = column / (kChunkCells / 2) + 2 * (row / (kChunkCells / 2));
-                if (chunk->key.level == 0 && is_drawn(chunk->key.child(quadrant))) continue;
-                add_cell(scene, column, row);
-            }
-        }
-        scene.chunks.push_back({chunk.get(), first,
-                                static_cast<std::uint32_t>(scene.indices.size()) - first, nullptr});
+        add_chunk(scene, *chunk, 1, [&](int column, int row) {
+            const int quadrant = column / (kChunkCells / 2) + 2 * (row / (kChunkCells / 2));
+            if (chunk->key.level == 0 && is_drawn(chunk->key.child(quadrant))) return;
+            add_cell(scene, column, row);
+        });
     }
-    scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
+    scene.resident =
+        std::make_shared<const ResidentSet>(source.lattice(), source.extent(), chunks, 1);
     return scene;
 }
 
@@ -249,6 +223,25 @@ void add_offsets(Scene& scene) {
     }
 }
 
+Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
+           const TerrainMesh& mesh, std::span<const DrawnObject> objects) {
+    const Result<void> drawn = renderer.draw(mesh, view, objects, draws);
+    EXPECT_TRUE(drawn) << (drawn ? "" : drawn.error().message);
+    Image image = renderer.read();
+    if (const char* folder = std::getenv("TERRANE_PICTURES"); folder != nullptr) {
+        static int count = 0;
+        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+        EXPECT_TRUE(write_png(image, std::string(folder) + "/" + info->name() + "_" +
+                                         std::to_string(count++) + ".png"));
+    }
+    return image;
+}
+
+ObjectInstance instance_at(const View& view, const WorldPos& place) {
+    const LocalVec offset = to_local(place, view.eye_world);
+    return {.offset_eye = {offset.x(), offset.y(), offset.z()}};
+}
+
 int count_different(const Image& a, const Image& b, int more_than) {
     if (a.rgb.size() != b.rgb.size()) return -1;
     int count = 0;
@@ -272,38 +265,24 @@ int largest_difference(const Image& a, const Image& b) {
 }
 
 Scene make_plane_scene(double height, double slope_east) {
-    Lattice lattice;
-    lattice.spacing = 2.0;
-    lattice.finest_level = 0;
-    lattice.root_count_x = 2;
-    const WaveHeights source(lattice, 1.0, 90.0);
+    const Lattice lattice = two_roots(0);
+    const WaveHeights source(lattice, 1.0, kWavelength);
     std::vector<std::shared_ptr<const Chunk>> chunks;
     Scene scene;
     for (std::int32_t root = 0; root < 2; ++root) {
-        const Result<std::shared_ptr<const Chunk>> made = make_chunk(source, {root, 0, 0});
-        EXPECT_TRUE(made) << (made ? "" : made.error().message);
-        if (!made) return {};
-        auto chunk = std::make_shared<Chunk>(**made);
-        const auto first = static_cast<std::uint32_t>(scene.indices.size());
+        auto chunk = std::make_shared<Chunk>(*make_chunk(source, {root, 0, 0}).value());
         for (int row = 0; row < kChunkSamples; ++row) {
             for (int column = 0; column < kChunkSamples; ++column) {
                 const double x = lattice.x(chunk->corner.x + column * chunk->step);
                 chunk->heights[sample_index(column, row)] = static_cast<std::int32_t>(
                     std::lround((height + slope_east * (x - 256.0)) / lattice.quantum));
-                if (row == kChunkCells || column == kChunkCells) continue;
-                const std::size_t corners[4] = {
-                    sample_index(column, row), sample_index(column + 1, row),
-                    sample_index(column + 1, row + 1), sample_index(column, row + 1)};
-                for (const int corner : {0, 1, 2, 0, 2, 3})
-                    scene.indices.push_back(static_cast<std::uint16_t>(corners[corner]));
             }
         }
-        const auto [low, high] = std::minmax_element(chunk->heights.begin(), chunk->heights.end());
-        chunk->low = *low;
-        chunk->high = *high;
+        const auto [low, high] = std::ranges::minmax(chunk->heights);
+        chunk->low = low;
+        chunk->high = high;
         chunks.push_back(chunk);
-        scene.chunks.push_back({chunk.get(), first,
-                                static_cast<std::uint32_t>(scene.indices.size()) - first, nullptr});
+        add_chunk(scene, *chunk, 1, [&](int column, int row) { add_cell(scene, column, row); });
     }
     scene.resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
     return scene;

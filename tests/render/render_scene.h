@@ -2,10 +2,13 @@
 #pragma once
 
 #include <terrane/render/offscreen.h>
+#include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -25,6 +28,43 @@ protected:
 
     std::unique_ptr<EglContext> context_;
 };
+
+/// A test with renderers of one size.
+template <int kWidth, int kHeight>
+class PictureTest : public GlTest {
+protected:
+    TerrainRenderer make(const RendererSettings& settings = {}) {
+        Result<TerrainRenderer> made =
+            TerrainRenderer::create(*context_, kWidth, kHeight, settings);
+        EXPECT_TRUE(made) << (made ? "" : made.error().message);
+        return std::move(*made);
+    }
+    static View view_from(const WorldPos& eye, const WorldPos& target, double vertical_fov = 1.0) {
+        return look_at(eye, target, vertical_fov, kWidth, kHeight).value();
+    }
+};
+
+/// The picture of a frame, also written to a folder that the environment variable TERRANE_PICTURES names.
+Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
+           const TerrainMesh& mesh = {}, std::span<const DrawnObject> objects = {});
+inline Image draw(TerrainRenderer& renderer, const TerrainMesh& mesh, const View& view,
+                  std::span<const DrawnObject> objects = {}) {
+    return draw(renderer, view, {}, mesh, objects);
+}
+
+ObjectInstance instance_at(const View& view, const WorldPos& place);
+
+/// Red, green and blue of a pixel.
+inline const std::uint8_t* pixel(const Image& image, int x, int y) {
+    return &image.rgb[3 * static_cast<std::size_t>(y * image.width + x)];
+}
+inline int brightness(const Image& image, int x, int y) {
+    const std::uint8_t* const rgb = pixel(image, x, y);
+    return rgb[0] + rgb[1] + rgb[2];
+}
+inline bool is_same(const Image& a, const Image& b, int x, int y) {
+    return std::equal(pixel(a, x, y), pixel(a, x, y) + 3, pixel(b, x, y));
+}
 
 /// A small world of hills, drawn without pager and triangulator: two adjacent roots of 256 m with samples 2 m apart,
 /// and one chunk of level 1 (1 m) in the north-east quadrant of the western root. A strip of triangle fans in the chunk

@@ -3,7 +3,7 @@
 
 #include "scene/random_scene.h"
 #include "scene/scene_cases.h"
-#include "support/random.h"
+#include "support/meshes.h"
 
 #include <terrane/scene/scene.h>
 
@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
@@ -37,23 +36,6 @@ std::size_t count_within(const ProgressiveMesh& mesh, double error_m) {
     return count;
 }
 
-bool are_equal(std::span<const Triangle> a, std::span<const Triangle> b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end());
-}
-
-// The object that an instance places; one that is farther than rounding from all others is a failure.
-const PlacedObject& placed_as(const ObjectInstance& instance, const View& view,
-                              const std::vector<PlacedObject>& objects) {
-    const auto& [x, y, z] = instance.offset_eye;
-    const WorldPos at = view.eye_world + Eigen::Vector3f(x, y, z).cast<double>();
-    const auto apart = [&](const PlacedObject& o) { return (o.position_world - at).norm(); };
-    const auto nearest = std::min_element(
-        objects.begin(), objects.end(),
-        [&](const PlacedObject& a, const PlacedObject& b) { return apart(a) < apart(b); });
-    EXPECT_LT(apart(*nearest), 0.01);
-    return *nearest;
-}
-
 TEST(ContinuousLevels, AreTheCoarsestWithinTheThreshold) {
     const ObjectModel& model = rock().model;
     ProgressiveMesh fresh = model.continuous->share();
@@ -74,14 +56,15 @@ TEST(ContinuousLevels, AreTheCoarsestWithinTheThreshold) {
             EXPECT_TRUE(draws.meshes.empty()) << "all may have levels of their own";
             for (const StreamedDraw& draw : draws.streamed) {
                 const ObjectInstance& instance = draws.instances[draw.instance];
-                const double most_error =
-                    threshold / factor_of(view, model, placed_as(instance, view, objects));
+                const std::size_t object = object_of(instance, view, objects);
+                ASSERT_LT(object, objects.size());
+                const double most_error = threshold / factor_of(view, model, objects[object]);
                 ASSERT_LE(draw.triangles.size(),
                           count_within(*model.continuous, most_error * (1.0 - kRounding)));
                 ASSERT_GE(draw.triangles.size(),
                           count_within(*model.continuous, most_error * (1.0 + kRounding)));
                 fresh.set_triangle_count(draw.triangles.size());
-                ASSERT_TRUE(are_equal(draw.triangles, fresh.triangles()));
+                ASSERT_TRUE(std::ranges::equal(draw.triangles, fresh.triangles()));
                 ASSERT_GT(instance.coverage, 0.0f);
                 ASSERT_LE(instance.coverage, 1.0f);
                 ++compared;
@@ -123,14 +106,9 @@ TEST(ContinuousLevels, DrawNoMoreTrianglesThanTheDemandsAboveTheThreshold) {
             const View view = random_view(random, random.between(0.0, 90.0) * random.direction());
             const std::span<const TriangleDemand> demands =
                 scene.begin_frame(view, random.below(2) == 0 ? 0.0 : 0.02);
-            // Also at the ends of bins, where a demand is just granted or just not.
-            const double threshold = !demands.empty() && random.below(2) == 0
-                                         ? demands[static_cast<std::size_t>(random.below(
-                                                       static_cast<int>(demands.size())))]
-                                               .threshold_px
-                                         : std::exp2(random.between(-5.0, 10.0));
-            const std::size_t most = granted(demands, std::max(threshold, 0.02));
-            const SceneDraws draws = scene.end_frame(std::max(threshold, 0.02));
+            const double threshold = std::max(random_threshold(random, demands, -5.0, 10.0), 0.02);
+            const std::size_t most = granted(demands, threshold);
+            const SceneDraws draws = scene.end_frame(threshold);
             ASSERT_LE(scene.counts().triangles, most) << threshold;
             ASSERT_LE(draws.streamed.size(), settings.most_continuous);
             std::size_t streamed = 0;
@@ -177,24 +155,6 @@ TEST(ContinuousLevels, OfASmallStepDifferInFewTriangles) {
     EXPECT_LE(different, drawn / 100) << "on average";
 }
 
-// How far any corner of some triangles is from the surface of others.
-double farthest(std::span<const Triangle> from, std::span<const Triangle> to,
-                const std::vector<Eigen::Vector3d>& positions) {
-    double most = 0.0;
-    for (const Triangle& t : from) {
-        for (const std::uint32_t v : t) {
-            double least = std::numeric_limits<double>::infinity();
-            for (const Triangle& other : to) {
-                const Eigen::Vector3d nearest = project_to_triangle(
-                    positions[other[0]], positions[other[1]], positions[other[2]])(positions[v]);
-                least = std::min(least, (nearest - positions[v]).squaredNorm());
-            }
-            most = std::max(most, least);
-        }
-    }
-    return std::sqrt(most);
-}
-
 TEST(ContinuousLevels, BeginAndEndWithinTheErrorsOfTheLevels) {
     const RockLevels levels = make_rock_levels(3, 5, false);
     const std::vector<Eigen::Vector3d>& positions = levels.model.continuous->finest().positions;
@@ -220,22 +180,25 @@ TEST(ContinuousLevels, BeginAndEndWithinTheErrorsOfTheLevels) {
         std::vector<Triangle> now[2];
         bool is_continuous[2] = {false, false};
         const auto which = [&](std::uint32_t instance) {
-            return &placed_as(draws.instances[instance], view, objects) == &objects[1] ? 1 : 0;
+            return object_of(draws.instances[instance], view, objects);
         };
         for (const StreamedDraw& draw : draws.streamed) {
+            ASSERT_LT(which(draw.instance), objects.size());
             now[which(draw.instance)].assign(draw.triangles.begin(), draw.triangles.end());
             is_continuous[which(draw.instance)] = true;
         }
         for (const MeshDraw& draw : draws.meshes) {
-            for (std::uint32_t i = 0; i < draw.instance_count; ++i)
+            for (std::uint32_t i = 0; i < draw.instance_count; ++i) {
+                ASSERT_LT(which(draw.first_instance + i), objects.size());
                 now[which(draw.first_instance + i)] = levels.triangles[draw.level];
+            }
         }
         for (std::size_t i = 0; i < 2; ++i) {
             ASSERT_FALSE(now[i].empty());
             if (frame > 0 && is_continuous[i] != was_continuous[i]) {
                 ++changes;
-                const double moved = std::max(farthest(before[i], now[i], positions),
-                                              farthest(now[i], before[i], positions));
+                // of corners from the other's surface
+                const double moved = measured_distance(positions, before[i], now[i], 1);
                 const double error_m = kThreshold / factor_of(view, levels.model, objects[i]);
                 // the level before was within the error of a view that is a step away
                 EXPECT_LE(moved, 2.05 * error_m) << "frame " << frame << " object " << i;
@@ -257,23 +220,6 @@ namespace {
 const ObjectModel& rock() {
     static const ObjectModel model = make_rock_levels(3, 1).model;
     return model;
-}
-
-// Bits of a frame's draws.
-std::vector<std::byte> bits_of(const SceneDraws& draws) {
-    std::vector<std::byte> bits;
-    const auto add = [&](const auto& values) {
-        const auto bytes = std::as_bytes(values);
-        bits.insert(bits.end(), bytes.begin(), bytes.end());
-    };
-    add(draws.instances);
-    add(draws.meshes);
-    add(draws.impostors);
-    for (const StreamedDraw& draw : draws.streamed) {
-        add(draw.triangles);
-        add(std::span(&draw.instance, 1));
-    }
-    return bits;
 }
 
 Scene make_scene(std::size_t most, const ObjectModel& model, std::uint64_t seed, int count) {

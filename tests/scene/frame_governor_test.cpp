@@ -44,42 +44,6 @@ TEST(LogScale, BinsEncloseTheirErrors) {
     EXPECT_TRUE(std::isinf(ErrorBins::upper_px(ErrorBins::kCount - 1)));
 }
 
-TEST(DemandHistogram, BoundsTheSumAtEveryThreshold) {
-    for (std::uint64_t seed = 0; seed < 200; ++seed) {
-        SCOPED_TRACE(testing::Message() << "seed " << seed);
-        test::Random random(seed);
-        struct Interval {
-            float low, high;
-            std::uint32_t triangles;
-        };
-        std::vector<Interval> intervals;
-        DemandHistogram histogram;
-        histogram.clear();
-        for (int i = random.below(30); i > 0; --i) {
-            const auto low = static_cast<float>(random.between(-14.0, 22.0));
-            const auto high = low + static_cast<float>(random.between(0.0, 5.0));
-            const auto triangles = static_cast<std::uint32_t>(random.below(1 << 20));
-            intervals.push_back({low, high, triangles});
-            histogram.add(high, triangles);
-            histogram.remove(low, triangles);
-        }
-        std::vector<TriangleDemand> demands;
-        histogram.append_to(demands);
-        for (double log2_px = -15.0; log2_px < 24.0; log2_px += 0.01) {
-            const double px = std::exp2(log2_px);
-            std::size_t drawn = 0, bound = 0;
-            for (const Interval& interval : intervals) {
-                if (log2_px >= static_cast<double>(interval.low) &&
-                    log2_px < static_cast<double>(interval.high))
-                    drawn += interval.triangles;
-            }
-            for (const TriangleDemand& demand : demands)
-                bound += demand.threshold_px > px ? demand.triangles : 0;
-            ASSERT_LE(drawn, bound) << px;
-        }
-    }
-}
-
 }  // namespace log_scale_test
 }  // namespace terrane::internal
 
@@ -98,18 +62,25 @@ struct Model {
     }
 };
 
-FrameGovernor make(const GovernorSettings& settings, std::size_t first) {
-    return FrameGovernor::create(settings, first).value();
+FrameGovernor make(std::size_t first = 50'000) {
+    return FrameGovernor::create({.frame_ms = 16.0, .most_budget = 100'000'000}, first).value();
 }
 
-// The times of frames from the 31st on, milliseconds, of a governor that keeps 16 ms.
+// The time of a frame that draws as many triangles as the governor allows and the model needs, milliseconds; an outlier
+// takes `factor` times as long.
+double run_frame(FrameGovernor& governor, const Model& model, Random& random, double factor = 1.0) {
+    const std::size_t triangles = model.drawn(governor.budget());
+    const double ms = model.cost(triangles, random) * factor;
+    governor.add_frame(ms, triangles, triangles < model.needed);
+    return ms;
+}
+
+// The times of frames from the 31st on, milliseconds.
 std::vector<double> settled_times(const Model& model, int frames, Random& random) {
-    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    FrameGovernor governor = make();
     std::vector<double> times;
     for (int frame = 0; frame < frames; ++frame) {
-        const std::size_t triangles = model.drawn(governor.budget());
-        const double ms = model.cost(triangles, random);
-        governor.add_frame(ms, triangles, triangles < model.needed);
+        const double ms = run_frame(governor, model, random);
         if (frame >= 30) times.push_back(ms);
     }
     return times;
@@ -147,13 +118,10 @@ TEST(FrameGovernor, NoiseDoesNotLowerTheBudget) {
 
 TEST(FrameGovernor, AnOutlierCostsOneFrame) {
     Random random(4);
-    Model model;
-    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    FrameGovernor governor = make();
     for (int frame = 0; frame < 300; ++frame) {
-        const std::size_t triangles = model.drawn(governor.budget());
         const bool is_outlier = frame % 20 == 19;
-        const double ms = model.cost(triangles, random) * (is_outlier ? 3.0 : 1.0);
-        governor.add_frame(ms, triangles, triangles < model.needed);
+        const double ms = run_frame(governor, {}, random, is_outlier ? 3.0 : 1.0);
         if (frame < 60) continue;
         if (frame % 20 == 0) {
             ASSERT_LT(ms, 0.7 * 16.0)
@@ -169,22 +137,16 @@ TEST(FrameGovernor, ASuddenCrowdIsOverInFiveFrames) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
         Random random(seed);
         Model model;
-        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
-        for (int frame = 0; frame < 60; ++frame) {
-            const std::size_t triangles = model.drawn(governor.budget());
-            governor.add_frame(model.cost(triangles, random), triangles, triangles < model.needed);
-        }
+        FrameGovernor governor = make();
+        for (int frame = 0; frame < 60; ++frame) run_frame(governor, model, random);
         // triangles cost up to five times as much from one frame to the next
         model.ms_per_triangle *= random.between(1.5, 5.0);
         int over = 0;
         for (int frame = 0; frame < 40; ++frame) {
-            const std::size_t triangles = model.drawn(governor.budget());
-            const double ms = model.cost(triangles, random);
-            governor.add_frame(ms, triangles, triangles < model.needed);
-            if (ms > 16.0 * 1.1) {
-                ++over;
-                ASSERT_LT(frame, 5) << "frame " << frame << " took " << ms;
-            }
+            const double ms = run_frame(governor, model, random);
+            if (ms <= 16.0 * 1.1) continue;
+            ++over;
+            ASSERT_LT(frame, 5) << "frame " << frame << " took " << ms;
         }
         EXPECT_GE(over, 1) << "the first frame of the crowd is too long whatever the governor does";
     }
@@ -194,20 +156,15 @@ TEST(FrameGovernor, ABudgetThatIsNotNeededDoesNotGrowWithoutEnd) {
     Random random(1);
     Model model;
     model.needed = 100'000;  // 4 ms
-    FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+    FrameGovernor governor = make();
     for (int frame = 0; frame < 300; ++frame) {
-        const std::size_t triangles = model.drawn(governor.budget());
-        governor.add_frame(model.cost(triangles, random), triangles, triangles < model.needed);
+        run_frame(governor, model, random);
         ASSERT_LE(static_cast<double>(governor.budget()), 100'000.0 * std::pow(1.15, 3.0));
     }
     // when more is needed it comes, and is not too much
     model.needed = 10'000'000;
-    for (int frame = 0; frame < 60; ++frame) {
-        const std::size_t triangles = model.drawn(governor.budget());
-        const double ms = model.cost(triangles, random);
-        governor.add_frame(ms, triangles, triangles < model.needed);
-        ASSERT_LT(ms, 16.0 * 1.1);
-    }
+    for (int frame = 0; frame < 60; ++frame)
+        ASSERT_LT(run_frame(governor, model, random), 16.0 * 1.1);
     EXPECT_GT(governor.budget(), 500'000u);
 }
 
@@ -219,14 +176,12 @@ TEST(FrameGovernor, FramesWithoutTrianglesDoNotChangeWhatTrianglesCost) {
         Random random(seed);
         Model model;
         model.ms_per_triangle = std::exp2(random.between(-17.0, -14.0));
-        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 50'000);
+        FrameGovernor governor = make();
         for (int turn = 0; turn < 3; ++turn) {
             for (const std::size_t needed : {std::size_t{0}, std::size_t{100'000'000}}) {
                 model.needed = needed;
                 for (int frame = 0; frame < 40; ++frame) {
-                    const std::size_t triangles = model.drawn(governor.budget());
-                    const double ms = model.cost(triangles, random);
-                    governor.add_frame(ms, triangles, triangles < model.needed);
+                    const double ms = run_frame(governor, model, random);
                     ASSERT_LT(ms, 16.0 * 1.1) << "frame " << frame;
                     if (needed == 0 || turn == 0) continue;
                     ASSERT_GT(ms, 16.0 * 0.8) << "frame " << frame;
@@ -238,10 +193,10 @@ TEST(FrameGovernor, FramesWithoutTrianglesDoNotChangeWhatTrianglesCost) {
 
 // Objects of one kind come by the thousand: no triangle at all, or many.
 TEST(FrameGovernor, GrowsThroughBudgetsThatDrawNoMoreThanTheOnesBefore) {
+    const Model model;
     for (const std::size_t step : {3'000u, 20'000u, 150'000u}) {
         Random random(step);
-        Model model;
-        FrameGovernor governor = make({.frame_ms = 16.0, .most_budget = 100'000'000}, 2'000);
+        FrameGovernor governor = make(2'000);
         double last_ms = 0.0;
         for (int frame = 0; frame < 90; ++frame) {
             const std::size_t triangles = governor.budget() / step * step;
@@ -256,8 +211,8 @@ TEST(FrameGovernor, GrowsThroughBudgetsThatDrawNoMoreThanTheOnesBefore) {
 
 TEST(FrameGovernor, KeepsToItsRangeWhateverTheTimes) {
     Random random(2);
-    FrameGovernor governor =
-        make({.frame_ms = 16.0, .least_budget = 5'000, .most_budget = 80'000}, 1'000'000);
+    const GovernorSettings settings{.frame_ms = 16.0, .least_budget = 5'000, .most_budget = 80'000};
+    FrameGovernor governor = FrameGovernor::create(settings, 1'000'000).value();
     EXPECT_EQ(governor.budget(), 80'000u);
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for (int frame = 0; frame < 2000; ++frame) {

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 namespace terrane {
 namespace golden_scene_test {
 
@@ -35,33 +37,45 @@ void add_draws(test::Hash& hash, const SceneDraws& draws) {
     }
 }
 
+std::vector<PlacedObject> scattered(std::size_t count, std::uint64_t seed, double half_side,
+                                    double half_height) {
+    test::Random random(seed);
+    std::vector<PlacedObject> objects(count);
+    for (PlacedObject& object : objects) {
+        const double x = random.between(-half_side, half_side);
+        const double y = random.between(-half_side, half_side);
+        object.position_world = {x, y, random.between(-half_height, half_height)};
+        object.scale = static_cast<float>(random.between(0.7, 1.4));
+    }
+    return objects;
+}
+
+// Of the demands and draws of a frame.
+void add_frame(test::Hash& hash, Scene& scene, const WorldPos& eye, int frame, double threshold) {
+    const View view = look_at(eye, eye + WorldPos(10.0 - frame, 7.0, -1.0), 1.0, 1280, 720).value();
+    for (const TriangleDemand& demand : scene.begin_frame(view)) {
+        hash.add(demand.threshold_px);
+        hash.add(demand.triangles);
+    }
+    const SceneDraws draws = scene.end_frame(threshold);
+    add_draws(hash, draws);
+    for (const StreamedDraw& draw : draws.streamed) {
+        hash.add(draw.instance);
+        hash.add_all(draw.triangles);
+    }
+}
+
 TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
     ObjectModel tree = test::tree_model();
     tree.mesh = MeshId{3};
     tree.impostor = ImpostorId{4};
     Scene scene = Scene::create({}).value();
     const ModelId model = scene.add_model(tree).value();
-    test::Random random(8);
-    std::vector<PlacedObject> objects(4000);
-    for (PlacedObject& object : objects) {
-        const double x = random.between(-2000.0, 2000.0);
-        const double y = random.between(-2000.0, 2000.0);
-        object.position_world = {x, y, random.between(-20.0, 20.0)};
-        object.scale = static_cast<float>(random.between(0.7, 1.4));
-    }
-    ASSERT_TRUE(scene.add_group(model, objects));
+    ASSERT_TRUE(scene.add_group(model, scattered(4000, 8, 2000.0, 20.0)));
     test::Hash hash;
     std::size_t drawn = 0;
     for (int frame = 0; frame < 12; ++frame) {
-        const WorldPos eye(30.0 * frame, -20.0 * frame, 10.0);
-        const View view =
-            look_at(eye, eye + WorldPos(10.0 - frame, 7.0, -1.0), 1.0, 1280, 720).value();
-        for (const TriangleDemand& demand : scene.begin_frame(view)) {
-            hash.add(demand.threshold_px);
-            hash.add(demand.triangles);
-        }
-        const SceneDraws draws = scene.end_frame(0.5 + frame);
-        add_draws(hash, draws);
+        add_frame(hash, scene, {30.0 * frame, -20.0 * frame, 10.0}, frame, 0.5 + frame);
         drawn += scene.counts().drawn;
     }
     EXPECT_GT(drawn, 1000u);
@@ -71,30 +85,11 @@ TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
 TEST(GoldenScene, OfContinuousLevelsIsTheSameWithEveryCompilerAtEveryLevel) {
     Scene scene = Scene::create({.most_continuous = 6}).value();
     const ModelId rock = scene.add_model(test::make_rock_levels(3, 4).model).value();
-    test::Random random(9);
-    std::vector<PlacedObject> objects(60);
-    for (PlacedObject& object : objects) {
-        const double x = random.between(-30.0, 30.0), y = random.between(-30.0, 30.0);
-        object.position_world = {x, y, random.between(-5.0, 5.0)};
-        object.scale = static_cast<float>(random.between(0.7, 1.4));
-    }
-    ASSERT_TRUE(scene.add_group(rock, objects));
+    ASSERT_TRUE(scene.add_group(rock, scattered(60, 9, 30.0, 5.0)));
     test::Hash hash;
     std::size_t drawn = 0;
     for (int frame = 0; frame < 20; ++frame) {
-        const WorldPos eye(-25.0 + 2.0 * frame, -1.5 * frame, 2.0);
-        const View view =
-            look_at(eye, eye + WorldPos(10.0 - frame, 7.0, -1.0), 1.0, 1280, 720).value();
-        for (const TriangleDemand& demand : scene.begin_frame(view)) {
-            hash.add(demand.threshold_px);
-            hash.add(demand.triangles);
-        }
-        const SceneDraws draws = scene.end_frame(0.5 + 0.1 * frame);
-        add_draws(hash, draws);
-        for (const StreamedDraw& draw : draws.streamed) {
-            hash.add(draw.instance);
-            hash.add_all(draw.triangles);
-        }
+        add_frame(hash, scene, {-25.0 + 2.0 * frame, -1.5 * frame, 2.0}, frame, 0.5 + 0.1 * frame);
         drawn += scene.counts().continuous;
     }
     EXPECT_GT(drawn, 60u);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "scene/random_scene.h"
+#include "scene/scene_cases.h"
 #include "support/meshes.h"
-#include "support/random.h"
 
 #include <terrane/scene/culling.h>
 #include <terrane/scene/object_model.h>
@@ -12,52 +13,85 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <vector>
 
-namespace terrane::test::scene {
-namespace mesh_rays_test {
+namespace terrane::test::picking {
+namespace {
 
-// Fraction at which a segment meets the plane of a triangle within its edges (T. Moller, B. Trumbore, 1997), and the
-// least distance from an edge as a barycentric coordinate: negative outside.
-struct Meeting {
-    double fraction = 0.0, inside = -1.0;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// A triangle in the world, and the number of the object or node that it is of.
+struct Placed {
+    std::size_t owner = 0;
+    Eigen::Vector3d a, b, c;
 };
-Meeting meet(const Eigen::Vector3d& from, const Eigen::Vector3d& along, const Eigen::Vector3d& a,
-             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    const Eigen::Vector3d p = along.cross(c - a);
-    const double determinant = (b - a).dot(p);
-    if (determinant == 0.0) return {};
-    const double u = (from - a).dot(p) / determinant;
-    const Eigen::Vector3d q = (from - a).cross(b - a);
-    const double v = along.dot(q) / determinant;
-    return {(c - a).dot(q) / determinant, std::min({u, v, 1.0 - u - v})};
+
+struct Nearest {
+    std::size_t owner = 0;
+    double fraction = kNever;
+    // not near an edge, an end, or another owner's triangle, where rounding decides
+    bool is_clear = true;
+};
+
+// All triangles one by one (T. Moller, B. Trumbore, 1997).
+Nearest find_nearest(const std::vector<Placed>& triangles, const WorldPos& from,
+                     const WorldPos& to) {
+    constexpr double kNear = 1e-7;
+    const Eigen::Vector3d along = to - from;
+    Nearest nearest;
+    double second = kNever;
+    for (const auto& [owner, a, b, c] : triangles) {
+        const Eigen::Vector3d p = along.cross(c - a);
+        const double determinant = (b - a).dot(p);
+        if (determinant == 0.0) continue;
+        const double u = (from - a).dot(p) / determinant;
+        const Eigen::Vector3d q = (from - a).cross(b - a);
+        const double v = along.dot(q) / determinant;
+        const double t = (c - a).dot(q) / determinant;
+        const double inside = std::min({u, v, 1.0 - u - v});
+        if (t < -kNear || t > 1.0 + kNear || inside < -kNear) continue;
+        if (inside < kNear || std::min(std::abs(t), std::abs(t - 1.0)) < kNear)
+            nearest.is_clear = false;
+        if (t >= nearest.fraction) {
+            if (owner != nearest.owner) second = std::min(second, t);
+            continue;
+        }
+        if (owner != nearest.owner) second = nearest.fraction;
+        nearest.owner = owner;
+        nearest.fraction = t;
+    }
+    if (second - nearest.fraction < kNear) nearest.is_clear = false;
+    return nearest;
+}
+
+template <class Place>
+void add_triangles(const TriangleMesh& mesh, std::size_t owner, const Place& place,
+                   std::vector<Placed>& triangles_out) {
+    for (const auto& [a, b, c] : mesh.triangles) {
+        triangles_out.push_back(
+            {owner, place(mesh.positions[a]), place(mesh.positions[b]), place(mesh.positions[c])});
+    }
 }
 
 TEST(MeshRays, AgreeWithAllTrianglesOneByOne) {
     const TriangleMesh mesh = make_rock(3, 7);
     const MeshRays rays = MeshRays::create(mesh).value();
+    std::vector<Placed> triangles;
+    add_triangles(
+        mesh, 0, [](const Eigen::Vector3d& p) { return p; }, triangles);
     Random random(11);
     int hits = 0, misses = 0;
     for (int i = 0; i < 20'000; ++i) {
         const Eigen::Vector3d from = random.between(0.0, 4.0) * random.direction();
         const Eigen::Vector3d to = random.between(0.0, 4.0) * random.direction();
-        double least = std::numeric_limits<double>::infinity();
-        bool is_clear = true;  // not near an edge or an end, where rounding decides
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const Meeting at =
-                meet(from, to - from, mesh.positions[a], mesh.positions[b], mesh.positions[c]);
-            const bool is_within = at.fraction > -1e-9 && at.fraction < 1.0 + 1e-9;
-            if (is_within && std::abs(at.inside) < 1e-9) is_clear = false;
-            if (at.inside < 0.0) continue;
-            if (std::min(std::abs(at.fraction), std::abs(at.fraction - 1.0)) < 1e-9)
-                is_clear = false;
-            if (at.fraction >= 0.0 && at.fraction <= 1.0) least = std::min(least, at.fraction);
-        }
-        if (!is_clear) continue;
+        const Nearest nearest = find_nearest(triangles, from, to);
+        if (!nearest.is_clear) continue;
         const std::optional<MeshHit> hit = rays.ray(from, to);
-        ASSERT_EQ(hit.has_value(), least <= 1.0) << i;
+        ASSERT_EQ(hit.has_value(), nearest.fraction <= 1.0) << i;
         ++(hit ? hits : misses);
         if (!hit) continue;
-        EXPECT_NEAR(hit->fraction, least, 1e-9);
+        EXPECT_NEAR(hit->fraction, nearest.fraction, 1e-9);
         EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-12);
         EXPECT_LE(hit->normal.dot(to - from), 0.0);
     }
@@ -118,75 +152,46 @@ TEST(SceneRay, MeetsTheFirstOfAllObjects) {
     model.rays = MeshRays::create(mesh).value();
     const ModelId rock = scene.add_model(model).value();
     const WorldPos far_away(3e5, -2e5, 100.0);
-    struct Group {
-        GroupId id;
-        std::vector<PlacedObject> objects;
-    };
-    std::vector<Group> groups;
+    constexpr std::size_t kObjects = 200;  // of each group
+    std::vector<GroupId> groups;
+    std::vector<Placed> triangles;
     for (int i = 0; i < 4; ++i) {
-        std::vector<PlacedObject> objects(200);
-        for (PlacedObject& object : objects) {
-            object.position_world = far_away + random.between(0.0, 60.0) * random.direction();
+        std::vector<PlacedObject> objects;
+        for (std::size_t k = 0; k < kObjects; ++k) {
+            PlacedObject& object = objects.emplace_back(random_object(random, 60.0));
+            object.position_world += far_away;
             object.scale = static_cast<float>(random.between(0.3, 2.0));
-            const Eigen::Vector3d axis = random.direction();
-            const double half = random.between(0.0, 3.0);
-            object.rotation = {static_cast<float>(axis.x() * std::sin(half)),
-                               static_cast<float>(axis.y() * std::sin(half)),
-                               static_cast<float>(axis.z() * std::sin(half)),
-                               static_cast<float>(std::cos(half))};
+            if (i == 1) continue;  // removed below
+            const Eigen::Matrix3d rotation = rotation_of(object).toRotationMatrix();
+            const auto place = [&](const Eigen::Vector3d& p) {
+                return WorldPos(object.position_world +
+                                static_cast<double>(object.scale) * (rotation * p));
+            };
+            add_triangles(mesh, groups.size() * kObjects + k, place, triangles);
         }
-        groups.push_back({scene.add_group(rock, objects).value(), objects});
+        groups.push_back(scene.add_group(rock, objects).value());
         ASSERT_TRUE(scene.add_group(unseen, objects));
     }
-    scene.remove_group(groups[1].id);
-    groups.erase(groups.begin() + 1);
+    scene.remove_group(groups[1]);
     int hits = 0;
     for (int i = 0; i < 2000; ++i) {
         const WorldPos from = far_away + random.between(0.0, 90.0) * random.direction();
         const WorldPos to = far_away + random.between(0.0, 90.0) * random.direction();
-        double least = std::numeric_limits<double>::infinity();
-        const PlacedObject* expected = nullptr;
-        for (const Group& group : groups) {
-            for (const PlacedObject& object : group.objects) {
-                const auto& [x, y, z, w] = object.rotation;
-                const Eigen::Matrix3d rotation =
-                    Eigen::Quaterniond(static_cast<double>(w), static_cast<double>(x),
-                                       static_cast<double>(y), static_cast<double>(z))
-                        .normalized()
-                        .toRotationMatrix();
-                for (const auto& triangle : mesh.triangles) {
-                    std::array<Eigen::Vector3d, 3> p;
-                    for (std::size_t k = 0; k < 3; ++k)
-                        p[k] = object.position_world + static_cast<double>(object.scale) *
-                                                           (rotation * mesh.positions[triangle[k]]);
-                    const Meeting at = meet(from, to - from, p[0], p[1], p[2]);
-                    if (at.inside < 0.0 || at.fraction < 0.0 || at.fraction > 1.0) continue;
-                    if (at.fraction < least) expected = &object;
-                    least = std::min(least, at.fraction);
-                }
-            }
-        }
+        const Nearest nearest = find_nearest(triangles, from, to);
+        if (!nearest.is_clear) continue;
         const std::optional<SceneHit> hit = scene.ray(from, to);
-        ASSERT_EQ(hit.has_value(), expected != nullptr) << i;
+        ASSERT_EQ(hit.has_value(), nearest.fraction <= 1.0) << i;
         if (!hit) continue;
         ++hits;
         // positions of instances are float within their cluster
-        EXPECT_NEAR(hit->fraction * (to - from).norm(), least * (to - from).norm(), 1e-2);
-        EXPECT_NEAR((hit->point_world - (from + least * (to - from))).norm(), 0.0, 1e-2);
-        const auto group = std::ranges::find(groups, hit->group, &Group::id);
-        ASSERT_NE(group, groups.end());
-        EXPECT_EQ(&group->objects[hit->object], expected);
+        EXPECT_NEAR(hit->fraction * (to - from).norm(), nearest.fraction * (to - from).norm(),
+                    1e-2);
+        EXPECT_LT((hit->point_world - (from + nearest.fraction * (to - from))).norm(), 1e-2);
+        EXPECT_EQ(hit->group, groups[nearest.owner / kObjects]);
+        EXPECT_EQ(hit->object, nearest.owner % kObjects);
     }
     EXPECT_GT(hits, 300);
 }
-
-}  // namespace mesh_rays_test
-}  // namespace terrane::test::scene
-
-namespace terrane::test::scene_graph {
-namespace graph_ray_test {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 GeometryNode geometry(const TriangleMesh& mesh) {
     return {.bounds = bounding_box(mesh.positions),
@@ -205,12 +210,6 @@ TriangleMesh plate() {
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     return mesh;
 }
-
-// A triangle in the world, of a node.
-struct Placed {
-    NodeId node{};
-    Eigen::Vector3d a, b, c;
-};
 
 struct Tree {
     SceneGraph graph;
@@ -252,51 +251,12 @@ Tree random_tree(Random& random, const WorldPos& middle) {
         const NodeId id = tree.graph.add(parents[chosen].id, place, content).value();
         parents.push_back({id, world_from_node, is_met, kind == 0, 0});
         if (kind < 2 || !is_met) continue;
-        for (const auto& [a, b, c] : mesh.triangles) {
-            tree.triangles.push_back({id, world_from_node * mesh.positions[a],
-                                      world_from_node * mesh.positions[b],
-                                      world_from_node * mesh.positions[c]});
-        }
+        add_triangles(
+            mesh, static_cast<std::size_t>(id),
+            [&](const Eigen::Vector3d& p) { return WorldPos(world_from_node * p); },
+            tree.triangles);
     }
     return tree;
-}
-
-struct Nearest {
-    NodeId node{};
-    double fraction = kNever;
-    bool is_clear =
-        true;  // not near an edge, an end, or another node's triangle, where rounding decides
-};
-
-// All triangles one by one (T. Moller, B. Trumbore, 1997).
-Nearest find_nearest(const std::vector<Placed>& triangles, const WorldPos& from,
-                     const WorldPos& to) {
-    constexpr double kNear = 1e-7;
-    const Eigen::Vector3d along = to - from;
-    Nearest nearest;
-    double second = kNever;
-    for (const Placed& each : triangles) {
-        const Eigen::Vector3d p = along.cross(each.c - each.a);
-        const double determinant = (each.b - each.a).dot(p);
-        if (determinant == 0.0) continue;
-        const double u = (from - each.a).dot(p) / determinant;
-        const Eigen::Vector3d q = (from - each.a).cross(each.b - each.a);
-        const double v = along.dot(q) / determinant;
-        const double t = (each.c - each.a).dot(q) / determinant;
-        const double inside = std::min({u, v, 1.0 - u - v});
-        if (t < -kNear || t > 1.0 + kNear || inside < -kNear) continue;
-        if (inside < kNear || std::min(std::abs(t), std::abs(t - 1.0)) < kNear)
-            nearest.is_clear = false;
-        if (t >= nearest.fraction) {
-            if (each.node != nearest.node) second = std::min(second, t);
-            continue;
-        }
-        if (each.node != nearest.node) second = nearest.fraction;
-        nearest.node = each.node;
-        nearest.fraction = t;
-    }
-    if (second - nearest.fraction < kNear) nearest.is_clear = false;
-    return nearest;
 }
 
 TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
@@ -322,7 +282,7 @@ TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
             ASSERT_EQ(hit.has_value(), nearest.fraction <= 1.0) << i;
             ++(hit ? hits : misses);
             if (!hit) continue;
-            EXPECT_EQ(hit->node, nearest.node);
+            EXPECT_EQ(static_cast<std::size_t>(hit->node), nearest.owner);
             EXPECT_NEAR(hit->fraction, nearest.fraction, 1e-9);
             EXPECT_LE((hit->point_world - (from + hit->fraction * (to - from))).norm(), 1e-9);
             EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-12);
@@ -424,5 +384,5 @@ TEST(SceneGraphRay, HasNoAnswerToSegmentsThatAreNone) {
     EXPECT_NEAR(far->fraction, 0.5, 1e-12);
 }
 
-}  // namespace graph_ray_test
-}  // namespace terrane::test::scene_graph
+}  // namespace
+}  // namespace terrane::test::picking

@@ -29,6 +29,21 @@ View random_view(Random& random, const WorldPos& near_world) {
     return view;
 }
 
+bool is_shown(const View& view, const WorldPos& p_world, double far_distance) {
+    const Eigen::Vector3d from_eye = p_world - view.eye_world;
+    return view.forward.dot(from_eye) <= far_distance &&
+           std::ranges::all_of(make_frustum(view).normals, [&](const Eigen::Vector3d& normal) {
+               return normal.dot(from_eye) >= 0.0;
+           });
+}
+
+std::optional<WorldPos> shown_point(Random& random, const View& view, const BoundingSphere& ball) {
+    Eigen::Vector3d direction = random.direction();
+    if (random.below(2) == 0) direction = (direction + Eigen::Vector3d(0, 0, 2)).normalized();
+    const WorldPos p = ball.centre + ball.radius * direction;
+    return is_shown(view, p) ? std::optional(p) : std::nullopt;
+}
+
 Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& direction, Random& random) {
     for (;;) {
         const Eigen::Vector3d square = direction.cross(random.direction());
@@ -219,13 +234,60 @@ RockLevels make_rock_levels(int depth, std::uint64_t seed, bool has_impostor, bo
 
 double factor_of(const View& view, const ObjectModel& model, const PlacedObject& object) {
     const Eigen::Vector3d middle = 0.5 * (model.bounds.low + model.bounds.high);
-    const Eigen::Quaterniond rotation(object.rotation[3], object.rotation[0], object.rotation[1],
-                                      object.rotation[2]);
     const auto scale = static_cast<double>(object.scale);
-    const WorldPos centre = object.position_world + rotation.normalized() * (scale * middle);
+    const WorldPos centre = object.position_world + rotation_of(object) * (scale * middle);
     const double radius = 0.5 * scale * (model.bounds.high - model.bounds.low).norm();
     const double distance = (centre - view.eye_world).norm() - radius;
     return scale * view.pixels_per_radian() / std::max(distance, view.near_distance);
+}
+
+std::size_t object_of(const ObjectInstance& instance, const View& view,
+                      std::span<const PlacedObject> objects) {
+    const auto& [x, y, z] = instance.offset_eye;
+    const WorldPos at = view.eye_world + Eigen::Vector3f(x, y, z).cast<double>();
+    std::size_t nearest = objects.size();
+    double least = 0.01;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const double apart = (objects[i].position_world - at).norm();
+        if (!(apart < least)) continue;
+        least = apart;
+        nearest = i;
+    }
+    return nearest;
+}
+
+Eigen::Quaterniond rotation_of(const PlacedObject& object) {
+    const auto& [x, y, z, w] = object.rotation;
+    return Eigen::Quaternionf(w, x, y, z).cast<double>().normalized();
+}
+
+std::vector<std::byte> bits_of(const SceneDraws& draws) {
+    std::vector<std::byte> bits;
+    const auto add = [&](const auto& values) {
+        const auto bytes = std::as_bytes(values);
+        bits.insert(bits.end(), bytes.begin(), bytes.end());
+    };
+    add(draws.instances);
+    add(draws.meshes);
+    add(draws.impostors);
+    for (const StreamedDraw& draw : draws.streamed) {
+        add(draw.triangles);
+        add(std::span(&draw.instance, 1));
+    }
+    return bits;
+}
+
+bool are_equal(std::span<const TriangleDemand> a, std::span<const TriangleDemand> b) {
+    return std::ranges::equal(a, b, [](const TriangleDemand& one, const TriangleDemand& other) {
+        return one.threshold_px == other.threshold_px && one.triangles == other.triangles;
+    });
+}
+
+double random_threshold(Random& random, std::span<const TriangleDemand> demands, double low,
+                        double high) {
+    if (demands.empty() || random.below(2) != 0) return std::exp2(random.between(low, high));
+    return demands[static_cast<std::size_t>(random.below(static_cast<int>(demands.size())))]
+        .threshold_px;
 }
 
 std::size_t granted(std::span<const TriangleDemand> demands, double threshold_px) {

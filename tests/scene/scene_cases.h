@@ -11,15 +11,25 @@
 #include <terrane/terrain/triangulator.h>
 #include <terrane/terrain/view.h>
 
-#include <cstdint>
+#include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace terrane::test {
 
 /// A view from near a place, with any direction, roll, field of view from 1 to 170 degrees and shape of picture.
 View random_view(Random& random, const WorldPos& near_world);
+
+/// Whether a point is between a view's side planes, and at most so far along its direction.
+bool is_shown(const View& view, const WorldPos& p_world,
+              double far_distance = std::numeric_limits<double>::infinity());
+
+/// A point of a ball's surface that the view shows, more often of its upper half; none where a random one is not shown.
+std::optional<WorldPos> shown_point(Random& random, const View& view, const BoundingSphere& ball);
 
 /// A unit vector square to a unit vector, spread evenly.
 Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& direction, Random& random);
@@ -75,6 +85,19 @@ RockLevels make_rock_levels(int depth, std::uint64_t seed, bool has_impostor = t
 
 /// By hand: pixels per metre of error at scale 1.
 double factor_of(const View& view, const ObjectModel& model, const PlacedObject& object);
+
+/// The number of the object that an instance places: the one within a centimetre. That of all objects if there is none.
+std::size_t object_of(const ObjectInstance& instance, const View& view,
+                      std::span<const PlacedObject> objects);
+Eigen::Quaterniond rotation_of(const PlacedObject& object);
+
+/// Bits of a frame's draws, without casters and particles.
+std::vector<std::byte> bits_of(const SceneDraws& draws);
+bool are_equal(std::span<const TriangleDemand> a, std::span<const TriangleDemand> b);
+
+/// Any threshold from 2^low to 2^high, or the end of a demand's bin, where it is just granted or just not.
+double random_threshold(Random& random, std::span<const TriangleDemand> demands, double low,
+                        double high);
 
 /// Triangles that demands grant at a threshold.
 std::size_t granted(std::span<const TriangleDemand> demands, double threshold_px);

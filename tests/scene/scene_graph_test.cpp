@@ -160,7 +160,6 @@ TEST(SceneGraph, GivesMeshesOutOfViewWhoseShadowsCanFallIntoItAsCasters) {
 }
 
 TEST(SceneGraph, BoundsFollowPlacesContentAndNodesThatGo) {
-    Random random(3);
     SceneGraph graph;
     const NodeId arm = add(graph, graph.root(), at({10, 0, 0}), GroupNode{});
     EXPECT_FALSE(graph.bounds_world(graph.root()).has_value());
@@ -183,12 +182,17 @@ TEST(SceneGraph, BoundsFollowPlacesContentAndNodesThatGo) {
     EXPECT_EQ(graph.size(), 2u);
 }
 
-TEST(SceneGraph, ASwitchByDistanceDrawsTheLevelOfItsDistance) {
+// A switch at the origin with as many small cubes as levels.
+SceneGraph graph_of_levels(const SwitchNode& by, std::uint32_t count) {
     SceneGraph graph;
-    const NodeId levels =
-        add(graph, graph.root(), at({0, 0, 0}),
-            SwitchNode{.by = SwitchNode::By::distance, .limits = {50.0, 200.0, 1000.0}});
-    for (std::uint32_t i = 0; i < 3; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    const NodeId levels = add(graph, graph.root(), at({0, 0, 0}), by);
+    for (std::uint32_t i = 0; i < count; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    return graph;
+}
+
+TEST(SceneGraph, ASwitchByDistanceDrawsTheLevelOfItsDistance) {
+    SceneGraph graph =
+        graph_of_levels({.by = SwitchNode::By::distance, .limits = {50.0, 200.0, 1000.0}}, 3);
     using Meshes = std::map<std::uint32_t, float>;
     EXPECT_EQ(drawn(graph, view_at_distance(10.0)), (Meshes{{0, 1.0f}}));
     EXPECT_EQ(drawn(graph, view_at_distance(60.0)), (Meshes{{1, 1.0f}}));
@@ -197,10 +201,7 @@ TEST(SceneGraph, ASwitchByDistanceDrawsTheLevelOfItsDistance) {
 }
 
 TEST(SceneGraph, ASwitchByErrorFollowsTheThreshold) {
-    SceneGraph graph;
-    const NodeId levels =
-        add(graph, graph.root(), at({0, 0, 0}), SwitchNode{.limits = {0.1, 0.5, kNever}});
-    for (std::uint32_t i = 0; i < 3; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    SceneGraph graph = graph_of_levels({.limits = {0.1, 0.5, kNever}}, 3);
     const View view = view_at_distance(100.0);
     const double pixel = view.pixels_per_radian() / 100.0;  // of a metre
     using Meshes = std::map<std::uint32_t, float>;
@@ -211,11 +212,8 @@ TEST(SceneGraph, ASwitchByErrorFollowsTheThreshold) {
 }
 
 TEST(SceneGraph, HysteresisKeepsALevelNearItsLimit) {
-    SceneGraph graph;
-    const NodeId levels = add(
-        graph, graph.root(), at({0, 0, 0}),
-        SwitchNode{.by = SwitchNode::By::distance, .limits = {100.0, kNever}, .hysteresis = 1.2});
-    for (std::uint32_t i = 0; i < 2; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    SceneGraph graph = graph_of_levels(
+        {.by = SwitchNode::By::distance, .limits = {100.0, kNever}, .hysteresis = 1.2}, 2);
     const auto level_at = [&](double distance) {
         return drawn(graph, view_at_distance(distance)).begin()->first;
     };
@@ -235,11 +233,8 @@ TEST(SceneGraph, HysteresisKeepsALevelNearItsLimit) {
 }
 
 TEST(SceneGraph, AFadeDrawsBothLevelsWithComplementaryCoverage) {
-    SceneGraph graph;
-    const NodeId levels = add(
-        graph, graph.root(), at({0, 0, 0}),
-        SwitchNode{.by = SwitchNode::By::distance, .limits = {100.0, 400.0}, .fade_ratio = 1.25});
-    for (std::uint32_t i = 0; i < 2; ++i) add(graph, levels, at({0, 0, 0}), cube(i, 0.001));
+    SceneGraph graph = graph_of_levels(
+        {.by = SwitchNode::By::distance, .limits = {100.0, 400.0}, .fade_ratio = 1.25}, 2);
     std::map<std::uint32_t, float> before = drawn(graph, view_at_distance(90.0));
     int fading = 0;
     for (double distance = 90.0; distance < 600.0; distance *= 1.0005) {
@@ -485,93 +480,81 @@ TEST(ChunkNodes, TwoFlightsMakeTheSameInTheSameOrder) {
     EXPECT_EQ(made[0].keys, made[1].keys);
 }
 
-// Sets of chunks of level 0 and 1, made by hand.
 std::shared_ptr<const Chunk> chunk_of(std::int32_t x, std::int32_t y, int level) {
     auto chunk = std::make_shared<Chunk>();
     chunk->key = {x, y, static_cast<std::uint8_t>(level)};
     return chunk;
 }
 
-struct Sets {
-    Lattice lattice{.spacing = 1.0, .finest_level = 1};
-    std::shared_ptr<const Chunk> root = chunk_of(0, 0, 0);
-
-    ResidentSet of(std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch) const {
-        chunks.push_back(root);
-        return ResidentSet(lattice, {0.0, 0.0, 256.0, 256.0}, std::move(chunks), epoch);
+// Of sets of chunks of level 0 and 1, made by hand.
+class ChunkNodesOfSets : public testing::Test {
+protected:
+    Result<void> update(std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch,
+                        const WorldPos& eye_world = {0, 0, 0}) {
+        chunks.push_back(root_);
+        return nodes_.update(
+            ResidentSet(lattice_, {0.0, 0.0, 256.0, 256.0}, std::move(chunks), epoch), eye_world,
+            graph_);
     }
+
+    const Lattice lattice_{.spacing = 1.0, .finest_level = 1};
+    const std::shared_ptr<const Chunk> root_ = chunk_of(0, 0, 0), west_ = chunk_of(0, 0, 1),
+                                       east_ = chunk_of(1, 0, 1);
+    SceneGraph graph_;
+    Made made_;
+    ChunkNodes nodes_ = ChunkNodes::create({.level = 1}, graph_.root(), made_.function()).value();
 };
 
-TEST(ChunkNodes, DoNothingWhereNothingChanges) {
-    const Sets sets;
-    const auto west = chunk_of(0, 0, 1), east = chunk_of(1, 0, 1);
-    SceneGraph graph;
-    Made made;
-    ChunkNodes nodes = ChunkNodes::create({.level = 1}, graph.root(), made.function()).value();
-    ASSERT_TRUE(nodes.update(sets.of({west, east}, 1), {0, 0, 0}, graph));
-    const auto node = nodes.node_of(west->key);
+TEST_F(ChunkNodesOfSets, DoNothingWhereNothingChanges) {
+    ASSERT_TRUE(update({west_, east_}, 1));
+    const auto node = nodes_.node_of(west_->key);
     for (std::uint64_t epoch : {1u, 1u, 2u}) {
-        ASSERT_TRUE(nodes.update(sets.of({west, east}, epoch), {300, 0, 0}, graph));
-        EXPECT_EQ(nodes.counts().made, 0u);
-        EXPECT_EQ(nodes.counts().removed, 0u);
-        EXPECT_EQ(nodes.node_of(west->key), node);
+        ASSERT_TRUE(update({west_, east_}, epoch, {300, 0, 0}));
+        EXPECT_EQ(nodes_.counts().made, 0u);
+        EXPECT_EQ(nodes_.counts().removed, 0u);
+        EXPECT_EQ(nodes_.node_of(west_->key), node);
     }
-    EXPECT_EQ(made.keys.size(), 2u);
+    EXPECT_EQ(made_.keys.size(), 2u);
 }
 
-TEST(ChunkNodes, OfEquallyNearChunksTheSouthernAndThenTheWesternComesFirst) {
-    const Sets sets;
-    const std::vector chunks = {chunk_of(1, 1, 1), chunk_of(0, 1, 1), chunk_of(1, 0, 1),
-                                chunk_of(0, 0, 1)};
-    SceneGraph graph;
-    Made made;
-    ChunkNodes nodes = ChunkNodes::create({.level = 1}, graph.root(), made.function()).value();
-    ASSERT_TRUE(nodes.update(sets.of(chunks, 1), {128, 128, 0}, graph));
-    EXPECT_EQ(made.keys, (std::vector<ChunkKey>{{0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}));
+TEST_F(ChunkNodesOfSets, OfEquallyNearChunksTheSouthernAndThenTheWesternComesFirst) {
+    ASSERT_TRUE(update({chunk_of(1, 1, 1), chunk_of(0, 1, 1), east_, west_}, 1, {128, 128, 0}));
+    EXPECT_EQ(made_.keys, (std::vector<ChunkKey>{{0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}));
 }
 
-TEST(ChunkNodes, OfAChunkThatIsReplacedAreMadeAnew) {
-    const Sets sets;
-    const auto first = chunk_of(0, 0, 1), second = chunk_of(0, 0, 1);
-    SceneGraph graph;
-    Made made;
-    ChunkNodes nodes = ChunkNodes::create({.level = 1}, graph.root(), made.function()).value();
-    ASSERT_TRUE(nodes.update(sets.of({first}, 1), {0, 0, 0}, graph));
-    const auto before = nodes.node_of(first->key);
-    ASSERT_TRUE(nodes.update(sets.of({second}, 2), {0, 0, 0}, graph));
-    EXPECT_EQ(nodes.counts().made, 1u);
-    EXPECT_EQ(nodes.counts().removed, 1u);
-    EXPECT_NE(nodes.node_of(first->key), before);
-    EXPECT_EQ(graph.size(), 3u);
+TEST_F(ChunkNodesOfSets, OfAChunkThatIsReplacedAreMadeAnew) {
+    const auto first = chunk_of(0, 0, 1);
+    ASSERT_TRUE(update({first}, 1));
+    const auto before = nodes_.node_of(first->key);
+    ASSERT_TRUE(update({west_}, 2));
+    EXPECT_EQ(nodes_.counts().made, 1u);
+    EXPECT_EQ(nodes_.counts().removed, 1u);
+    EXPECT_NE(nodes_.node_of(first->key), before);
+    EXPECT_EQ(graph_.size(), 3u);
     EXPECT_EQ(first.use_count(), 1) << "the chunk that has gone is not held";
 }
 
-TEST(ChunkNodes, ThatFailLeaveNothingAndAreTriedAgainWhenTheirChunkComesBack) {
-    const Sets sets;
-    const auto west = chunk_of(0, 0, 1), east = chunk_of(1, 0, 1);
-    SceneGraph graph;
-    Made made;
-    made.refused = {west->key};
-    ChunkNodes nodes = ChunkNodes::create({.level = 1}, graph.root(), made.function()).value();
-    const Result<void> failed = nodes.update(sets.of({west, east}, 1), {0, 0, 0}, graph);
+TEST_F(ChunkNodesOfSets, ThatFailLeaveNothingAndAreTriedAgainWhenTheirChunkComesBack) {
+    made_.refused = {west_->key};
+    const Result<void> failed = update({west_, east_}, 1);
     ASSERT_FALSE(failed);
     EXPECT_EQ(failed.error().message, "no houses");
-    EXPECT_EQ(nodes.counts().failed, 1u);
-    EXPECT_EQ(nodes.size(), 1u);
-    EXPECT_FALSE(nodes.node_of(west->key));
-    EXPECT_TRUE(nodes.node_of(east->key));
-    EXPECT_EQ(graph.size(), 3u);
-    EXPECT_TRUE(nodes.update(sets.of({west, east}, 2), {0, 0, 0}, graph));
-    EXPECT_EQ(made.keys.size(), 2u) << "it is not tried again";
-    made.refused.clear();
-    EXPECT_TRUE(nodes.update(sets.of({east}, 3), {0, 0, 0}, graph));
-    EXPECT_EQ(nodes.counts().failed, 0u);
-    EXPECT_TRUE(nodes.update(sets.of({west, east}, 4), {0, 0, 0}, graph));
-    EXPECT_EQ(nodes.size(), 2u);
-    nodes.clear(graph);
-    EXPECT_EQ(graph.size(), 1u);
-    EXPECT_TRUE(nodes.update(sets.of({west, east}, 4), {0, 0, 0}, graph));
-    EXPECT_EQ(nodes.size(), 2u);
+    EXPECT_EQ(nodes_.counts().failed, 1u);
+    EXPECT_EQ(nodes_.size(), 1u);
+    EXPECT_FALSE(nodes_.node_of(west_->key));
+    EXPECT_TRUE(nodes_.node_of(east_->key));
+    EXPECT_EQ(graph_.size(), 3u);
+    EXPECT_TRUE(update({west_, east_}, 2));
+    EXPECT_EQ(made_.keys.size(), 2u) << "it is not tried again";
+    made_.refused.clear();
+    EXPECT_TRUE(update({east_}, 3));
+    EXPECT_EQ(nodes_.counts().failed, 0u);
+    EXPECT_TRUE(update({west_, east_}, 4));
+    EXPECT_EQ(nodes_.size(), 2u);
+    nodes_.clear(graph_);
+    EXPECT_EQ(graph_.size(), 1u);
+    EXPECT_TRUE(update({west_, east_}, 4));
+    EXPECT_EQ(nodes_.size(), 2u);
 }
 
 TEST(ChunkNodes, RefuseSettingsOutOfRange) {

@@ -3,17 +3,11 @@
 #include "support/grounds.h"
 #include "terrain/source/bound_checks.h"
 
-#include <terrane/terrain/pager.h>
-#include <terrane/terrain/triangulator.h>
-
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
-#include <csignal>
 #include <limits>
 #include <thread>
 
@@ -28,7 +22,7 @@ StoreInfo bake(const HeightSource& source, const std::string& path, BakeSettings
 }
 
 TEST(Bake, HoldsEveryChunkOfTheSourceBitForBit) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     const StoreInfo info = bake(*source, folder.file("a.terrane"));
     const auto store = open_store(folder.file("a.terrane"));
@@ -44,40 +38,8 @@ TEST(Bake, HoldsEveryChunkOfTheSourceBitForBit) {
     }
 }
 
-/// The bytes of a mesh: places of its vertices, and triangles.
-std::vector<std::uint32_t> mesh_bytes(const std::shared_ptr<const HeightSource>& source) {
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    auto triangulator = Triangulator::create(*source, {.triangle_budget = 60'000}).value();
-    const View view = look_at({-3000, -3000, 1500}, {500, 500, 0}, 1.0, 1280, 720).value();
-    const CameraNeed camera{.view = view, .threshold_px = 1.0};
-    pager.update({&camera, 1}, {}, 0.0);
-    pager.finish();
-    const TerrainMesh mesh = triangulator.update(pager.resident(), view);
-    EXPECT_GT(mesh.triangle_count, 1000u);
-    std::vector<std::uint32_t> bytes;
-    for (const MeshChunk& part : mesh.chunks) {
-        const ChunkKey& key = part.chunk->key;
-        bytes.insert(bytes.end(),
-                     {static_cast<std::uint32_t>(key.x), static_cast<std::uint32_t>(key.y),
-                      std::uint32_t{key.level}, static_cast<std::uint32_t>(part.index_count)});
-        for (std::uint32_t i = part.first_index; i < part.first_index + part.index_count; ++i) {
-            const std::uint16_t sample = mesh.indices[i];
-            const auto z = static_cast<float>(part.displayed_height(sample, 1.0));
-            bytes.insert(bytes.end(), {sample, std::bit_cast<std::uint32_t>(z)});
-        }
-    }
-    return bytes;
-}
-
-TEST(Bake, GivesTheMeshOfTheSourceBitForBit) {
-    const StoreFolder folder;
-    const auto source = small_fractal();
-    bake(*source, folder.file("a.terrane"));
-    EXPECT_EQ(mesh_bytes(source), mesh_bytes(open_store(folder.file("a.terrane"))));
-}
-
 TEST(Bake, WritesTheSameFileOnAnyNumberOfThreads) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     std::string sha;
     std::vector<char> bytes;
@@ -105,14 +67,14 @@ TEST(Bake, WritesTheSameFileOnAnyNumberOfThreads) {
 
 TEST(Bake, TheShaIsThatOfTheseHeights) {
     // Changes only where heights, bounds or the format are meant to.
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const WaveHeights waves(small_world(0, 2.0), 30.0, 100.0);
     EXPECT_EQ(bake(waves, folder.file("a")).sha,
               "cf57fe8f607cfc7c416511b45a182469010a1c2147a40f754e7dd1f79129250e");
 }
 
 TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     bake(*source, folder.file("a"), {.level_count = 2});
     const auto store = open_store(folder.file("a"));
@@ -133,7 +95,7 @@ TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
 }
 
 TEST(Bake, ARegionIsAWorldOfItsOwn) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     const WorldRect region{100.0, -1500.0, 900.0, -900.0};
     const StoreInfo info = bake(*source, folder.file("a"), {.region = region});
@@ -156,7 +118,7 @@ TEST(Bake, ARegionIsAWorldOfItsOwn) {
 }
 
 TEST(Bake, RefusesWhatMakesNoSense) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     const std::string path = folder.file("a");
     const auto code = [&](const BakeSettings& settings) {
@@ -173,13 +135,13 @@ TEST(Bake, RefusesWhatMakesNoSense) {
     EXPECT_EQ(code({.region = WorldRect{9000, 0, 9100, 10}}), ErrorCode::invalid_argument);
     const auto huge = FractalHeights::create({.seed = 1, .finest_spacing_log2 = -8}).value();
     EXPECT_EQ(ChunkStore::bake(*huge, path, {}).error().code, ErrorCode::invalid_argument);
-    EXPECT_EQ(folder.file_count(), 0);
+    EXPECT_EQ(folder.file_count(), 0u);
     EXPECT_EQ(ChunkStore::bake(*source, folder.file("no/such/folder"), {}).error().code,
               ErrorCode::io);
 }
 
 TEST(Bake, LeavesNothingWhereItIsGivenUpOrTheSourceFails) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     const auto given_up =
         ChunkStore::bake(*source, folder.file("a"),
@@ -189,34 +151,28 @@ TEST(Bake, LeavesNothingWhereItIsGivenUpOrTheSourceFails) {
     WaveHeights waves(small_world(1, 2.0), 30.0, 100.0);
     waves.is_broken = true;
     EXPECT_FALSE(ChunkStore::bake(waves, folder.file("a"), {}).has_value());
-    EXPECT_EQ(folder.file_count(), 0);
+    EXPECT_EQ(folder.file_count(), 0u);
 }
 
 TEST(Bake, LeavesTheOldFileWhereTheDiskIsFull) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const auto source = small_fractal();
     const std::string path = folder.file("a");
     bake(*source, path, {.level_count = 1});
     const std::vector<char> before = read_file(path);
-    // No file may be longer than this: what a full disk is to the writer.
-    rlimit limit{};
-    getrlimit(RLIMIT_FSIZE, &limit);
-    rlimit small = limit;
-    small.rlim_cur = 300'000;
-    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
-    setrlimit(RLIMIT_FSIZE, &small);
-    const auto baked = ChunkStore::bake(*source, path, {});
-    setrlimit(RLIMIT_FSIZE, &limit);
-    std::signal(SIGXFSZ, old_handler);
+    const auto baked = [&] {
+        const FullDisk full(300'000);
+        return ChunkStore::bake(*source, path, {});
+    }();
     ASSERT_FALSE(baked.has_value());
     EXPECT_EQ(baked.error().code, ErrorCode::io);
     EXPECT_NE(baked.error().message.find(path), std::string::npos) << baked.error().message;
     EXPECT_EQ(read_file(path), before);
-    EXPECT_EQ(folder.file_count(), 1);
+    EXPECT_EQ(folder.file_count(), 1u);
 }
 
 TEST(Bake, TwoThatWriteTheSameFileAtOnceLeaveAWholeOne) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const WaveHeights waves(small_world(1, 2.0), 30.0, 100.0);
     const std::string path = folder.file("a");
     {
@@ -234,7 +190,7 @@ TEST(Bake, TwoThatWriteTheSameFileAtOnceLeaveAWholeOne) {
             }
         }
     }
-    EXPECT_EQ(folder.file_count(), 1);
+    EXPECT_EQ(folder.file_count(), 1u);
     EXPECT_NE(open_store(path), nullptr);
 }
 
@@ -248,7 +204,7 @@ class StoredHeights : public testing::Test {
 protected:
     // One store for all tests.
     static void SetUpTestSuite() {
-        folder_ = std::make_unique<StoreFolder>();
+        folder_ = std::make_unique<TemporaryFolder>();
         source_ = small_fractal();
         const auto baked = ChunkStore::bake(*source_, folder_->file("a.terrane"), {});
         ASSERT_TRUE(baked.has_value());
@@ -260,7 +216,7 @@ protected:
         folder_ = nullptr;
     }
 
-    static inline std::unique_ptr<StoreFolder> folder_;
+    static inline std::unique_ptr<TemporaryFolder> folder_;
     static inline std::shared_ptr<const HeightSource> source_, store_;
     static inline StoreInfo info_;
 };
@@ -310,34 +266,13 @@ TEST_F(StoredHeights, TheTrueSurfaceOfTheSourceIsWithinMaxError) {
     EXPECT_GT(most, 0.05 * info_.max_error_m) << "the bound says something";
 }
 
-TEST_F(StoredHeights, BoundsHoldForTheSurfaceOfTheStore) {
-    Random random(7);
+TEST_F(StoredHeights, BoundsOfMidpointsAreNotBelowThoseOfCellsBesideThem) {
     const Lattice& lattice = store_->lattice();
-    for (std::int64_t step = 1; step <= lattice.step(0) * internal::kChunkSquares; step *= 2) {
-        const auto across = static_cast<int>(std::min<std::int64_t>(lattice.east() / step, 20));
-        const SampleGrid grid{{0, 0}, step, across + 1, across + 1};
-        check_bounds(*store_, grid, 20, random);
-        check_nesting_of_spacing(*store_, grid);
-        check_mesh_bounds(*store_, grid);
-    }
-    check_same_bits(*store_, {{-64, -32}, 2, 20, 20});
+    for (std::int64_t step = 1; step <= lattice.step(0); step *= 2)
+        check_nesting_of_spacing(*store_, {{0, 0}, step, 21, 21});
 }
 
-TEST_F(StoredHeights, IntervalsContainTheSurface) {
-    Random random(8);
-    for (int i = 0; i < 300; ++i) {
-        WorldRect rect{random.between(-5000, 5000), random.between(-5000, 5000), 0, 0};
-        const double side = std::exp2(random.between(-4, 13));
-        rect.east = rect.west + side;
-        rect.north = rect.south + side * random.between(0.1, 1.0);
-        const HeightInterval found = store_->interval(rect);
-        for (int k = 0; k < 50; ++k) {
-            const double z = store_->height(random.between(rect.west, rect.east),
-                                            random.between(rect.south, rect.north));
-            ASSERT_GE(z, found.low);
-            ASSERT_LE(z, found.high);
-        }
-    }
+TEST_F(StoredHeights, IntervalsOfImpossibleRectanglesAreIntervals) {
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     for (const WorldRect& rect : {WorldRect{-inf, -inf, inf, inf}, WorldRect{nan, nan, nan, nan},
                                   WorldRect{1, 1, -1, -1}}) {
@@ -353,15 +288,6 @@ TEST_F(StoredHeights, RisesAreThoseOfTheSourceWhereATriangulatorAsks) {
         for (const double distance : {spacing, 0.70710678118654757 * spacing}) {
             EXPECT_EQ(store_->rise_bound(distance), source_->rise_bound(distance)) << distance;
         }
-    }
-    Random random(9);
-    for (int i = 0; i < 5000; ++i) {
-        const double x = random.between(-4096, 4096), y = random.between(-4096, 4096);
-        const double distance = std::exp2(random.between(-4, 12));
-        const double angle = random.between(0, 6.28);
-        const double to_x = x + distance * std::cos(angle), to_y = y + distance * std::sin(angle);
-        ASSERT_LE(std::abs(store_->height(x, y) - store_->height(to_x, to_y)),
-                  store_->rise_bound(distance));
     }
     EXPECT_GE(store_->rise_bound(1e12), store_->rise_bound(4096.0));
     EXPECT_GE(store_->rise_bound(0.0), 0.0);

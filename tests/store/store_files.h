@@ -2,6 +2,7 @@
 #pragma once
 
 #include "chunk/chunk_vertices.h"
+#include "store/test_files.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
@@ -10,49 +11,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 namespace terrane::test {
-
-/// A folder of its own, removed at the end.
-class StoreFolder {
-public:
-    StoreFolder() {
-        std::random_device entropy;
-        path_ =
-            std::filesystem::temp_directory_path() / ("terrane_store_" + std::to_string(entropy()));
-        std::filesystem::create_directories(path_);
-    }
-    ~StoreFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    StoreFolder(const StoreFolder&) = delete;
-    StoreFolder& operator=(const StoreFolder&) = delete;
-    std::string file(const std::string& name) const { return (path_ / name).string(); }
-    int file_count() const {
-        return static_cast<int>(std::distance(std::filesystem::directory_iterator(path_), {}));
-    }
-
-private:
-    std::filesystem::path path_;
-};
-
-inline std::vector<char> read_file(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-inline void write_file(const std::string& path, const std::vector<char>& bytes) {
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
 
 /// Two by two roots of 4096 m, and three levels.
 inline std::shared_ptr<const HeightSource> small_fractal() {

@@ -50,7 +50,7 @@ Result<void> write(const std::string& path, const SealedKind& kind) {
 }
 
 TEST(SealedFile, GivesBackWhatWasWritten) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder.file("a");
     auto file = SealedWriter::create(path, kKind);
     ASSERT_TRUE(file.has_value());
@@ -71,7 +71,7 @@ TEST(SealedFile, GivesBackWhatWasWritten) {
 }
 
 TEST(SealedFile, RefusesOtherKindsAndVersions) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder.file("a");
     ASSERT_TRUE(write(path, kKind).has_value());
     EXPECT_TRUE(SealedReader::is_kind(path, "TEST"));
@@ -85,13 +85,13 @@ TEST(SealedFile, RefusesOtherKindsAndVersions) {
 }
 
 TEST(SealedFile, WhatWasNotCommittedIsGone) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     { ASSERT_TRUE(SealedWriter::create(folder.file("a"), kKind).has_value()); }
-    EXPECT_EQ(folder.file_count(), 0);
+    EXPECT_EQ(folder.file_count(), 0u);
 }
 
 TEST(SealedFile, APipeAndAFolderAreRefusedAtOnce) {
-    const StoreFolder folder;
+    const TemporaryFolder folder;
     const std::string pipe = folder.file("pipe");
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     EXPECT_EQ(SealedReader::open(pipe, kKind).error().code, ErrorCode::io);
@@ -221,7 +221,7 @@ protected:
                error.message.find("damaged.terrane") != std::string::npos;
     }
 
-    StoreFolder folder_;
+    TemporaryFolder folder_;
     std::string whole_ = folder_.file("whole.terrane"), damaged_ = folder_.file("damaged.terrane");
     std::vector<char> bytes_;
     std::vector<std::shared_ptr<const Chunk>> chunks_;

@@ -52,7 +52,7 @@ ChunkKey chunk_of(const Lattice& lattice, const SampleGrid& grid) {
 
 FaultyHeights::FaultyHeights(std::shared_ptr<const HeightSource> ground,
                              std::vector<FaultRule> plan)
-    : HeightSource(ground->lattice(), ground->extent()), ground_(std::move(ground)) {
+    : ForwardedHeights(std::move(ground)) {
     set_plan(std::move(plan));
 }
 
@@ -122,6 +122,8 @@ Result<Fault> FaultyHeights::meet(Question question, const SampleGrid& grid) con
     }
     switch (rule.fault) {
         case Fault::none:
+        case Fault::nan:
+        case Fault::too_high:
             break;
         case Fault::read_error:
             return fail(ErrorCode::io, "the disk cannot be read");
@@ -129,10 +131,6 @@ Result<Fault> FaultyHeights::meet(Question question, const SampleGrid& grid) con
             return fail(ErrorCode::io, "permission denied");
         case Fault::truncated:
             return fail(ErrorCode::bad_data, "the file ends early");
-        case Fault::nan:
-            break;
-        case Fault::too_high:
-            break;
         case Fault::no_memory:
             throw std::bad_alloc();
         case Fault::exception:
@@ -150,60 +148,44 @@ Result<Fault> FaultyHeights::meet(Question question, const SampleGrid& grid) con
     return rule.fault;
 }
 
-double FaultyHeights::height(double x, double y) const { return ground_->height(x, y); }
-
 Result<void> FaultyHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    const Result<Fault> fault = meet(Question::sample, grid);
-    if (!fault) return tl::unexpected(fault.error());
-    if (const Result<void> read = ground_->sample(grid, heights_out); !read) return read;
+    TERRANE_TRY(const Fault fault, meet(Question::sample, grid));
+    TERRANE_TRY(heights().sample(grid, heights_out));
     double& one = heights_out[heights_out.size() / 2];
-    if (*fault == Fault::nan) one = std::numeric_limits<double>::quiet_NaN();
-    if (*fault == Fault::too_high) one = 0x1p31 * lattice().quantum;
+    if (fault == Fault::nan) one = std::numeric_limits<double>::quiet_NaN();
+    if (fault == Fault::too_high) one = 0x1p31 * lattice().quantum;
     return {};
 }
 
 Result<void> FaultyHeights::vertex_bounds(const SampleGrid& grid,
                                           std::span<float> bounds_out) const {
-    const Result<Fault> fault = meet(Question::bounds, grid);
-    if (!fault) return tl::unexpected(fault.error());
-    if (const Result<void> read = ground_->vertex_bounds(grid, bounds_out); !read) return read;
+    TERRANE_TRY(const Fault fault, meet(Question::bounds, grid));
+    TERRANE_TRY(heights().vertex_bounds(grid, bounds_out));
     // in an odd column, so that it is a vertex of the grid's spacing
-    if (*fault == Fault::nan) bounds_out[1] = std::numeric_limits<float>::quiet_NaN();
+    if (fault == Fault::nan) bounds_out[1] = std::numeric_limits<float>::quiet_NaN();
     return {};
 }
 
 Result<void> FaultyHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    const Result<Fault> fault = meet(Question::bounds, grid);
-    if (!fault) return tl::unexpected(fault.error());
-    if (const Result<void> read = ground_->cell_bounds(grid, bounds_out); !read) return read;
-    if (*fault == Fault::nan) bounds_out[0] = std::numeric_limits<float>::quiet_NaN();
+    TERRANE_TRY(const Fault fault, meet(Question::bounds, grid));
+    TERRANE_TRY(heights().cell_bounds(grid, bounds_out));
+    if (fault == Fault::nan) bounds_out[0] = std::numeric_limits<float>::quiet_NaN();
     return {};
 }
 
 Result<void> FaultyHeights::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                                         std::span<float> cell_bounds_out) const {
-    const Result<Fault> fault = meet(Question::bounds, grid);
-    if (!fault) return tl::unexpected(fault.error());
-    if (const Result<void> read = ground_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
-        !read) {
-        return read;
-    }
-    if (*fault == Fault::nan) cell_bounds_out[0] = std::numeric_limits<float>::quiet_NaN();
+    TERRANE_TRY(const Fault fault, meet(Question::bounds, grid));
+    TERRANE_TRY(heights().mesh_bounds(grid, vertex_bounds_out, cell_bounds_out));
+    if (fault == Fault::nan) cell_bounds_out[0] = std::numeric_limits<float>::quiet_NaN();
     return {};
 }
 
 Result<void> FaultyHeights::cell_flags(const SampleGrid& grid,
                                        std::span<std::uint8_t> flags_out) const {
-    const Result<Fault> fault = meet(Question::flags, grid);
-    if (!fault) return tl::unexpected(fault.error());
-    return ground_->cell_flags(grid, flags_out);
+    TERRANE_TRY(meet(Question::flags, grid));
+    return heights().cell_flags(grid, flags_out);
 }
-
-HeightInterval FaultyHeights::interval(const WorldRect& rect) const {
-    return ground_->interval(rect);
-}
-
-double FaultyHeights::rise_bound(double distance) const { return ground_->rise_bound(distance); }
 
 namespace {
 
@@ -277,7 +259,7 @@ Result<void> FileHeights::write(const std::string& path, const HeightSource& gro
     Row row(lattice);
     for (std::int64_t y = lattice.south(); y <= lattice.north(); ++y) {
         const SampleGrid grid{{lattice.west(), y}, 1, static_cast<int>(row.samples.size()), 1};
-        if (const Result<void> read = ground.sample(grid, row.samples); !read) return read;
+        TERRANE_TRY(ground.sample(grid, row.samples));
         row.checksum = row.compute_checksum();
         file.write(reinterpret_cast<const char*>(row.samples.data()),
                    static_cast<std::streamsize>(row.bytes()));
@@ -288,14 +270,9 @@ Result<void> FileHeights::write(const std::string& path, const HeightSource& gro
     return {};
 }
 
-FileHeights::FileHeights(std::string path, std::shared_ptr<const HeightSource> ground)
-    : HeightSource(ground->lattice(), ground->extent()),
-      path_(std::move(path)),
-      ground_(std::move(ground)) {}
-
 Result<void> FileHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {
     // samples beyond the world come from the ground itself
-    if (const Result<void> read = ground_->sample(grid, heights_out); !read) return read;
+    TERRANE_TRY(heights().sample(grid, heights_out));
     const OpenFile file(path_, opens_as_nobody);
     if (!file.is_open()) return fail(ErrorCode::io, "cannot open " + path_ + ": " + trouble());
     Row row(lattice());
@@ -327,22 +304,6 @@ Result<void> FileHeights::sample(const SampleGrid& grid, std::span<double> heigh
     }
     return {};
 }
-
-double FileHeights::height(double x, double y) const { return ground_->height(x, y); }
-
-Result<void> FileHeights::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    return ground_->vertex_bounds(grid, bounds_out);
-}
-
-Result<void> FileHeights::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    return ground_->cell_bounds(grid, bounds_out);
-}
-
-HeightInterval FileHeights::interval(const WorldRect& rect) const {
-    return ground_->interval(rect);
-}
-
-double FileHeights::rise_bound(double distance) const { return ground_->rise_bound(distance); }
 
 NoFileHandles::NoFileHandles() {
     getrlimit(RLIMIT_NOFILE, &before_);

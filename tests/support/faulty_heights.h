@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/terrain/height_source.h>
+#include <terrane/terrain/composed_heights.h>
 
 #include <sys/resource.h>
 
@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace terrane::test {
@@ -58,7 +59,7 @@ struct FaultRule {
 };
 
 /// A source with injected faults. Threads: any, for all functions.
-class FaultyHeights final : public HeightSource {
+class FaultyHeights final : public ForwardedHeights {
 public:
     /// For each call the first matching rule applies.
     explicit FaultyHeights(std::shared_ptr<const HeightSource> ground,
@@ -75,7 +76,6 @@ public:
     /// Chunks whose samples were read, in order.
     std::vector<ChunkKey> sampled() const;
 
-    double height(double x, double y) const override;
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
@@ -83,8 +83,6 @@ public:
                              std::span<float> cell_bounds_out) const override;
     Result<void> cell_flags(const SampleGrid& grid,
                             std::span<std::uint8_t> flags_out) const override;
-    HeightInterval interval(const WorldRect& rect) const override;
-    double rise_bound(double distance) const override;
 
 private:
     struct Rule {
@@ -97,7 +95,6 @@ private:
     FaultRule find_rule(Question question, const SampleGrid& grid) const;
     Result<Fault> meet(Question question, const SampleGrid& grid) const;
 
-    std::shared_ptr<const HeightSource> ground_;
     mutable std::mutex mutex_;  // of everything below
     mutable std::condition_variable changed_;
     mutable std::vector<Rule> plan_;
@@ -118,7 +115,7 @@ ChunkKey chunk_of(const Lattice& lattice, const SampleGrid& grid);
 ///
 /// Format: the world's lattice points row by row from the south, eight bytes each; each row is followed by a checksum
 /// of eight bytes.
-class FileHeights final : public HeightSource {
+class FileHeights final : public ForwardedHeights {
 public:
     /// Writes the samples of a ground, replacing an existing file.
     ///
@@ -127,23 +124,17 @@ public:
     /// Byte offset of a row of lattice points.
     static std::size_t row_offset(const Lattice& lattice, std::int64_t y);
 
-    FileHeights(std::string path, std::shared_ptr<const HeightSource> ground);
+    FileHeights(std::string path, std::shared_ptr<const HeightSource> ground)
+        : ForwardedHeights(std::move(ground)), path_(std::move(path)) {}
 
     /// Fails: io if the file cannot be opened or read; bad_data if it ends early or a row does not match its checksum
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
-
-    double height(double x, double y) const override;
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
-    HeightInterval interval(const WorldRect& rect) const override;
-    double rise_bound(double distance) const override;
 
     /// Opens the file as an unprivileged user, where the process may change its user, because root ignores permissions.
     std::atomic<bool> opens_as_nobody{false};
 
 private:
     std::string path_;
-    std::shared_ptr<const HeightSource> ground_;
 };
 
 /// During its lifetime this process has no free file handles.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "support/grounds.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,19 +14,18 @@
 namespace terrane::test {
 namespace {
 
-// Period 1, range [-1, 1], |slope| <= 8, |second derivative| <= 32.
+float round_up(double value) {
+    return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
+}
+
+}  // namespace
+
 double wave(double t) {
     t -= std::floor(t);
     const double u = t < 0.5 ? t : t - 0.5;
     const double hump = 16.0 * u * (0.5 - u);
     return t < 0.5 ? hump : -hump;
 }
-
-float round_up(double value) {
-    return std::nextafter(static_cast<float>(value), std::numeric_limits<float>::infinity());
-}
-
-}  // namespace
 
 WaveHeights::WaveHeights(const Lattice& lattice, double amplitude, double wavelength)
     : HeightSource(lattice, whole_extent(lattice)),
@@ -95,6 +96,21 @@ Lattice small_world(int finest_level, double spacing) {
     lattice.first_root_x = lattice.first_root_y = -1;
     lattice.root_count_x = lattice.root_count_y = 2;
     return lattice;
+}
+
+std::vector<std::shared_ptr<const Chunk>> all_chunks(const HeightSource& source) {
+    const Lattice& lattice = source.lattice();
+    std::vector<std::shared_ptr<const Chunk>> chunks;
+    for (std::uint8_t level = 0; level <= lattice.finest_level; ++level) {
+        for (std::int32_t y = 0; y < lattice.root_count_y << level; ++y) {
+            for (std::int32_t x = 0; x < lattice.root_count_x << level; ++x) {
+                const ChunkKey key{(lattice.first_root_x << level) + x,
+                                   (lattice.first_root_y << level) + y, level};
+                chunks.push_back(make_chunk(source, key).value());
+            }
+        }
+    }
+    return chunks;
 }
 
 namespace {
@@ -184,8 +200,7 @@ Ground make_test_ground(std::function<double(double, double)> height,
                     .quantum = settings.quantum};
     lattice.first_root_x = lattice.first_root_y = settings.first_root;
     lattice.root_count_x = lattice.root_count_y = settings.roots;
-    const WorldRect extent{lattice.x(lattice.west()), lattice.y(lattice.south()),
-                           lattice.x(lattice.east()), lattice.y(lattice.north())};
+    const WorldRect extent = whole_extent(lattice);
     const TableHeights source(lattice, extent, std::move(height), settings);
     std::vector<std::shared_ptr<const Chunk>> chunks;
     for (int row = 0; row < settings.roots; ++row) {
@@ -211,6 +226,52 @@ Ground make_test_ground(std::function<double(double, double)> height,
 Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots) {
     TableGroundSettings settings{.spacing = spacing, .roots = roots};
     return make_test_ground(std::move(height), settings);
+}
+
+std::vector<CornerTriangle> triangles_of(const Ground& ground, const CellRange& cells) {
+    std::vector<CornerTriangle> triangles;
+    for (std::int64_t row = cells.south; row <= cells.north; ++row) {
+        for (std::int64_t column = cells.west; column <= cells.east; ++column) {
+            const GroundCell cell = ground.cell(column, row);
+            if (cell.status != QueryStatus::ok) continue;
+            const auto corner = [&](int i, int j, std::int32_t height) {
+                return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
+                                       ground.lattice().quantum * height);
+            };
+            const Eigen::Vector3d sw = corner(0, 0, cell.south_west);
+            const Eigen::Vector3d se = corner(1, 0, cell.south_east);
+            const Eigen::Vector3d nw = corner(0, 1, cell.north_west);
+            const Eigen::Vector3d ne = corner(1, 1, cell.north_east);
+            const bool cut = cell.cut_to_north_east;
+            const SolidSurface* const solid = ground.solid(column, row);
+            const std::size_t index = cell_index(static_cast<int>(column & (kChunkCells - 1)),
+                                                 static_cast<int>(row & (kChunkCells - 1)));
+            if (!solid || !solid->is_replaced(index, false)) {
+                triangles.push_back({sw, se, cut ? ne : nw});
+            }
+            if (!solid || !solid->is_replaced(index, true)) {
+                triangles.push_back({nw, cut ? sw : se, ne});
+            }
+        }
+    }
+    return triangles;
+}
+
+std::optional<double> first_hit(const std::vector<CornerTriangle>& triangles, const WorldPos& from,
+                                const WorldPos& to) {
+    std::optional<double> best;
+    const Eigen::Vector3d displacement = to - from;
+    for (const auto& [a, b, c] : triangles) {
+        const Eigen::Vector3d e1 = b - a, e2 = c - a, s = from - a;
+        const Eigen::Vector3d p = displacement.cross(e2), q = s.cross(e1);
+        const double determinant = e1.dot(p);
+        if (std::abs(determinant) < 1e-14) continue;
+        const double u = s.dot(p) / determinant, v = displacement.dot(q) / determinant;
+        const double fraction = e2.dot(q) / determinant;
+        const bool is_inside = u >= -1e-10 && v >= -1e-10 && u + v <= 1.0 + 1e-10;
+        if (is_inside && fraction >= 0.0 && fraction <= best.value_or(1.0)) best = fraction;
+    }
+    return best;
 }
 
 }  // namespace terrane::test

@@ -4,14 +4,20 @@
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/height_source.h>
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <vector>
 
 namespace terrane::test {
 
-/// Smooth periodic hills and hollows with closed-form bounds: z = A w(x / L) w(y / L), where w is a periodic, piecewise
-/// parabolic wave. Hooks delay its answers or make them fail.
+/// Paraboloid arcs: period 1, range [-1, 1], |slope| <= 8, |second derivative| <= 32.
+double wave(double t);
+
+/// Smooth periodic hills and hollows with closed-form bounds: z = A wave(x / L) wave(y / L). Hooks delay its answers or
+/// make them fail.
 class WaveHeights final : public HeightSource {
 public:
     WaveHeights(const Lattice& lattice, double amplitude, double wavelength);
@@ -42,6 +48,9 @@ WorldRect whole_extent(const Lattice& lattice);
 /// 2 x 2 roots around the origin with `finest_level` further levels, `spacing` metres on the finest one.
 Lattice small_world(int finest_level, double spacing);
 
+/// All chunks of a world, parents first.
+std::vector<std::shared_ptr<const Chunk>> all_chunks(const HeightSource& source);
+
 /// Position, lattice and contents of a test ground.
 struct TableGroundSettings {
     double spacing = 1.0;         ///< between samples, metres
@@ -65,5 +74,14 @@ Ground make_test_ground(std::function<double(double, double)> height,
 
 /// As above, with the two settings that most tests change.
 Ground make_test_ground(std::function<double(double, double)> height, double spacing, int roots);
+
+using CornerTriangle = std::array<Eigen::Vector3d, 3>;
+
+/// The triangles of the heightfield in a range of cells, without those that volumes replace.
+std::vector<CornerTriangle> triangles_of(const Ground& ground, const CellRange& cells);
+
+/// Fraction of a segment at its first intersection with any of the triangles, by brute force.
+std::optional<double> first_hit(const std::vector<CornerTriangle>& triangles, const WorldPos& from,
+                                const WorldPos& to);
 
 }  // namespace terrane::test

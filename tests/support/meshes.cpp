@@ -167,27 +167,21 @@ double mean_edge(const ShapeMesh& mesh) {
 }
 
 EdgeCounts count_edges(const MeshTriangles& triangles) {
-    struct Uses {
-        int forward = 0, backward = 0;
-    };
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Uses> edges;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<int, 2>> edges;  // by direction
     std::set<std::uint32_t> vertices;
     for (const auto& t : triangles) {
         vertices.insert(t.begin(), t.end());
         for (std::size_t i = 0; i < 3; ++i) {
             const std::uint32_t a = t[i], b = t[(i + 1) % 3];
-            if (a < b) {
-                ++edges[{a, b}].forward;
-            } else {
-                ++edges[{b, a}].backward;
-            }
+            ++edges[{std::min(a, b), std::max(a, b)}][a < b ? 0 : 1];
         }
     }
     EdgeCounts counts{.vertices = vertices.size()};
     for (const auto& [edge, uses] : edges) {
-        if (uses.forward == 1 && uses.backward == 1) {
+        const auto [forward, backward] = uses;
+        if (forward == 1 && backward == 1) {
             ++counts.inner;
-        } else if (uses.forward + uses.backward == 1) {
+        } else if (forward + backward == 1) {
             ++counts.border;
         } else {
             ++counts.other;

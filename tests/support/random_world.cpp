@@ -49,14 +49,6 @@ std::shared_ptr<const HeightSource> random_waves(Random& random) {
                                          wavelength);
 }
 
-Eigen::Vector3d random_direction(Random& random) {
-    for (;;) {
-        const Eigen::Vector3d d(random.between(-1.0, 1.0), random.between(-1.0, 1.0),
-                                random.between(-1.0, 1.0));
-        if (d.norm() > 0.1 && d.norm() <= 1.0) return d / d.norm();
-    }
-}
-
 float random_fade(Random& random) {
     const double t = random.between(-0.5, 2.0);  // clamped to 0 or 1 in most cases
     return static_cast<float>(std::clamp(t, 0.0, 1.0));
@@ -178,30 +170,28 @@ View random_view(Random& random, const RandomWorld& world) {
         return WorldPos(x, y, world.source().height(x, y) + above);
     };
     WorldPos eye = over_ground(random_magnitude(random, 1e-3 * size, size));
-    Eigen::Vector3d forward = random_direction(random);
+    Eigen::Vector3d forward = random.direction();
     forward.z() = -0.3 * std::abs(forward.z());
     double fov = random.between(0.3, 1.8);
     switch (random.below(18)) {
         case 0:  // below the ground
             eye = over_ground(-random_magnitude(random, 1e-3 * size, 10.0 * size));
-            forward = random_direction(random);
+            forward = random.direction();
             break;
         case 1: {  // at a vertex
-            const std::int64_t x =
-                lattice.west() + random.below(static_cast<int>(std::min(
-                                     lattice.east() - lattice.west() + 1, std::int64_t{1} << 30)));
-            const std::int64_t y =
-                lattice.south() +
-                random.below(static_cast<int>(
-                    std::min(lattice.north() - lattice.south() + 1, std::int64_t{1} << 30)));
+            const auto between = [&](std::int64_t low, std::int64_t high) {
+                return low + random.below(static_cast<int>(high - low + 1));
+            };
+            const std::int64_t x = between(lattice.west(), lattice.east());
+            const std::int64_t y = between(lattice.south(), lattice.north());
             const double z = world.source().height(lattice.x(x), lattice.y(y));
             eye = {lattice.x(x), lattice.y(y), lattice.quantum * std::round(z / lattice.quantum)};
             break;
         }
         case 2:  // far away, looking back or in a random direction
-            eye = 1e9 * random_direction(random);
-            forward = is_chance(random, 0.7) ? Eigen::Vector3d(-eye / eye.norm())
-                                             : random_direction(random);
+            eye = 1e9 * random.direction();
+            forward =
+                is_chance(random, 0.7) ? Eigen::Vector3d(-eye / eye.norm()) : random.direction();
             break;
         case 3:
             forward = {0.0, 0.0, is_chance(random, 0.7) ? -1.0 : 1.0};
@@ -222,8 +212,8 @@ View random_view(Random& random, const RandomWorld& world) {
 
 View moved_view(Random& random, const RandomWorld& world, const View& view) {
     const double step = random_magnitude(random, 1e-5, 1e-1) * world.lattice().root_size();
-    const WorldPos eye = view.eye_world + step * random_direction(random);
-    const Eigen::Vector3d forward = view.forward + 0.05 * random_direction(random);
+    const WorldPos eye = view.eye_world + step * random.direction();
+    const Eigen::Vector3d forward = view.forward + 0.05 * random.direction();
     View moved =
         look_at(eye, eye + 1e3 * forward, view.vertical_fov, view.width_px, view.height_px).value();
     moved.near_distance = view.near_distance;
@@ -231,18 +221,15 @@ View moved_view(Random& random, const RandomWorld& world, const View& view) {
 }
 
 std::string find_difference(const TerrainMesh& a, const TerrainMesh& b) {
-    const auto differ = [](double x, double y) {
-        return std::bit_cast<std::uint64_t>(x) != std::bit_cast<std::uint64_t>(y);
-    };
     std::ostringstream out;
     out.precision(17);
+    const auto compare = [&](const char* name, double x, double y) {
+        if (std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y)) return;
+        out << name << " " << x << " or " << y << "; ";
+    };
     if (a.status != b.status) out << name_of(a.status) << " or " << name_of(b.status) << "; ";
-    if (differ(a.error_px, b.error_px)) {
-        out << "error " << a.error_px << " or " << b.error_px << "; ";
-    }
-    if (differ(a.threshold_px, b.threshold_px)) {
-        out << "threshold " << a.threshold_px << " or " << b.threshold_px << "; ";
-    }
+    compare("error", a.error_px, b.error_px);
+    compare("threshold", a.threshold_px, b.threshold_px);
     if (a.triangle_count != b.triangle_count || a.chunks.size() != b.chunks.size()) {
         out << a.triangle_count << " triangles of " << a.chunks.size() << " chunks or "
             << b.triangle_count << " of " << b.chunks.size();

@@ -15,10 +15,14 @@
 namespace terrane::tools {
 namespace terrain_track_test {
 
-TEST(TerrainTrack, LiesWhereTheRasterSays) {
+TEST(TerrainTrack, LiesWhereTheRasterSaysOrSaysWhyThereAreNoDegrees) {
     DemInfo dem;
+    EXPECT_EQ(make_geo_reference(std::nullopt).why_not, "this terrain has no raster");
+    EXPECT_EQ(make_geo_reference(dem).why_not, "this raster has no CRS");
+    dem.crs = "WGS 84 / UTM zone 11N";
+    EXPECT_FALSE(make_geo_reference(dem).is_geographic);
+    EXPECT_EQ(make_geo_reference(dem).why_not, "this raster's CRS is WGS 84 / UTM zone 11N");
     dem.geographic = true;
-    dem.crs = "WGS 84";
     dem.centre_x = 12.5;
     dem.centre_y = 41.5;
     dem.metres_per_unit_x = 80'000.0;
@@ -29,16 +33,6 @@ TEST(TerrainTrack, LiesWhereTheRasterSays) {
     EXPECT_EQ(reference.latitude, 41.5);
     EXPECT_EQ(reference.metres_per_degree_x, 80'000.0);
     EXPECT_EQ(reference.metres_per_degree_y, 111'000.0);
-}
-
-TEST(TerrainTrack, SaysWhyThereAreNoDegrees) {
-    DemInfo dem;
-    EXPECT_EQ(make_geo_reference(std::nullopt).why_not, "this terrain has no raster");
-    EXPECT_EQ(make_geo_reference(dem).why_not, "this raster has no CRS");
-    dem.crs = "WGS 84 / UTM zone 11N";
-    const GeoReference reference = make_geo_reference(dem);
-    EXPECT_FALSE(reference.is_geographic);
-    EXPECT_EQ(reference.why_not, "this raster's CRS is WGS 84 / UTM zone 11N");
 }
 
 TEST(TerrainTrack, RefusesAStartBeyondItsEndByTheNameOfTheFlag) {

@@ -153,35 +153,30 @@ TEST(ReadMesh, KeepsAVertexForEachCombinationOfAttributes) {
 }
 
 TEST(ReadMesh, NamesWhatIsWrong) {
-    const auto of_ply = [](const std::string& rest) {
-        const Result<TriangleMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + rest);
-        return mesh ? std::string() : mesh.error().message;
-    };
     const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
-    EXPECT_EQ(of_ply("element vertex 1\nproperty float x\nproperty float y\nend_header\n"),
-              "its vertices have no property z");
-    EXPECT_EQ(of_ply("element vertex 99999999999\n" + xyz + "end_header\n"),
-              "it has 99999999999 elements 'vertex', more than 4194304");
-    EXPECT_EQ(of_ply("element vertex -1\nend_header\n"),
-              "line 'element vertex -1' of its header is wrong");
-    EXPECT_EQ(of_ply("format binary_middle_endian 1.0\n"),
-              "line 'format binary_middle_endian 1.0' of its header is wrong");
-    EXPECT_EQ(of_ply("element vertex 1\nproperty half x\nend_header\n"),
-              "line 'property half x' of its header is wrong");
-    EXPECT_EQ(of_ply("element face 1\nproperty list uchar int vertex_index\nend_header\n"),
-              "its faces come before its vertices");
-    EXPECT_EQ(of_ply("element vertex 1\n" + xyz +
-                     "element face 1\nproperty list uchar int vertex_index\nend_header\n1 2 3\n"
-                     "3 0 0 1\n"),
-              "a face names point 1 of 1");
-    const auto of_obj = [](const std::string& text) {
+    const std::string face = "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+    for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+             {"element vertex 1\nproperty float x\nproperty float y\nend_header\n", "property z"},
+             {"element vertex 99999999999\n" + xyz + "end_header\n",
+              "99999999999 elements 'vertex'"},
+             {"element vertex -1\nend_header\n", "'element vertex -1'"},
+             {"format binary_middle_endian 1.0\n", "'format binary_middle_endian 1.0'"},
+             {"element vertex 1\nproperty half x\nend_header\n", "'property half x'"},
+             {face, "faces come before its vertices"},
+             {"element vertex 1\n" + xyz + face + "1 2 3\n3 0 0 1\n", "point 1 of 1"}}) {
+        const Result<TriangleMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + text);
+        ASSERT_FALSE(mesh) << text;
+        EXPECT_NE(mesh.error().message.find(words), std::string::npos) << mesh.error().message;
+    }
+    for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+             {"# a\nv 1 2\n", "line 2: a point needs 3 numbers"},
+             {"v 1 2 3\nf 1 1\n", "line 2: a face has 2 corners"},
+             {"v 1 2 3\nf 1 1 0\n", "line 2: '0'"},
+             {"v 1 2 3\nf 1 1 -2\n", "line 2: a face names point -1 of 1"}}) {
         const Result<TriangleMesh> mesh = parse_obj(text);
-        return mesh ? std::string() : mesh.error().message;
-    };
-    EXPECT_EQ(of_obj("# a\nv 1 2\n"), "line 2: a point needs 3 numbers");
-    EXPECT_EQ(of_obj("v 1 2 3\nf 1 1\n"), "line 2: a face has 2 corners, fewer than 3");
-    EXPECT_EQ(of_obj("v 1 2 3\nf 1 1 0\n"), "line 2: '0' is no corner of a face");
-    EXPECT_EQ(of_obj("v 1 2 3\nf 1 1 -2\n"), "line 2: a face names point -1 of 1");
+        ASSERT_FALSE(mesh) << text;
+        EXPECT_NE(mesh.error().message.find(words), std::string::npos) << mesh.error().message;
+    }
 }
 
 class MeshFiles : public testing::Test {
@@ -247,119 +242,7 @@ TEST_F(MeshFiles, KeepTheColoursOfVerticesWhereAllHaveOne) {
 
 }  // namespace mesh_reader_test
 
-namespace {
-
-const std::string kStlText =
-    "solid s\n"
-    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 3\nendloop\nendfacet\n"
-    "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 2 3\nvertex 0 2 3\nendloop\nendfacet\n"
-    "endsolid s\n";
-
-std::string glb_of(const IndexedMesh& mesh) {
-    const std::string path =
-        (std::filesystem::path(testing::TempDir()) / "terrane_assimp_reader.glb").string();
-    EXPECT_TRUE(write_mesh(mesh, MeshFormat::glb, path));
-    std::ifstream file(path, std::ios::binary);
-    std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    std::filesystem::remove(path);
-    return bytes;
-}
-
-std::string glb_of_two_triangles() {
-    IndexedMesh mesh;
-    mesh.vertices_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}, {1.0, 2.0, 3.0}};
-    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
-    return glb_of(mesh);
-}
-
-TEST(AssimpReader, GlbHasZUpAndTheTranslationOfItsNode) {
-    const Result<TriangleMesh> mesh = parse_with_assimp(glb_of_two_triangles(), "glb");
-    ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_EQ(mesh->triangles.size(), 2u);
-    const std::array<Eigen::Vector3d, 3> expected{
-        {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}}};
-    for (std::size_t i = 0; i < 3; ++i) {
-        EXPECT_EQ(mesh->positions[mesh->triangles[0][i]], expected[i]);
-    }
-}
-
-TEST(AssimpReader, ReadsAFrameThatWasWrittenAsGlb) {
-    const auto source = FractalHeights::create({.seed = 3}).value();
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    const View view = look_at({0.0, 0.0, 900.0}, {4000.0, 3000.0, 0.0}, 1.0, 640, 480).value();
-    const CameraNeed camera{.view = view, .threshold_px = 8.0};
-    pager.update({&camera, 1}, {}, 0.0);
-    Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 5000}).value();
-    const IndexedMesh frame = weld(triangulator.update(pager.resident(), view), Normals::with);
-    ASSERT_GT(frame.triangles.size(), 1000u);
-    ASSERT_EQ(frame.normals.size(), frame.vertices_world.size());
-    const std::string bytes = glb_of(frame);
-    const Result<TriangleMesh> mesh = parse_with_assimp(bytes, "glb");
-    ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_EQ(mesh->triangles.size(), frame.triangles.size());
-    // the reader keeps no normals: assimp's own scene has them, in glTF's axes
-    Assimp::Importer importer;
-    const aiScene* const scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
-    ASSERT_NE(scene, nullptr) << importer.GetErrorString();
-    const aiMesh& read_mesh = *scene->mMeshes[0];
-    ASSERT_EQ(read_mesh.mNumFaces, frame.triangles.size());
-    ASSERT_TRUE(read_mesh.HasNormals());
-    // the world is 131 km wide: rounding of float, and of the reader's matrices
-    for (std::size_t i = 0; i < frame.triangles.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t read = mesh->triangles[i][k], written = frame.triangles[i][k];
-            ASSERT_LT((mesh->positions[read] - frame.vertices_world[written]).norm(), 0.03);
-            const aiVector3D& n = read_mesh.mNormals[read_mesh.mFaces[i].mIndices[k]];
-            const Eigen::Vector3f normal(n.x, -n.z, n.y);
-            ASSERT_LT((normal - frame.normals[written]).norm(), 1e-6f);
-        }
-    }
-}
-
-TEST(AssimpReader, StlKeepsItsAxes) {
-    const Result<TriangleMesh> mesh = parse_with_assimp(kStlText, "stl");
-    ASSERT_TRUE(mesh) << mesh.error().message;
-    ASSERT_EQ(mesh->triangles.size(), 2u);
-    EXPECT_EQ(mesh->positions[mesh->triangles[0][2]], Eigen::Vector3d(0.0, 2.0, 3.0));
-}
-
-TEST(AssimpReader, ForeignAndEmptyBytesAreRefused) {
-    for (const char* ending : {"glb", "gltf", "stl"}) {
-        for (const char* bytes : {"", "v 0 0 0\n", "{}", "glTF"}) {
-            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
-            EXPECT_TRUE(!mesh || mesh->triangles.empty()) << ending << ": " << bytes;
-        }
-    }
-}
-
-TEST(AssimpReader, ChangedAndTruncatedFilesNeverThrow) {
-    constexpr unsigned kSeed = 20240611;
-    std::mt19937 random(kSeed);
-    const std::string glb = glb_of_two_triangles();
-    for (const auto& [ending, whole] :
-         {std::pair<std::string, std::string>{"glb", glb}, {"stl", kStlText}}) {
-        int taken = 0;
-        for (int round = 0; round < 400; ++round) {
-            SCOPED_TRACE(testing::Message() << ending << " round " << round << " seed " << kSeed);
-            std::string bytes = whole;
-            if (round % 4 == 0) bytes.resize(random() % bytes.size());
-            for (unsigned flips = 1 + random() % 4; !bytes.empty() && flips > 0; --flips) {
-                bytes[random() % bytes.size()] = static_cast<char>(random() & 0xffu);
-            }
-            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
-            if (!mesh) continue;
-            ++taken;
-            for (const auto& triangle : mesh->triangles) {
-                EXPECT_LT(std::ranges::max(triangle), mesh->positions.size());
-            }
-        }
-        EXPECT_GT(taken, 20) << ending;
-    }
-}
-
-}  // namespace
-
-namespace ply_test {
+namespace weld_test {
 
 /// A frame of a fractal with chunks of several levels.
 struct Frame {
@@ -486,37 +369,101 @@ TEST(Weld, GivesNothingForAFrameWithoutTriangles) {
     EXPECT_TRUE(weld(TerrainMesh{}).vertices_world.empty());
 }
 
-TEST(WritePly, WritesTheBytesThatTheHeaderPromises) {
-    IndexedMesh mesh;
-    mesh.vertices_world = {WorldPos(0.0, 0.0, 0.5), WorldPos(1.0, 0.0, 0.0),
-                           WorldPos(0.0, 1e7, 0.1)};
-    mesh.triangles = {{0, 1, 2}};
-    const std::string path = testing::TempDir() + "terrane_ply_test.ply";
-    ASSERT_TRUE(write_ply(mesh, path));
+}  // namespace weld_test
+
+namespace {
+
+const std::string kStlText =
+    "solid s\n"
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 3\nendloop\nendfacet\n"
+    "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 2 3\nvertex 0 2 3\nendloop\nendfacet\n"
+    "endsolid s\n";
+
+std::string glb_of(const IndexedMesh& mesh) {
+    const std::string path =
+        (std::filesystem::path(testing::TempDir()) / "terrane_assimp_reader.glb").string();
+    EXPECT_TRUE(write_mesh(mesh, MeshFormat::glb, path));
     std::ifstream file(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    const std::string end = "end_header\n";
-    ASSERT_NE(bytes.find(end), std::string::npos);
-    const std::string header = bytes.substr(0, bytes.find(end) + end.size());
-    EXPECT_TRUE(header.starts_with("ply\nformat binary_little_endian 1.0\n"));
-    EXPECT_NE(
-        header.find("element vertex 3\nproperty double x\nproperty double y\nproperty double z\n"),
-        std::string::npos);
-    EXPECT_NE(header.find("element face 1\nproperty list uchar uint vertex_indices\n"),
-              std::string::npos);
-    ASSERT_EQ(bytes.size(), header.size() + 3 * 24 + 1 + 12);
-    double last_z = 0.0;
-    std::memcpy(&last_z, bytes.data() + header.size() + 64, sizeof last_z);
-    EXPECT_EQ(last_z, 0.1);
-    EXPECT_EQ(bytes[header.size() + 72], 3);
-    EXPECT_EQ(bytes.substr(header.size() + 73), std::string("\0\0\0\0\1\0\0\0\2\0\0\0", 12));
+    std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    std::filesystem::remove(path);
+    return bytes;
 }
 
-TEST(WritePly, NamesThePathThatCannotBeWritten) {
-    const Result<void> written = write_ply({}, "/no/such/folder/a.ply");
-    ASSERT_FALSE(written);
-    EXPECT_NE(written.error().message.find("/no/such/folder/a.ply"), std::string::npos);
+std::string glb_of_two_triangles() {
+    IndexedMesh mesh;
+    mesh.vertices_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 2.0, 3.0}, {1.0, 2.0, 3.0}};
+    mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+    return glb_of(mesh);
 }
 
-}  // namespace ply_test
+TEST(AssimpReader, ReadsAFrameThatWasWrittenAsGlb) {
+    const weld_test::Frame shown = weld_test::make_frame(5000);
+    const IndexedMesh frame = weld(shown.mesh, Normals::with);
+    ASSERT_GT(frame.triangles.size(), 1000u);
+    ASSERT_EQ(frame.normals.size(), frame.vertices_world.size());
+    const std::string bytes = glb_of(frame);
+    const Result<TriangleMesh> mesh = parse_with_assimp(bytes, "glb");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), frame.triangles.size());
+    // the reader keeps no normals: assimp's own scene has them, in glTF's axes
+    Assimp::Importer importer;
+    const aiScene* const scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
+    ASSERT_NE(scene, nullptr) << importer.GetErrorString();
+    const aiMesh& read_mesh = *scene->mMeshes[0];
+    ASSERT_EQ(read_mesh.mNumFaces, frame.triangles.size());
+    ASSERT_TRUE(read_mesh.HasNormals());
+    // the world is 131 km wide: rounding of float, and of the reader's matrices
+    for (std::size_t i = 0; i < frame.triangles.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t read = mesh->triangles[i][k], written = frame.triangles[i][k];
+            ASSERT_LT((mesh->positions[read] - frame.vertices_world[written]).norm(), 0.03);
+            const aiVector3D& n = read_mesh.mNormals[read_mesh.mFaces[i].mIndices[k]];
+            const Eigen::Vector3f normal(n.x, -n.z, n.y);
+            ASSERT_LT((normal - frame.normals[written]).norm(), 1e-6f);
+        }
+    }
+}
+
+TEST(AssimpReader, StlKeepsItsAxes) {
+    const Result<TriangleMesh> mesh = parse_with_assimp(kStlText, "stl");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), 2u);
+    EXPECT_EQ(mesh->positions[mesh->triangles[0][2]], Eigen::Vector3d(0.0, 2.0, 3.0));
+}
+
+TEST(AssimpReader, ForeignAndEmptyBytesAreRefused) {
+    for (const char* ending : {"glb", "gltf", "stl"}) {
+        for (const char* bytes : {"", "v 0 0 0\n", "{}", "glTF"}) {
+            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
+            EXPECT_TRUE(!mesh || mesh->triangles.empty()) << ending << ": " << bytes;
+        }
+    }
+}
+
+TEST(AssimpReader, ChangedAndTruncatedFilesNeverThrow) {
+    constexpr unsigned kSeed = 20240611;
+    std::mt19937 random(kSeed);
+    const std::string glb = glb_of_two_triangles();
+    for (const auto& [ending, whole] :
+         {std::pair<std::string, std::string>{"glb", glb}, {"stl", kStlText}}) {
+        int taken = 0;
+        for (int round = 0; round < 400; ++round) {
+            SCOPED_TRACE(testing::Message() << ending << " round " << round << " seed " << kSeed);
+            std::string bytes = whole;
+            if (round % 4 == 0) bytes.resize(random() % bytes.size());
+            for (unsigned flips = 1 + random() % 4; !bytes.empty() && flips > 0; --flips) {
+                bytes[random() % bytes.size()] = static_cast<char>(random() & 0xffu);
+            }
+            const Result<TriangleMesh> mesh = parse_with_assimp(bytes, ending);
+            if (!mesh) continue;
+            ++taken;
+            for (const auto& triangle : mesh->triangles) {
+                EXPECT_LT(std::ranges::max(triangle), mesh->positions.size());
+            }
+        }
+        EXPECT_GT(taken, 20) << ending;
+    }
+}
+
+}  // namespace
 }  // namespace terrane::tools

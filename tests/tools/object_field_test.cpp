@@ -16,7 +16,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <set>
 #include <string>
 #include <thread>
@@ -57,6 +56,14 @@ ObjectField make_field(const std::shared_ptr<const HeightSource>& source,
                {.max_error_px = max_error_px, .picture = picture, .has_thread = has_thread},
                nullptr)
         .value();
+}
+
+// What a field counts in a view of which all is loaded.
+ObjectCounts counts_of(ObjectField& field, const View& view, double max_error_px) {
+    field.load_all(view);
+    field.begin_frame(view);
+    field.end_frame(max_error_px);
+    return field.counts();
 }
 
 // Heights that answer only while its gate is open.
@@ -112,17 +119,24 @@ TEST(ObjectField, DrawsTheNearestOfManyTrianglesWithLevelsOfTheirOwn) {
 }
 
 TEST(ObjectLevels, OfMeshesWithoutExtentOrWithNanAreRefused) {
-    TriangleMesh mesh;
-    EXPECT_EQ(make_levels(mesh).error().message, "an object must have triangles and an extent");
-    mesh = test::make_tree(5);
-    mesh.triangles = {{0, 0, 1}, {2, 2, 2}};
-    EXPECT_EQ(make_levels(mesh).error().message, "an object must have triangles and an extent");
-    mesh = test::make_tree(5);
-    mesh.positions[1].z() = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_NE(make_levels(mesh).error().message.find("vertex 1"), std::string::npos);
-    mesh = test::make_tree(5);
-    mesh.triangles.push_back({0, 1, 9999});
-    EXPECT_NE(make_levels(mesh).error().message.find("9999"), std::string::npos);
+    const auto message = [](const auto& change) {
+        TriangleMesh mesh = test::make_tree(5);
+        change(mesh);
+        return make_levels(mesh).error().message;
+    };
+    EXPECT_EQ(message([](TriangleMesh& mesh) { mesh = {}; }),
+              "an object must have triangles and an extent");
+    EXPECT_EQ(message([](TriangleMesh& mesh) {
+                  mesh.triangles = {{0, 0, 1}, {2, 2, 2}};
+              }),
+              "an object must have triangles and an extent");
+    EXPECT_NE(
+        message([](TriangleMesh& mesh) { mesh.positions[1].z() = std::nan(""); }).find("vertex 1"),
+        std::string::npos);
+    EXPECT_NE(message([](TriangleMesh& mesh) {
+                  mesh.triangles.push_back({0, 1, 9999});
+              }).find("9999"),
+              std::string::npos);
 }
 
 TEST(ObjectLevels, OfDegenerateDuplicatedAndDisconnectedTrianglesAreMade) {
@@ -142,12 +156,9 @@ TEST(ObjectLevels, OfDegenerateDuplicatedAndDisconnectedTrianglesAreMade) {
 TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
     const auto source = hills();
     const SceneObjects objects = forest(400.0);
-    View view = view_along({0.0, -300.0, 90.0});
+    const View view = view_along({0.0, -300.0, 90.0});
     ObjectField field = make_field(source, objects, 1.0, view);
-    field.load_all(view);
-    field.begin_frame(view);
-    field.end_frame(1.0);
-    const ObjectCounts all = field.counts();
+    const ObjectCounts all = counts_of(field, view, 1.0);
     // every object of the scatter that the view must show, found without squares' ranges
     const Scatter scatter = Scatter::create(source, objects.scatters[0].settings).value();
     const ObjectLevels levels = make_levels(objects.meshes[0]).value();
@@ -187,13 +198,11 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
     }
     for (int frame = 0; frame < 50; ++frame) flown.begin_frame(view);
     flown.end_frame(4.0);
-    ObjectField fresh = make_field(source, objects, 4.0, view);
-    fresh.load_all(view);
-    fresh.begin_frame(view);
-    fresh.end_frame(4.0);
-    EXPECT_EQ(flown.counts().drawn, fresh.counts().drawn);
-    EXPECT_EQ(flown.counts().triangles, fresh.counts().triangles);
-    EXPECT_GT(fresh.counts().drawn, 50u);
+    ObjectField field = make_field(source, objects, 4.0, view);
+    const ObjectCounts fresh = counts_of(field, view, 4.0);
+    EXPECT_EQ(flown.counts().drawn, fresh.drawn);
+    EXPECT_EQ(flown.counts().triangles, fresh.triangles);
+    EXPECT_GT(fresh.drawn, 50u);
 }
 
 TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
@@ -210,15 +219,10 @@ TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
         field.end_frame(4.0);
     }
     source->open();
-    field.load_all(view);
-    field.begin_frame(view);
-    field.end_frame(4.0);
     ObjectField fresh = make_field(source, objects, 4.0, view);
-    fresh.load_all(view);
-    fresh.begin_frame(view);
-    fresh.end_frame(4.0);
-    EXPECT_EQ(field.counts().drawn, fresh.counts().drawn);
-    EXPECT_GT(fresh.counts().drawn, 50u);
+    const std::size_t drawn = counts_of(fresh, view, 4.0).drawn;
+    EXPECT_EQ(counts_of(field, view, 4.0).drawn, drawn);
+    EXPECT_GT(drawn, 50u);
 }
 
 TEST(ObjectField, EndsWhileItsThreadWaitsForTheSource) {
@@ -237,17 +241,12 @@ TEST(ObjectField, HasNoObjectsFarFromTheWorldAndHoldsAtTinyTargets) {
     const auto source = hills();
     View view = view_along({1e12, -1e12, 0.0});
     ObjectField far = make_field(source, forest(400.0), 1.0, view);
-    far.load_all(view);
-    far.begin_frame(view);
-    far.end_frame(1.0);
-    EXPECT_EQ(far.counts().triangles, 0u);
+    EXPECT_EQ(counts_of(far, view, 1.0).triangles, 0u);
     view.eye_world.setZero();
     ObjectField near = make_field(source, forest(5.0), 1e-30, view);
-    near.load_all(view);
-    near.begin_frame(view);
-    near.end_frame(1e-30);
-    EXPECT_GT(near.counts().drawn, 1u);
-    EXPECT_EQ(near.counts().left_out, 0u);
+    const ObjectCounts counts = counts_of(near, view, 1e-30);
+    EXPECT_GT(counts.drawn, 1u);
+    EXPECT_EQ(counts.left_out, 0u);
 }
 
 TEST(ObjectField, RefusesAScatterOfMoreObjectsThanItCanHold) {

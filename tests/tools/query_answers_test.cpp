@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -31,25 +29,10 @@ std::string height_at(double x, double y) {
     return Json{{"op", "height"}, {"x", x}, {"y", y}}.dump();
 }
 
-TEST(AnswerQuery, GivesTheHeightWithinItsOwnError) {
-    QueryGround ground = make_ground();
-    const std::shared_ptr<const HeightSource> truth = FractalHeights::create({.seed = 4}).value();
-    test::Random random(21);
-    for (int i = 0; i < 300; ++i) {
-        const double x = random.between(-2000.0, 2000.0);
-        const double y = random.between(-2000.0, 2000.0);
-        const Json answer = ask(ground, height_at(x, y));
-        ASSERT_EQ(answer["status"], "ok") << answer;
-        EXPECT_LE(std::abs(answer["height"].get<double>() - truth->height(x, y)),
-                  answer["error_m"].get<double>())
-            << "seed 21, " << x << ", " << y;
-    }
-}
-
 TEST(AnswerQuery, AnswersTheSameInAnyOrder) {
     test::Random random(22);
     std::vector<std::string> lines;
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < 5; ++i) {
         const double x = random.between(-60'000.0, 60'000.0);
         const double y = random.between(-60'000.0, 60'000.0);
         lines.push_back(height_at(x, y));
@@ -76,13 +59,6 @@ TEST(AnswerQuery, IsNotResidentWhereTheCeilingForbidsIt) {
     EXPECT_EQ(ask(ground, height_at(1e6, 0.0))["status"], "outside");
 }
 
-TEST(AnswerQuery, LoadsALongRayOnlyAsFarAsItGoes) {
-    QueryGround ground = make_ground(Chunk::max_bytes() * 64);
-    const Json steep = ask(ground, R"({"op":"ray","from":[-60000,7,1200],"to":[60000,7,-100000]})");
-    EXPECT_EQ(steep["status"], "ok") << steep;
-    EXPECT_LT(steep["fraction"].get<double>(), 0.05);
-}
-
 TEST(AnswerQuery, SaysOutsideForAShapeBesideTheWorld) {
     QueryGround ground = make_ground();
     const std::string beside = R"("shape":{"sphere":{"radius":1}},"position":[900000,0,0]})";
@@ -93,101 +69,6 @@ TEST(AnswerQuery, SaysOutsideForAShapeBesideTheWorld) {
     const Json cast = ask(ground, R"({"op":"cast","to":[900000,0,-9000],)" + beside);
     EXPECT_EQ(cast["status"], "miss") << cast;
     EXPECT_EQ(cast["hit"], false);
-}
-
-/// A sphere of radius 1 with its centre `above` metres above the ground at (50, 60).
-std::string sphere_over(QueryGround& ground, const std::string& op, double above,
-                        const std::string& more = "") {
-    const double z = ask(ground, height_at(50.0, 60.0))["height"].get<double>();
-    return R"({"id":5,"op":")" + op + R"(","shape":{"sphere":{"radius":1}},"position":[50,60,)" +
-           Json(z + above).dump() + "]" + more + "}";
-}
-
-TEST(AnswerQuery, AgreesWithItselfAboutAShapeAboveAndInTheGround) {
-    QueryGround ground = make_ground();
-    for (const double above : {-3.0, -0.5, 0.5, 5.0, 400.0}) {
-        const Json test = ask(ground, sphere_over(ground, "test", above));
-        const Json find = ask(ground, sphere_over(ground, "find", above));
-        const Json distance = ask(ground, sphere_over(ground, "distance", above));
-        const Json pseudo = ask(ground, sphere_over(ground, "pseudodistance", above));
-        for (const Json& answer : {test, find, distance, pseudo}) {
-            ASSERT_EQ(answer["status"], "ok") << answer;
-            EXPECT_EQ(answer["id"], 5);
-            EXPECT_GT(answer["error_m"].get<double>(), 0.0);
-        }
-        const bool is_in = above < 1.0;
-        EXPECT_EQ(test["hit"], is_in) << above;
-        EXPECT_EQ(find["hit"], is_in) << above;
-        EXPECT_EQ(find["contacts"].empty(), !is_in) << above;
-        EXPECT_EQ(distance["distance"].get<double>() <= 0.0, is_in) << above;
-        EXPECT_EQ(pseudo["distance"].get<double>() <= 0.0, is_in) << above;
-        // the minimum translation is never longer than the vertical one
-        EXPECT_LE(distance["distance_lower_bound"].get<double>(),
-                  std::abs(distance["distance"].get<double>()));
-        EXPECT_LE(std::abs(distance["distance"].get<double>()),
-                  std::abs(pseudo["distance"].get<double>()) + 1e-9);
-    }
-}
-
-// A box of 2 x 4 x 1 m and three equivalent shapes.
-TEST(AnswerQuery, TakesAHullAndCompoundsForTheBoxThatTheyAre) {
-    QueryGround ground = make_ground();
-    const std::string box = R"({"box":{"half_extents":[1,2,0.5]}})";
-    const std::string half = R"({"box":{"half_extents":[0.5,2,0.5]}})";
-    const std::vector<std::string> same{
-        R"({"hull":{"points":[[-1,-2,-0.5],[1,-2,-0.5],[-1,2,-0.5],[1,2,-0.5],)"
-        R"([-1,-2,0.5],[1,-2,0.5],[-1,2,0.5],[1,2,0.5],[0.1,0.2,0.3]]}})",
-        R"({"compound":[{"shape":)" + box + "}]}",
-        R"({"compound":[{"shape":)" + half + R"(,"position":[-0.5,0,0]},{"shape":)" + half +
-            R"(,"position":[0.5,0,0],"rotation":[0,0,0,1]}]})"};
-    const double z = ask(ground, height_at(50.0, 60.0))["height"].get<double>();
-    const auto about = [&](const std::string& op, const std::string& shape, double above) {
-        return ask(ground, R"({"op":")" + op + R"(","shape":)" + shape + R"(,"position":[50,60,)" +
-                               Json(z + above).dump() +
-                               R"(],"rotation":[0.8,0.6,0,0],"to":[70,60,)" +
-                               Json(z - 2000.0).dump() + "]}");
-    };
-    for (const double above : {-0.2, 4.0, 400.0}) {
-        for (const std::string& shape : same) {
-            SCOPED_TRACE(shape + " " + std::to_string(above));
-            for (const char* op : {"test", "find", "distance", "pseudodistance", "cast"}) {
-                const Json expected = about(op, box, above);
-                const Json answer = about(op, shape, above);
-                ASSERT_EQ(answer["status"], expected["status"]) << op << answer;
-                if (expected.contains("hit")) {
-                    EXPECT_EQ(answer["hit"], expected["hit"]) << op;
-                }
-                if (expected.contains("distance") && above > 0.0) {
-                    EXPECT_NEAR(answer["distance"].get<double>(),
-                                expected["distance"].get<double>(), 1e-9)
-                        << op;
-                }
-                if (expected.contains("contacts")) {
-                    EXPECT_EQ(answer["contacts"].empty(), expected["contacts"].empty()) << op;
-                }
-                if (expected.contains("fraction")) {
-                    EXPECT_NEAR(answer["fraction"].get<double>() * 2000.0,
-                                expected["fraction"].get<double>() * 2000.0, 2e-3);
-                }
-            }
-        }
-    }
-}
-
-TEST(AnswerQuery, CastsAShapeDownToItsFirstTouch) {
-    QueryGround ground = make_ground();
-    const Json cast = ask(ground, sphere_over(ground, "cast", 500.0, R"(,"to":[50,60,-2000])"));
-    ASSERT_EQ(cast["status"], "ok") << cast;
-    EXPECT_EQ(cast["hit"], true);
-    EXPECT_GT(cast["normal"][2].get<double>(), 0.0);
-    ASSERT_FALSE(cast["contacts"].empty());
-    const Json start = Json::parse(sphere_over(ground, "cast", 500.0, ""));
-    Json touching{{"op", "distance"}, {"shape", start["shape"]}, {"position", start["position"]}};
-    const double z = start["position"][2].get<double>();
-    touching["position"][2] = z + cast["fraction"].get<double>() * (-2000.0 - z);
-    const double gap = ask(ground, touching.dump())["distance"].get<double>();
-    EXPECT_GE(gap, -1e-9);
-    EXPECT_LE(gap, 1e-4 + 1e-9);
 }
 
 }  // namespace query_answers_test
@@ -220,58 +101,20 @@ std::string question(const std::string& op, const std::string& shape, double x,
            more + "}";
 }
 
-// Every shape here extends to x = 0.5 or -0.5.
-TEST(PairAnswers, AreKnownForAllPairsBesideEachOther) {
-    const std::vector<std::string> shapes{kSphere, kCapsule, kBox, kHull, kCompound};
-    for (const std::string& shape : shapes) {
-        for (const std::string& other : shapes) {
-            SCOPED_TRACE(shape + " beside " + other);
-            for (const double gap : {0.25, -0.125}) {
-                const double x = 1.0 + gap;
-                const std::string where =
-                    shape == kCompound ? kBox : shape;  // its sphere is beyond
-                const Json distance = ask(question("distance", where, x, other));
-                ASSERT_EQ(distance["status"], "ok") << distance;
-                EXPECT_EQ(distance["id"], 3);
-                EXPECT_NEAR(distance["distance"].get<double>(), gap, 1e-12);
-                EXPECT_NEAR(distance["normal"][0].get<double>(), 1.0, 1e-12);
-                EXPECT_NEAR(distance["point"][0].get<double>(), 0.5 + gap, 1e-12);
-                EXPECT_NEAR(distance["other_point"][0].get<double>(), 0.5, 1e-12);
-                EXPECT_EQ(ask(question("test", where, x, other))["hit"], gap < 0.0);
-                const Json pseudo = ask(question("pseudodistance", where, x, other));
-                EXPECT_EQ(pseudo["distance"].get<double>() < 0.0, gap < 0.0);
-                const Json find = ask(question("find", where, x, other));
-                EXPECT_EQ(find["hit"], gap < 0.0);
-                EXPECT_EQ(find["contacts"].empty(), gap > 0.0);
-                if (gap > 0.0) continue;
-                const Json& contact = find["contacts"][0];
-                EXPECT_NEAR(contact["depth"].get<double>(), -gap, 1e-12);
-                EXPECT_NEAR(contact["normal"][0].get<double>(), 1.0, 1e-12);
-                EXPECT_TRUE(contact.contains("feature"));
-                EXPECT_EQ(contact["other_part"], 0);
-            }
-        }
-    }
-}
-
 TEST(PairAnswers, CastBothWaysMeetHalfWay) {
-    const std::vector<std::string> shapes{kSphere, kCapsule, kBox, kHull, kCompound};
-    for (const std::string& shape : shapes) {
-        for (const std::string& other : shapes) {
-            SCOPED_TRACE(shape + " to " + other);
-            // From 21 m apart, 20 m between the sides; each goes 20 m.
-            const std::string line =
-                R"({"op":"cast","shape":)" + shape + R"(,"position":[0,0,21],"to":[0,0,1],)" +
-                R"("other":{"shape":)" + other + R"(,"position":[0,0,0],"to":[0,0,20]}})";
-            const Json cast = ask(line);
-            ASSERT_EQ(cast["status"], "ok") << cast;
-            EXPECT_EQ(cast["hit"], true);
-            const double sides =
-                (shape == kCapsule ? 0.75 : 0.5) + (other == kCapsule ? 0.75 : 0.5);
-            EXPECT_NEAR(cast["fraction"].get<double>(), (21.0 - sides) / 40.0, 1e-5);
-            EXPECT_NEAR(cast["normal"][2].get<double>(), 1.0, 1e-9);
-            EXPECT_FALSE(cast["contacts"].empty());
-        }
+    for (const std::string& shape : {kSphere, kCapsule, kHull, kCompound}) {
+        SCOPED_TRACE(shape);
+        // From 21 m apart, 20 m between the sides; each goes 20 m.
+        const std::string line = R"({"op":"cast","shape":)" + shape +
+                                 R"(,"position":[0,0,21],"to":[0,0,1],)" + R"("other":{"shape":)" +
+                                 kBox + R"(,"position":[0,0,0],"to":[0,0,20]}})";
+        const Json cast = ask(line);
+        ASSERT_EQ(cast["status"], "ok") << cast;
+        EXPECT_EQ(cast["hit"], true);
+        const double sides = shape == kCapsule ? 1.25 : 1.0;
+        EXPECT_NEAR(cast["fraction"].get<double>(), (21.0 - sides) / 40.0, 1e-5);
+        EXPECT_NEAR(cast["normal"][2].get<double>(), 1.0, 1e-9);
+        EXPECT_FALSE(cast["contacts"].empty());
     }
     const Json miss = ask(question("cast", kBox, 3.0, kCompound, R"(,"to":[3,0,9])"));
     EXPECT_EQ(miss["status"], "miss");

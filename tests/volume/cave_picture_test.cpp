@@ -3,6 +3,7 @@
 // Pictures of volumes: no gap shows the sky, and vertices on the heightfield have the bits of the heightfield's.
 #include "render/render_scene.h"
 #include "support/grounds.h"
+#include "support/random.h"
 #include "terrain/volume_draws.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -39,7 +40,7 @@ std::shared_ptr<const VolumeHeights> closed_tunnel(double extra_z = 0.0) {
         .value();
 }
 
-class CavePicture : public test::GlTest {};
+class CavePicture : public test::PictureTest<kWidth, kHeight> {};
 
 /// Pixels of a sky that is magenta.
 int count_sky(const Image& image) {
@@ -55,22 +56,22 @@ int count_sky(const Image& image) {
 // From inside a closed tunnel every direction meets a wall, at every level of detail and on every border of chunks.
 TEST_F(CavePicture, ShowsNoSkyThroughAGap) {
     const auto source = closed_tunnel();
-    RendererSettings settings{.sample_count = 1};
-    settings.horizon_colour = settings.zenith_colour = {1.0f, 0.0f, 1.0f};
-    settings.haze_distance = std::numeric_limits<double>::infinity();
-    settings.sun_direction = {0.0, 0.0, -1.0};  // its glow is not in the sky
-    TerrainRenderer renderer =
-        TerrainRenderer::create(*context_, kWidth, kHeight, settings).value();
+    TerrainRenderer renderer = make({.sun_direction = {0.0, 0.0, -1.0},  // no glow in the sky
+                                     .haze_distance = std::numeric_limits<double>::infinity(),
+                                     .sample_count = 1,
+                                     .horizon_colour = {1.0f, 0.0f, 1.0f},
+                                     .zenith_colour = {1.0f, 0.0f, 1.0f}});
     Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 400'000}).value();
     Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const double step = 0.01 * test::few_or_many(16, 8);
     int frame = 0, drawn = 0;
     for (std::size_t leg = 0; leg + 1 < std::size(kPath); ++leg) {
-        for (double t = 0.02; t < 1.0; t += 0.08) {
+        for (double t = 0.02; t < 1.0; t += step) {
             const WorldPos eye = kPath[leg] + t * (kPath[leg + 1] - kPath[leg]);
             const WorldPos ahead = eye + (kPath[leg + 1] - kPath[leg]).normalized() +
                                    Eigen::Vector3d(0.4 * std::sin(9.0 * t), 0.3 * std::cos(7.0 * t),
                                                    0.5 * std::sin(5.0 * t));
-            const View view = look_at(eye, ahead, 1.3, kWidth, kHeight).value();
+            const View view = view_from(eye, ahead, 1.3);
             CameraNeed camera{.view = view};
             pager.update({&camera, 1}, {}, 0.1 * frame);
             pager.finish();
@@ -83,7 +84,7 @@ TEST_F(CavePicture, ShowsNoSkyThroughAGap) {
     }
     EXPECT_EQ(drawn, frame);
     // the count itself: a view of the sky
-    const View up = look_at({0.0, 0.0, 500.0}, {0.0, 1.0, 600.0}, 1.0, kWidth, kHeight).value();
+    const View up = view_from({0.0, 0.0, 500.0}, {0.0, 1.0, 600.0});
     ASSERT_TRUE(renderer.draw(triangulator.update(pager.resident(), up), up));
     EXPECT_EQ(count_sky(renderer.read()), kWidth * kHeight);
 }
@@ -102,9 +103,7 @@ TEST(SolidVertices, OnSamplesHaveNoOffset) {
                 kept.insert(triangle.begin(), triangle.end());
             for (const std::uint32_t i : kept) {
                 const internal::SolidVertex& v = vertices[i];
-                EXPECT_EQ(v.offset[0], 0.0f);
-                EXPECT_EQ(v.offset[1], 0.0f);
-                EXPECT_EQ(v.offset[2], 0.0f);
+                for (const float offset : v.offset) EXPECT_EQ(offset, 0.0f);
                 EXPECT_EQ(v.height, chunk->heights[sample_index(v.column, v.row)]);
                 ++on_samples;
             }

@@ -240,32 +240,26 @@ TEST(ContourError, OfThinSlabsAndShortSegmentsIsNeverTooSmall) {
 TEST(ContourError, OfATunnelIsThatOfItsCurvature) {
     Lattice lattice{.finest_level = kFinest};
     const auto ground = std::make_shared<const WaveHeights>(lattice, 0.01, 200.0);
-    VolumeOperation tunnel{
-        .op = VolumeOp::remove,
-        .shape = VolumeTube{{{300.0, 450.0, -40.0}, {600.0, 450.0, -40.0}}, 10.0}};
-    tunnel.voxel = 1.0;
-    const auto volumes = Volumes::create(lattice, {&tunnel, 1}, {.level = kFinest}).value();
-    const auto source = VolumeHeights::create(ground, volumes).value();
-    const auto chunk = make_chunk(*source, kKey).value();
-    EXPECT_LT(chunk->solid->triangles().error_m, 0.1);
-    EXPECT_GT(chunk->solid->triangles().error_m, 0.02);
+    const auto solid_of = [&](const std::vector<VolumeOperation>& operations) {
+        const auto volumes = Volumes::create(lattice, operations, {.level = kFinest}).value();
+        const auto source = VolumeHeights::create(ground, volumes).value();
+        return make_chunk(*source, kKey).value()->solid;
+    };
+    const VolumeOperation tunnel =
+        place(VolumeTube{{{300.0, 450.0, -40.0}, {600.0, 450.0, -40.0}}, 10.0}, WorldPos::Zero());
+    const auto alone = solid_of({tunnel});
+    EXPECT_LT(alone->triangles().error_m, 0.1);
+    EXPECT_GT(alone->triangles().error_m, 0.02);
     // The mouth of a shaft has the error of tetrahedra, the tunnel below it what it had.
-    VolumeOperation shaft{.op = VolumeOp::remove,
-                          .shape = VolumeCapsule{6.0, 20.0},
-                          .world_from_shape = {.translation = {400.0, 450.0, -15.0}},
-                          .voxel = 1.0};
-    const std::vector<VolumeOperation> both{tunnel, shaft};
-    const auto joined =
-        VolumeHeights::create(ground, Volumes::create(lattice, both, {.level = kFinest}).value())
-            .value();
-    const auto with_shaft = make_chunk(*joined, kKey).value();
+    const auto with_shaft =
+        solid_of({tunnel, place(VolumeCapsule{6.0, 20.0}, {400.0, 450.0, -15.0})});
     double at_shaft = 0.0, beside = 0.0;
-    for (const SolidErrorBox& box : with_shaft->solid->triangles().error_boxes) {
+    for (const SolidErrorBox& box : with_shaft->triangles().error_boxes) {
         double& most = box.box_world.low.x() < 425.0 ? at_shaft : beside;
         most = std::max(most, box.error_m);
     }
     EXPECT_GT(at_shaft, 1.0);
-    EXPECT_EQ(beside, chunk->solid->triangles().error_m);
+    EXPECT_EQ(beside, alone->triangles().error_m);
 }
 
 }  // namespace terrane::contour_error_test

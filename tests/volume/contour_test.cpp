@@ -80,24 +80,6 @@ TEST(TileLevelSet, HasTheValuesOfOpenVdbsOwnComposition) {
     }
 }
 
-TEST(TileLevelSet, IsEmptyWhereOperationsCancel) {
-    const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
-    const VolumeOperation cave{.op = VolumeOp::remove, .shape = VolumeSphere{8.0}, .voxel = 1.0};
-    std::vector<VolumeOperation> operations = {cave, cave};
-    for (VolumeOperation& operation : operations)
-        operation.world_from_shape.translation = {16.0, 16.0, 0.0};
-    operations[1].op = VolumeOp::add;
-    operations[1].shape.emplace<VolumeSphere>(VolumeSphere{14.0});
-    const auto tile_of = [&](std::size_t count) {
-        const Volumes volumes = Volumes::create(world.lattice, {operations.data(), count}).value();
-        return VolumeTile::create(volumes, {0, 0}, world.tile_heights({0, 0})).value();
-    };
-    // What was filled over holds no cave; what is left is the band of the filling.
-    EXPECT_GT(tile_of(2).distances(16, 16, 0).to_void, 2.9f);
-    EXPECT_LT(tile_of(2).distances(16, 16, 0).to_solid, -2.9f);
-    EXPECT_GT(tile_of(1).band_node_count(), 1000u);
-}
-
 TEST(TileLevelSet, IsNoLargerAfterManyDigsInOnePlace) {
     const VolumeWorld world = VolumeWorld::make(1, 1.0, [](int, int) { return 0.0; });
     VolumeOperation dig{.op = VolumeOp::remove,
@@ -229,14 +211,6 @@ TEST(Contour, LeavesAloneWhatItDoesNotReach) {
                     .empty());
 }
 
-TEST(Contour, LaterOperationsPrevail) {
-    const VolumeWorld world = flat_world();
-    const auto cave = place(VolumeOp::remove, VolumeSphere{12.0}, {64.0, 64.0, 20.0});
-    const auto fill = place(VolumeOp::add, VolumeSphere{15.0}, {64.0, 64.0, 20.0});
-    EXPECT_EQ(Joined(world, {cave, fill}).mesh.triangles.size(), 2u * 128u * 128u);
-    EXPECT_GT(Joined(world, {fill, cave}).mesh.triangles.size(), 2u * 128u * 128u + 1000u);
-}
-
 TEST(Contour, IsAsAccurateTenThousandKilometresOut) {
     VolumeWorld world = flat_world();
     world.lattice.origin_x = 1e7;
@@ -298,41 +272,6 @@ TEST(VolumeTile, RefusesWhatIsNotItsTile) {
               "tile (0, -1) is not of the world");
     EXPECT_EQ(VolumeTile::create(volumes, {0, 0}, {heights.data(), 5}).error().message,
               "tile (0, 0) has 33 * 33 heights, got 5");
-}
-
-TEST(VolumeTile, HasTheValuesOfItsNeighboursAtSharedNodes) {
-    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-        const RandomScene scene(seed);
-        const Volumes volumes = Volumes::create(scene.world.lattice, scene.operations).value();
-        const auto west =
-            VolumeTile::create(volumes, {3, 1}, scene.world.tile_heights({3, 1})).value();
-        const auto east =
-            VolumeTile::create(volumes, {4, 1}, scene.world.tile_heights({4, 1})).value();
-        const int middle = static_cast<int>(scene.operations[0].world_from_shape.translation.z() /
-                                            volumes.spacing());
-        for (int row = 0; row < kVolumeTileSamples; ++row) {
-            for (int k = middle - 40; k < middle + 40; ++k) {
-                const auto a = west.distances(32, row, k), b = east.distances(0, row, k);
-                ASSERT_EQ(a.to_void, b.to_void) << "seed " << seed;
-                ASSERT_EQ(a.to_solid, b.to_solid) << "seed " << seed;
-                ASSERT_EQ(west.position(32, row, k), east.position(0, row, k));
-            }
-        }
-    }
-}
-
-TEST(VolumeTile, AppliesADigAsIfItHadBeenInTheList) {
-    const VolumeWorld world = flat_world();
-    const std::vector<VolumeOperation> both = {
-        place(VolumeOp::remove, VolumeSphere{9.0}, {60, 60, 40}),
-        place(VolumeOp::add, VolumeBox{{4, 4, 9}}, {63, 62, 37})};
-    const Volumes all = Volumes::create(world.lattice, both).value();
-    const Volumes first = Volumes::create(world.lattice, {both.data(), 1}).value();
-    const auto whole = VolumeTile::create(all, {1, 1}, world.tile_heights({1, 1})).value();
-    auto dug = VolumeTile::create(first, {1, 1}, world.tile_heights({1, 1})).value();
-    dug.apply(PlacedVolume::create(world.lattice, 0, both[1]).value());
-    EXPECT_EQ(whole.contour().positions_world, dug.contour().positions_world);
-    EXPECT_EQ(whole.contour().triangles, dug.contour().triangles);
 }
 
 std::uint64_t hash_of(const VolumeContour& contour) {

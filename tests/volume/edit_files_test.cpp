@@ -4,15 +4,30 @@
 #include "volume/edited_world.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 
 namespace terrane::edit_files_test {
 
 using namespace test;
+
+Result<VolumeEditor> open(EditedWorld& world, const DigFolder& folder) {
+    return VolumeEditor::create(world.source, {.worker_count = 0, .folder = folder.path()});
+}
+
+/// A new world with the digs of a folder, all of it loaded.
+struct Reopened {
+    EditedWorld world;
+    VolumeEditor editor;
+    WholePager pager;
+
+    explicit Reopened(const DigFolder& folder)
+        : editor(open(world, folder).value()), pager(whole_world(world.source, 0)) {
+        settle(pager);
+        EXPECT_EQ(pager.stats().failed, 0u) << pager.last_failure();
+    }
+};
 
 /// Digs and fills in a folder, in force in a pager, and saved.
 struct SavedWorld {
@@ -22,7 +37,7 @@ struct SavedWorld {
     std::shared_ptr<const ResidentSet> set;
 
     explicit SavedWorld(int count = 30, std::uint64_t seed = 9) {
-        VolumeEditor editor = open(world).value();
+        VolumeEditor editor = open(world, folder).value();
         WholePager pager = whole_world(world.source, 0);
         settle(pager);
         Random random(seed);
@@ -36,20 +51,11 @@ struct SavedWorld {
         const auto saved = editor.save();
         EXPECT_TRUE(saved) << saved.error().message;
     }
-    Result<VolumeEditor> open(EditedWorld& of) const {
-        return VolumeEditor::create(of.source, {.worker_count = 0, .folder = folder.path()});
-    }
     /// Opens the folder for a new world and compares what a pager loads from it.
     VolumeEditorStats compare() const {
-        EditedWorld again;
-        auto editor = open(again);
-        EXPECT_TRUE(editor) << editor.error().message;
-        if (!editor) return {};
-        WholePager pager = whole_world(again.source, 0);
-        settle(pager);
-        EXPECT_EQ(pager.stats().failed, 0u) << pager.last_failure();
-        EXPECT_EQ(difference(*pager.resident(), *set), "");
-        return editor->stats();
+        const Reopened again(folder);
+        EXPECT_EQ(difference(*again.pager.resident(), *set), "");
+        return again.editor.stats();
     }
 };
 
@@ -70,7 +76,7 @@ TEST(EditFiles, OfAnEarlierPositionHaveTheLaterEditsApplied) {
     SavedWorld saved;
     {
         // Elsewhere and not loaded: the chunks' files stay as they are.
-        auto editor = saved.open(saved.world).value();
+        auto editor = open(saved.world, saved.folder).value();
         Random random(10);
         for (int i = 0; i < 10; ++i) {
             saved.edits.push_back(random_edit(random, *saved.world.hills));
@@ -81,19 +87,16 @@ TEST(EditFiles, OfAnEarlierPositionHaveTheLaterEditsApplied) {
         EXPECT_EQ(editor.update(), 41u);
         ASSERT_TRUE(editor.save());
     }
-    EditedWorld again;
-    auto editor = saved.open(again).value();
-    WholePager pager = whole_world(again.source, 0);
-    settle(pager);
-    EXPECT_EQ(difference(*pager.resident(), again.volumes_with(saved.edits)), "");
-    EXPECT_EQ(editor.stats().files_read, saved.folder.chunk_files().size());
-    EXPECT_EQ(editor.stats().files_refused, 0u);
+    const Reopened again(saved.folder);
+    EXPECT_EQ(difference(*again.pager.resident(), again.world.volumes_with(saved.edits)), "");
+    EXPECT_EQ(again.editor.stats().files_read, saved.folder.chunk_files().size());
+    EXPECT_EQ(again.editor.stats().files_refused, 0u);
 }
 
 TEST(EditFiles, WithAnEditThatWasUndoneAreNotUsed) {
     SavedWorld saved;
     {
-        auto editor = saved.open(saved.world).value();
+        auto editor = open(saved.world, saved.folder).value();
         for (int i = 0; i < 5; ++i) {
             ASSERT_TRUE(editor.undo());
             saved.edits.pop_back();
@@ -101,77 +104,75 @@ TEST(EditFiles, WithAnEditThatWasUndoneAreNotUsed) {
         editor.update();
         ASSERT_TRUE(editor.save());
     }
-    EditedWorld again;
-    auto editor = saved.open(again).value();
-    WholePager pager = whole_world(again.source, 0);
-    settle(pager);
-    EXPECT_EQ(difference(*pager.resident(), again.volumes_with(saved.edits)), "");
+    Reopened again(saved.folder);
+    auto& [world, editor, pager] = again;
+    EXPECT_EQ(difference(*pager.resident(), world.volumes_with(saved.edits)), "");
     EXPECT_LT(editor.stats().files_read, saved.folder.chunk_files().size());
     // Undone to the beginning, over two sessions.
     for (std::size_t i = saved.edits.size(); i > 0; --i) ASSERT_TRUE(editor.undo());
     EXPECT_FALSE(editor.undo());
     editor.update(pager);
     settle(pager);
-    EXPECT_EQ(difference(*pager.resident(), again.volumes_with({})), "");
+    EXPECT_EQ(difference(*pager.resident(), world.volumes_with({})), "");
 }
 
 // Every byte of a chunk's file is covered: OpenVDB reads none of a file that was changed.
 TEST(EditFiles, ADamagedFileOfAChunkIsRefusedAndTheChunkMadeFromTheLog) {
     const SavedWorld saved(6);
     const std::string path = saved.folder.chunk_files().front();
-    const std::vector<char> good = read_bytes(path);
+    const std::vector<char> good = read_file(path);
     Random random(3);
-    for (int i = 0; i < few_or_many(20, 60); ++i) {
+    for (int i = 0; i < few_or_many(8, 60); ++i) {
         std::vector<char> bad = good;
         const auto at = static_cast<std::size_t>(random.below(static_cast<int>(good.size())));
         bad[at] = static_cast<char>(bad[at] ^ (1 << random.below(8)));
-        write_bytes(path, bad);
+        write_file(path, bad);
         EXPECT_EQ(saved.compare().files_refused, 1u) << "byte " << at << " of " << good.size();
     }
     for (const std::size_t length :
          {std::size_t{0}, std::size_t{71}, good.size() / 2, good.size() - 1}) {
-        write_bytes(path, {good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)});
+        write_file(path, {good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)});
         EXPECT_EQ(saved.compare().files_refused, 1u) << "cut to " << length;
     }
     // Whole files, but of another chunk, of another log, of a newer format.
-    write_bytes(path, read_bytes(saved.folder.chunk_files().back()));
+    write_file(path, read_file(saved.folder.chunk_files().back()));
     EXPECT_EQ(saved.compare().files_refused, 1u);
     SavedWorld other(6, 99);
-    write_bytes(path, read_bytes(other.folder.chunk_files().front()));
+    write_file(path, read_file(other.folder.chunk_files().front()));
     EXPECT_EQ(saved.compare().files_refused, 1u);
-    write_bytes(path, good);
+    write_file(path, good);
     EXPECT_EQ(saved.compare().files_refused, 0u);
 }
 
 TEST(EditFiles, ATornEndOfTheLogIsLeftOutAndOverwritten) {
     const SavedWorld saved(4);
-    const std::vector<char> good = read_bytes(saved.folder.log());
+    const std::vector<char> good = read_file(saved.folder.log());
     for (const std::size_t extra : {std::size_t{1}, std::size_t{11}, std::size_t{60}}) {
         std::vector<char> torn = good;
         torn.insert(torn.end(), good.begin() + 36,
                     good.begin() + 36 + static_cast<std::ptrdiff_t>(extra));
-        write_bytes(saved.folder.log(), torn);
+        write_file(saved.folder.log(), torn);
         EXPECT_EQ(saved.compare().torn_bytes, extra);
     }
     EditedWorld again;
-    auto editor = saved.open(again).value();
+    auto editor = open(again, saved.folder).value();
     EXPECT_EQ(apply(editor, saved.edits[0]), 5u);
     editor.update();
     ASSERT_TRUE(editor.save());
     EditedWorld third;
-    const VolumeEditorStats stats = saved.open(third).value().stats();
+    const VolumeEditorStats stats = open(third, saved.folder).value().stats();
     EXPECT_EQ(stats.torn_bytes, 0u);
     EXPECT_EQ(stats.in_force, 5u);
 }
 
 TEST(EditFiles, ADamagedOrForeignLogIsRefusedAndLeftAlone) {
     const SavedWorld saved(4);
-    const std::vector<char> good = read_bytes(saved.folder.log());
+    const std::vector<char> good = read_file(saved.folder.log());
     const auto refusal = [&](const std::vector<char>& bytes) {
-        write_bytes(saved.folder.log(), bytes);
+        write_file(saved.folder.log(), bytes);
         EditedWorld again;
-        const auto editor = saved.open(again);
-        EXPECT_EQ(read_bytes(saved.folder.log()), bytes);
+        const auto editor = open(again, saved.folder);
+        EXPECT_EQ(read_file(saved.folder.log()), bytes);
         return editor ? std::string() : editor.error().message;
     };
     // Each byte before the last record. The header has 36; a record has its length first, and 12 beside its content.
@@ -190,37 +191,18 @@ TEST(EditFiles, ADamagedOrForeignLogIsRefusedAndLeftAlone) {
     EXPECT_NE(refusal({'n', 'o'}).find("no log of digs"), std::string::npos);
     EXPECT_NE(refusal({}).find("no log of digs"), std::string::npos);
     // Of the same ground with other volumes.
-    write_bytes(saved.folder.log(), good);
+    write_file(saved.folder.log(), good);
     EditedWorld other(false);
-    const auto editor = saved.open(other);
+    const auto editor = open(other, saved.folder);
     ASSERT_FALSE(editor);
     EXPECT_NE(editor.error().message.find("other volumes"), std::string::npos);
 }
 
-class FullDisk {
-public:
-    explicit FullDisk(rlim_t most_bytes) {
-        getrlimit(RLIMIT_FSIZE, &limit_);
-        rlimit small = limit_;
-        small.rlim_cur = most_bytes;
-        old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-        setrlimit(RLIMIT_FSIZE, &small);
-    }
-    ~FullDisk() {
-        setrlimit(RLIMIT_FSIZE, &limit_);
-        std::signal(SIGXFSZ, old_handler_);
-    }
-
-private:
-    rlimit limit_{};
-    void (*old_handler_)(int) = nullptr;
-};
-
 TEST(EditFiles, AFullDiskLosesNothingAndLeavesNoPartOfAFile) {
     SavedWorld saved(4);
-    const std::vector<char> log = read_bytes(saved.folder.log());
-    const int file_count = saved.folder.file_count();
-    auto editor = saved.open(saved.world).value();
+    const std::vector<char> log = read_file(saved.folder.log());
+    const std::size_t file_count = saved.folder.file_count();
+    auto editor = open(saved.world, saved.folder).value();
     WholePager pager = whole_world(saved.world.source, 0);
     settle(pager);
     Random random(12);
@@ -236,14 +218,14 @@ TEST(EditFiles, AFullDiskLosesNothingAndLeavesNoPartOfAFile) {
         EXPECT_EQ(failed.error().code, ErrorCode::io);
         EXPECT_NE(failed.error().message.find("digs.log"), std::string::npos);
     }
-    EXPECT_EQ(read_bytes(saved.folder.log()), log);
+    EXPECT_EQ(read_file(saved.folder.log()), log);
     {
         const FullDisk full(3000);  // the log fits, no chunk does
         const auto failed = editor.save();
         ASSERT_FALSE(failed);
         EXPECT_NE(failed.error().message.find(".dig"), std::string::npos) << failed.error().message;
     }
-    EXPECT_GT(read_bytes(saved.folder.log()).size(), log.size());
+    EXPECT_GT(read_file(saved.folder.log()).size(), log.size());
     EXPECT_EQ(saved.folder.file_count(), file_count);
     settle(pager);
     saved.set = pager.resident();
@@ -255,16 +237,16 @@ TEST(EditFiles, AFullDiskLosesNothingAndLeavesNoPartOfAFile) {
 
 TEST(EditFiles, ALogThatAnotherProgramChangesIsNotOverwritten) {
     SavedWorld saved(2);
-    auto editor = saved.open(saved.world).value();
-    std::vector<char> bytes = read_bytes(saved.folder.log());
+    auto editor = open(saved.world, saved.folder).value();
+    std::vector<char> bytes = read_file(saved.folder.log());
     bytes.push_back('x');
-    write_bytes(saved.folder.log(), bytes);
+    write_file(saved.folder.log(), bytes);
     apply(editor, saved.edits[0]);
     editor.update();
     const auto failed = editor.save();
     ASSERT_FALSE(failed);
     EXPECT_NE(failed.error().message.find("another program"), std::string::npos);
-    EXPECT_EQ(read_bytes(saved.folder.log()), bytes);
+    EXPECT_EQ(read_file(saved.folder.log()), bytes);
 }
 
 }  // namespace terrane::edit_files_test

@@ -4,12 +4,8 @@
 #include <terrane/volume/volume_tile.h>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 namespace terrane::test {
 namespace {
@@ -125,39 +121,6 @@ std::string difference(const ResidentSet& a, const ResidentSet& b) {
         if (!found.empty()) return name_of(chunk->key) + ": " + found;
     }
     return {};
-}
-
-DigFolder::DigFolder() {
-    static std::atomic<int> next{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("terrane_digs_" + std::to_string(getpid()) + "_" + std::to_string(next++));
-    std::filesystem::create_directories(path_);
-}
-
-DigFolder::~DigFolder() { std::filesystem::remove_all(path_); }
-
-std::vector<std::string> DigFolder::chunk_files() const {
-    std::vector<std::string> paths;
-    for (const auto& entry : std::filesystem::directory_iterator(path_)) {
-        if (entry.path().extension() == ".dig") paths.push_back(entry.path().string());
-    }
-    std::ranges::sort(paths);
-    return paths;
-}
-
-int DigFolder::file_count() const {
-    return static_cast<int>(std::distance(std::filesystem::directory_iterator(path_),
-                                          std::filesystem::directory_iterator()));
-}
-
-std::vector<char> read_bytes(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-void write_bytes(const std::string& path, const std::vector<char>& bytes) {
-    std::ofstream out(path, std::ios::binary | std::ios::trunc);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace terrane::test

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "store/test_files.h"
 #include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/pager.h>
 #include <terrane/volume/volume_editor.h>
 
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,23 +57,11 @@ std::string difference(const ResidentSet& set, const Volumes& volumes);
 /// Where two sets' finest chunks differ.
 std::string difference(const ResidentSet& a, const ResidentSet& b);
 
-/// A folder of the test's own, removed at the end.
-class DigFolder {
-public:
-    DigFolder();
-    ~DigFolder();
-    std::string path() const { return path_.string(); }
-    std::string log() const { return (path_ / "digs.log").string(); }
+/// A folder of digs.
+struct DigFolder : TemporaryFolder {
+    std::string log() const { return file("digs.log"); }
     /// Paths of the chunks' files, sorted.
-    std::vector<std::string> chunk_files() const;
-    /// Of all files.
-    int file_count() const;
-
-private:
-    std::filesystem::path path_;
+    std::vector<std::string> chunk_files() const { return files_in(path(), ".dig"); }
 };
-
-std::vector<char> read_bytes(const std::string& path);
-void write_bytes(const std::string& path, const std::vector<char>& bytes);
 
 }  // namespace terrane::test

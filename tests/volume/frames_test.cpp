@@ -24,7 +24,7 @@ namespace terrane::scenes_test {
 
 using namespace test;
 
-const auto kScenes = static_cast<std::uint64_t>(few_or_many(100, 1000));
+const auto kScenes = static_cast<std::uint64_t>(few_or_many(40, 1000));
 constexpr int kPoints = 300;
 
 struct Scene {
@@ -297,7 +297,7 @@ double measure_joined(const FinestSurface& finest, const FrameMesh& shown, const
     return most;
 }
 
-int scene_count() { return test::few_or_many(15, 1000); }
+int scene_count() { return test::few_or_many(8, 1000); }
 
 TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
     int drawn = 0, with_caps = 0, replaced = 0, met = 0, frames = 0;

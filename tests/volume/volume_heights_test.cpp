@@ -31,9 +31,7 @@ std::shared_ptr<const HeightSource> hills() {
 }
 
 VolumeOperation tunnel(double from_x, double to_x, double y, double z, double radius = 4.0) {
-    return {.op = VolumeOp::remove,
-            .shape = VolumeTube{{{from_x, y, z}, {to_x, y, z}}, radius},
-            .voxel = 1.0};
+    return place(VolumeTube{{{from_x, y, z}, {to_x, y, z}}, radius}, WorldPos::Zero());
 }
 
 std::shared_ptr<const VolumeHeights> with_volumes(const std::vector<VolumeOperation>& operations) {
@@ -150,28 +148,12 @@ struct Scene {
     Volumes volumes;
 };
 
-VolumeOperation remove(const VolumeShape& shape, const WorldPos& place) {
-    VolumeOperation operation{.op = VolumeOp::remove,
-                              .shape = shape,
-                              .world_from_shape = {.translation = place},
-                              .voxel = 1.0};
-    return operation;
-}
-
 /// A tunnel along x through a hill, over the border of two chunks, with a hall, a shaft and an arch on the hill.
 std::vector<VolumeOperation> make_operations() {
-    std::vector<VolumeOperation> operations;
-    operations.push_back(
-        remove(VolumeTube{{{20.0, 64.0, 2.0}, {230.0, 70.0, 2.0}}, 5.0}, WorldPos::Zero()));
-    operations.push_back(remove(VolumeSphere{14.0}, {128.0, 67.0, 4.0}));
-    operations.push_back(remove(VolumeCapsule{4.0, 30.0}, {60.0, 65.0, 30.0}));
-    VolumeOperation arch{
-        .op = VolumeOp::add,
-        .shape = VolumeSphere{6.0},
-        .world_from_shape = {.translation = {90.0, 100.0, hill(90.0, 100.0) + 2.0}},
-        .voxel = 1.0};
-    operations.push_back(arch);
-    return operations;
+    return {place(VolumeTube{{{20.0, 64.0, 2.0}, {230.0, 70.0, 2.0}}, 5.0}, WorldPos::Zero()),
+            place(VolumeSphere{14.0}, {128.0, 67.0, 4.0}),
+            place(VolumeCapsule{4.0, 30.0}, {60.0, 65.0, 30.0}),
+            place(VolumeOp::add, VolumeSphere{6.0}, {90.0, 100.0, hill(90.0, 100.0) + 2.0})};
 }
 
 Scene make_scene() {
@@ -260,7 +242,7 @@ TEST(ChunkSolid, NothingSlipsThroughTheSeamWithTheHeightfield) {
     lattice.root_count_x = lattice.root_count_y = settings.roots;
     const auto rough = [](double x, double y) { return std::sin(0.7 * x) + std::cos(0.9 * y); };
     // Over the border of two chunks.
-    VolumeOperation dig = remove(VolumeSphere{3.0}, {123456.7 + 38.4, 19.2, 0.5});
+    VolumeOperation dig = place(VolumeSphere{3.0}, {123456.7 + 38.4, 19.2, 0.5});
     dig.voxel = settings.spacing;
     const Volumes volumes = Volumes::create(lattice, std::vector{dig}).value();
     std::vector<std::shared_ptr<const SolidSurface>> solids;
@@ -360,17 +342,13 @@ TEST(ChunkSolid, OfAChunkWithoutVolumesIsNull) {
 
 namespace terrane::volume_scatter_test {
 
+using test::place;
+
 // One root of 256 m, 1 m spacing: two by two chunks of the finest level.
 Lattice small_lattice() { return Lattice{.finest_level = 1}; }
 
 std::shared_ptr<const HeightSource> hills(double amplitude) {
     return std::make_shared<const test::WaveHeights>(small_lattice(), amplitude, 150.0);
-}
-
-VolumeOperation operation(VolumeOp op, const VolumeShape& shape, const WorldPos& place) {
-    VolumeOperation made{
-        .op = op, .shape = shape, .world_from_shape = {.translation = place}, .voxel = 1.0};
-    return made;
 }
 
 std::shared_ptr<const VolumeHeights> with_volumes(const std::shared_ptr<const HeightSource>& ground,
@@ -384,12 +362,12 @@ std::vector<VolumeOperation> make_operations(const HeightSource& ground) {
     const auto at = [&](double x, double y, double above) {
         return WorldPos(x, y, ground.height(x, y) + above);
     };
-    return {operation(VolumeOp::remove, VolumeSphere{12.0}, at(60.0, 70.0, 2.0)),
-            operation(VolumeOp::remove, VolumeTube{{{0.0, 0.0, 0.0}, {100.0, 20.0, 0.0}}, 5.0},
-                      at(90.0, 120.0, 0.0)),
-            operation(VolumeOp::add, VolumeSphere{15.0}, at(200.0, 60.0, -5.0)),
-            operation(VolumeOp::add, VolumeBox{{20.0, 20.0, 2.0}}, at(60.0, 200.0, 40.0)),
-            operation(VolumeOp::remove, VolumeSphere{15.0}, at(200.0, 200.0, -60.0))};
+    return {place(VolumeOp::remove, VolumeSphere{12.0}, at(60.0, 70.0, 2.0)),
+            place(VolumeOp::remove, VolumeTube{{{0.0, 0.0, 0.0}, {100.0, 20.0, 0.0}}, 5.0},
+                  at(90.0, 120.0, 0.0)),
+            place(VolumeOp::add, VolumeSphere{15.0}, at(200.0, 60.0, -5.0)),
+            place(VolumeOp::add, VolumeBox{{20.0, 20.0, 2.0}}, at(60.0, 200.0, 40.0)),
+            place(VolumeOp::remove, VolumeSphere{15.0}, at(200.0, 200.0, -60.0))};
 }
 
 std::vector<ScatterPoint> all_objects(const std::shared_ptr<const HeightSource>& source) {
@@ -413,9 +391,9 @@ public:
     bool is_cell_replaced(const WorldPos& p) {
         const int column = static_cast<int>(std::floor(p.x()));
         const int row = static_cast<int>(std::floor(p.y()));
-        const std::array<int, 2> place = {column / kChunkCells, row / kChunkCells};
-        auto& chunk = chunks_[place];
-        if (!chunk) chunk = make_chunk(source_, {place[0], place[1], 1}).value();
+        const std::array<int, 2> square = {column / kChunkCells, row / kChunkCells};
+        auto& chunk = chunks_[square];
+        if (!chunk) chunk = make_chunk(source_, {square[0], square[1], 1}).value();
         if (!chunk->solid) return false;
         const std::size_t cell = cell_index(column % kChunkCells, row % kChunkCells);
         return chunk->solid->is_replaced(cell, false) || chunk->solid->is_replaced(cell, true);
@@ -467,7 +445,7 @@ TEST(ScatterOverVolumes, OnlyObjectsAtVolumesAreLeftOutAndTheOthersStayAsTheyWer
     EXPECT_GT(left_out, 300);
     EXPECT_LT(beside, left_out / 3) << "few objects beside an opening are left out";
     const auto far =
-        with_volumes(ground, {operation(VolumeOp::add, VolumeSphere{5.0}, {128.0, 128.0, 200.0})});
+        with_volumes(ground, {place(VolumeOp::add, VolumeSphere{5.0}, {128.0, 128.0, 200.0})});
     EXPECT_EQ(all_objects(far).size(), before.size()) << "a volume above stands on no ground";
 }
 

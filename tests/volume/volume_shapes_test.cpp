@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "level_set/sampled_shape.h"
+#include "store/test_files.h"
+#include "support/meshes.h"
 #include "volume/volume_scenes.h"
 
 #include <gtest/gtest.h>
@@ -9,11 +11,8 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <limits>
-#include <map>
-#include <random>
 #include <sstream>
 
 namespace terrane::shapes_test {
@@ -175,37 +174,19 @@ namespace terrane::mesh_volume_test {
 
 using namespace test;
 
-/// A sphere of radius 1: an octahedron, divided.
 VolumeMesh ball(int divisions, double radius) {
-    VolumeMesh mesh{
-        .points_shape = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
-        .triangles = {{0, 2, 4},
-                      {2, 1, 4},
-                      {1, 3, 4},
-                      {3, 0, 4},
-                      {2, 0, 5},
-                      {1, 2, 5},
-                      {3, 1, 5},
-                      {0, 3, 5}}};
-    for (int i = 0; i < divisions; ++i) {
-        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-        const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-            const auto [found, is_new] = middles.try_emplace(
-                std::minmax(a, b), static_cast<std::uint32_t>(mesh.points_shape.size()));
-            if (is_new)
-                mesh.points_shape.push_back(
-                    (mesh.points_shape[a] + mesh.points_shape[b]).normalized());
-            return found->second;
-        };
-        std::vector<std::array<std::uint32_t, 3>> finer;
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-            finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-        }
-        mesh.triangles = finer;
+    ShapeMesh sphere = make_sphere(radius, divisions);
+    return {std::move(sphere.vertices), std::move(sphere.triangles)};
+}
+
+/// The largest distance of a vertex, but for the heightfield's, from a sphere.
+double farthest_from_sphere(const JoinedMesh& mesh, const Eigen::Vector3d& centre, double radius) {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < mesh.keys.size(); ++i) {
+        if (mesh.keys[i].is_node()) continue;
+        worst = std::max(worst, std::abs((mesh.positions[i] - centre).norm() - radius));
     }
-    for (Eigen::Vector3d& p : mesh.points_shape) p *= radius;
-    return mesh;
+    return worst;
 }
 
 TEST(MeshVolume, IsWatertightAndNearItsMeshWhereverItIsTurned) {
@@ -214,20 +195,10 @@ TEST(MeshVolume, IsWatertightAndNearItsMeshWhereverItIsTurned) {
     for (const double z : {20.0, 38.0}) {
         auto operation = place(ball(5, 15.0), {63.3, 64.4, z});
         operation.world_from_shape.rotation = random.rotation();
-        const std::vector<VolumeOperation> list = {operation};
-        const Volumes volumes = Volumes::create(world.lattice, list).value();
-        const auto contours = contour_all(world, volumes);
-        const JoinedMesh mesh = join(world, volumes, contours);
+        const Volumes volumes = Volumes::create(world.lattice, {&operation, 1}).value();
+        const JoinedMesh mesh = join(world, volumes, contour_all(world, volumes));
         EXPECT_EQ(find_leak(world, mesh), "");
-        double worst = 0.0;
-        for (const VolumeContour& contour : contours) {
-            for (std::size_t i = 0; i < contour.keys.size(); ++i) {
-                if (contour.keys[i].is_node()) continue;
-                const Eigen::Vector3d p =
-                    contour.positions_world[i] - operation.world_from_shape.translation;
-                worst = std::max(worst, std::abs(p.norm() - 15.0));
-            }
-        }
+        const double worst = farthest_from_sphere(mesh, {63.3, 64.4, z}, 15.0);
         EXPECT_GT(worst, 0.0);
         EXPECT_LT(worst, 0.06);
     }
@@ -272,8 +243,8 @@ TEST(MeshVolume, RefusesMeshesThatBoundNoSolid) {
     EXPECT_NE(refusal(place(crossing, at)).find("the mesh crosses itself"), std::string::npos);
     EXPECT_EQ(refusal(place(VolumeMesh{}, at)), "a mesh must have 1 to 4194304 triangles, got 0");
     VolumeMesh missing = ball(0, 10.0);
-    missing.triangles[3][1] = 6;
-    EXPECT_EQ(refusal(place(missing, at)), "triangle 3 of a mesh names point 6 of 6");
+    missing.triangles[3][1] = 12;
+    EXPECT_EQ(refusal(place(missing, at)), "triangle 3 of a mesh names point 12 of 12");
     EXPECT_NE(refusal(place(ball(3, 0.4), at)).find("less than its voxel"), std::string::npos);
     EXPECT_NE(
         refusal(place(ball(3, 30.0), at), {.memory_bytes = 10'000}).find("more than memory_bytes"),
@@ -301,17 +272,10 @@ using namespace test;
 
 class VdbFile : public testing::Test {
 protected:
-    void SetUp() override {
-        openvdb::initialize();
-        std::random_device entropy;
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("terrane_volume_" + std::to_string(entropy()));
-        std::filesystem::create_directory(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
+    void SetUp() override { openvdb::initialize(); }
 
     std::string write(const openvdb::GridPtrVec& grids, const std::string& name = "a.vdb") {
-        const std::string path = (folder_ / name).string();
+        const std::string path = folder_.file(name);
         openvdb::io::File file(path);
         file.write(grids);
         file.close();
@@ -329,32 +293,25 @@ protected:
         return refusal(place(VolumeFile{path, grid}, {64.0, 64.0, 30.0}), settings);
     }
 
-    std::filesystem::path folder_;
+    TemporaryFolder folder_;
 };
 
 TEST_F(VdbFile, IsContouredNearItsSurface) {
     const VolumeWorld world = flat_world();
     for (const double voxel : {0.8, 1.0, 1.7}) {
         const std::string path = write({sphere(15.0, voxel)});
-        const std::vector<VolumeOperation> list = {
-            place(VolumeFile{path, "ball"}, {63.3, 64.4, 36.0})};
-        const Volumes volumes = Volumes::create(world.lattice, list).value();
+        const auto operation = place(VolumeFile{path, "ball"}, {63.3, 64.4, 36.0});
+        const Volumes volumes = Volumes::create(world.lattice, {&operation, 1}).value();
         const JoinedMesh mesh = join(world, volumes, contour_all(world, volumes));
         EXPECT_EQ(find_leak(world, mesh), "");
-        double worst = 0.0;
-        for (std::size_t i = 0; i < mesh.keys.size(); ++i) {
-            if (mesh.keys[i].is_node()) continue;
-            worst = std::max(
-                worst,
-                std::abs((mesh.positions[i] - Eigen::Vector3d(63.3, 64.4, 36.0)).norm() - 15.0));
-        }
-        EXPECT_LT(worst, 0.06 * voxel * voxel);
+        EXPECT_LT(mesh_volume_test::farthest_from_sphere(mesh, {63.3, 64.4, 36.0}, 15.0),
+                  0.06 * voxel * voxel);
     }
 }
 
 TEST_F(VdbFile, RefusesWhatIsNoLevelSetOfFloats) {
     EXPECT_EQ(refused(write({sphere(15.0, 1.0)})), "");
-    EXPECT_NE(refused((folder_ / "none.vdb").string()).find("cannot read"), std::string::npos);
+    EXPECT_NE(refused(folder_.file("none.vdb")).find("cannot read"), std::string::npos);
     EXPECT_NE(refused(write({sphere(15.0, 1.0)}), "other").find("none is called \"other\""),
               std::string::npos);
     EXPECT_NE(refused(write({sphere(15.0, 1.0), sphere(9.0, 1.0)})).find("has 2 grids"),
@@ -415,19 +372,18 @@ TEST_F(VdbFile, RefusesVoxelsAtTheEndsOfTheRangeOfIndices) {
 
 TEST_F(VdbFile, RefusesTruncatedAndForeignFiles) {
     const std::string path = write({sphere(15.0, 1.0)});
-    std::ifstream in(path, std::ios::binary);
-    const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
+    const std::vector<char> bytes = read_file(path);
     for (std::size_t part = 0; part < 40; ++part) {
-        const std::string cut = (folder_ / "cut.vdb").string();
-        std::ofstream(cut, std::ios::binary)
-            .write(bytes.data(), static_cast<std::streamsize>(bytes.size() * part / 40));
+        const std::string cut = folder_.file("cut.vdb");
+        write_file(cut, {bytes.begin(),
+                         bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * part / 40)});
         EXPECT_NE(refused(cut), "") << part;
         EXPECT_EQ(refused(cut).find('\n'), std::string::npos);
     }
-    const std::string foreign = (folder_ / "foreign.vdb").string();
+    const std::string foreign = folder_.file("foreign.vdb");
     std::ofstream(foreign) << "# not a file of OpenVDB\n" << std::string(5000, 'x');
     EXPECT_NE(refused(foreign).find("cannot read"), std::string::npos);
-    EXPECT_NE(refused(folder_.string()), "");
+    EXPECT_NE(refused(folder_.path()), "");
 }
 
 std::optional<internal::VdbOffsets> check_lengths(const std::string& bytes) {
@@ -441,8 +397,8 @@ TEST_F(VdbFile, RefusesLengthsThatDoNotFitInTheFile) {
     ball->insertMeta("author", openvdb::StringMetadata("somebody"));
     std::ostringstream of_stream(std::ios::binary);
     openvdb::io::Stream(of_stream).write(openvdb::GridCPtrVec{ball});
-    std::ifstream in(write({ball, sphere(9.0, 1.0)}), std::ios::binary);
-    const std::string of_file((std::istreambuf_iterator<char>(in)), {});
+    const std::vector<char> written = read_file(write({ball, sphere(9.0, 1.0)}));
+    const std::string of_file(written.begin(), written.end());
     EXPECT_EQ(check_lengths(of_stream.str()), internal::VdbOffsets::absent);
     EXPECT_EQ(check_lengths(of_file), internal::VdbOffsets::present);
     for (const std::string& bytes : {of_stream.str(), of_file}) {
@@ -460,7 +416,7 @@ TEST_F(VdbFile, RefusesLengthsThatDoNotFitInTheFile) {
             }
         }
         EXPECT_GT(lengths, 8);
-        const std::string path = (folder_ / "longer.vdb").string();
+        const std::string path = folder_.file("longer.vdb");
         std::string longer = bytes;
         longer[bytes.find("somebody") - 1] = '\x7f';
         std::ofstream(path, std::ios::binary) << longer;
@@ -479,7 +435,7 @@ TEST_F(VdbFile, RefusesLengthsThatDoNotFitInTheFile) {
 }
 
 TEST_F(VdbFile, ReadsWhatAStreamWrote) {
-    const std::string path = (folder_ / "stream.vdb").string();
+    const std::string path = folder_.file("stream.vdb");
     std::ofstream out(path, std::ios::binary);
     openvdb::io::Stream(out).write(openvdb::GridCPtrVec{sphere(15.0, 1.0)});
     out.close();

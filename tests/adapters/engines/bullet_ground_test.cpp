@@ -77,13 +77,10 @@ TEST(BulletGround, GivesARayTheNextSurfaceWhereBackFacesAreFiltered) {
 TEST(BulletGround, LetsABodySlideOverEdgesAndChunkBordersWithoutAKick) {
     for (const bool is_box : {true, false}) {
         BulletScene scene;
-        test::TableGroundSettings settings;
-        settings.roots = 2;
-        scene.set_ground(test::make_test_ground([](double, double) { return 0.0; }, settings));
+        scene.set_ground(test::make_test_ground([](double, double) { return 0.0; }, 1.0, 2));
         scene.ground_body.setFriction(0);
-        btRigidBody& body =
-            is_box ? scene.add_box(0.5, btVector3(110, btScalar(127.7), btScalar(0.5)))
-                   : scene.add_sphere(0.5, btVector3(110, btScalar(127.7), btScalar(0.5)));
+        const btVector3 start(110, btScalar(127.7), btScalar(0.5));
+        btRigidBody& body = is_box ? scene.add_box(0.5, start) : scene.add_sphere(0.5, start);
         body.setFriction(0);
         body.setLinearVelocity(btVector3(20, btScalar(0.4), 0));
         double most_up = 0.0, most_turn = 0.0;
@@ -158,10 +155,9 @@ TEST(BulletGround, PushesOutABodyThatIsUnderTheSurface) {
 }
 
 TEST(BulletGround, RestsAsNearTheOriginInAFrameTenThousandKilometresOut) {
-    test::TableGroundSettings settings;
-    settings.origin_x = 1e7, settings.origin_y = -1e7;
     BulletScene scene({.origin_world = WorldPos(1e7 + 64.0, -1e7 + 64.0, 0.0)});
-    scene.set_ground(test::make_test_ground([](double, double) { return 2.0; }, settings));
+    scene.set_ground(test::make_test_ground([](double, double) { return 2.0; },
+                                            {.origin_x = 1e7, .origin_y = -1e7}));
     btRigidBody& body = scene.add_box(0.5, btVector3(0, 0, btScalar(2.6)));
     for (int i = 0; i < 60; ++i) scene.step();
     EXPECT_NEAR(scene.clearance(body), 0.5, 0.01);
@@ -172,12 +168,10 @@ TEST(BulletGround, CarriesBodiesOnVolumes) {
     BulletScene scene;
     scene.set_ground(test::slab_ground());
     btRigidBody& sphere = scene.add_sphere(0.5, btVector3(40, 40, 7));
-    const btScalar corners[] = {btScalar(-0.5), btScalar(0.5)};
     auto hull = std::make_unique<btConvexHullShape>();
-    for (const btScalar x : corners) {
-        for (const btScalar y : corners) {
-            for (const btScalar z : corners) hull->addPoint(btVector3(x, y, z));
-        }
+    for (int i = 0; i < 8; ++i) {
+        const btVector3 corner(btScalar(i & 1), btScalar(i >> 1 & 1), btScalar(i >> 2));
+        hull->addPoint(corner - btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)));
     }
     btRigidBody& box = scene.add(std::move(hull), btVector3(36, 36, 7));
     btRigidBody& under = scene.add_sphere(0.5, btVector3(44, 44, 2));

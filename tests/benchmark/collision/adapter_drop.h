@@ -1,43 +1,36 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "benchmark/bench.h"
 #include "benchmark/collision/contact_workload.h"
-#include "benchmark/machine.h"
 #include "support/random.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 namespace terrane::bench {
 
-/// What an adapter benchmark drops: bodies of one kind, or of three in turns.
+/// What an adapter benchmark drops.
 struct AdapterDrop {
     std::vector<Shape> shapes;
-    std::vector<WorldPos> places;        ///< z is the height above the ground
+    std::vector<WorldPos> places;
     std::vector<Eigen::Vector3d> spins;  ///< rad/s
 };
 
 /// Bodies 8 m apart in the middle of a map, 1 to 3 m above the ground.
-inline AdapterDrop lay_out_drop(const ContactMap& map, std::string_view kind, std::size_t count) {
+inline AdapterDrop lay_out_adapter_drop(const ContactMap& map, const DropKind& kind,
+                                        std::size_t count) {
     test::Random random(3);
-    const std::vector<std::pair<std::string_view, Shape>> kinds{
-        {"sphere", Sphere{0.5}}, {"capsule", Capsule{0.4, 0.8}}, {"box", Box{{1.0, 2.0, 0.5}}}};
     AdapterDrop drop;
     const int row = 32;
     const double middle = 0.5 * map.width();
     for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t k = 0; k < kinds.size(); ++k) {
-            if (kind == "mixed" ? i % 3 == k : kind == kinds[k].first)
-                drop.shapes.push_back(kinds[k].second);
-        }
-        const auto column = static_cast<int>(i) % row - row / 2;
-        const auto line = static_cast<int>(i) / row - row / 2;
-        drop.places.emplace_back(middle + 8.0 * column, middle + 8.0 * line,
-                                 random.between(1.0, 3.0));
+        drop.shapes.push_back(kind.shapes[i % kind.shapes.size()]);
+        const double x = middle + 8.0 * (static_cast<int>(i) % row - row / 2);
+        const double y = middle + 8.0 * (static_cast<int>(i) / row - row / 2);
+        drop.places.emplace_back(x, y, map.ground.height(x, y).height + random.between(1.0, 3.0));
         drop.spins.push_back(2.0 * random.direction());
     }
     return drop;
@@ -46,7 +39,7 @@ inline AdapterDrop lay_out_drop(const ContactMap& map, std::string_view kind, st
 /// Steps two simulations in turns and prints their medians and the ratio ours / theirs; 1/60 s a step. The first
 /// second, of falling, is left out.
 template <class Ours, class Theirs>
-void compare_steps(const char* engine, std::string_view kind, std::size_t count, int steps,
+void compare_steps(const char* engine, const std::string& kind, std::size_t count, int steps,
                    Ours& ours, Theirs& theirs) {
     std::vector<double> our_ms, their_ms;
     for (int step = 0; step < steps; ++step) {
@@ -63,8 +56,7 @@ void compare_steps(const char* engine, std::string_view kind, std::size_t count,
     std::printf(
         "%s %5zu %-8s Terrane's shape %8.3f ms a step, %zu below; its height field %8.3f, %zu "
         "below; %.2f\n",
-        engine, count, std::string(kind).c_str(), mine, ours.below(), other, theirs.below(),
-        mine / other);
+        engine, count, kind.c_str(), mine, ours.below(), other, theirs.below(), mine / other);
 }
 
 }  // namespace terrane::bench

@@ -39,11 +39,7 @@ struct BodiesPeer::World {
 BodiesPeer::BodiesPeer(const test::HeightTable& table) : world_(std::make_unique<World>(table)) {}
 BodiesPeer::~BodiesPeer() = default;
 
-std::string BodiesPeer::name() {
-    return "Bullet " + std::to_string(btGetVersion() / 100) + "." +
-           std::to_string(btGetVersion() % 100) +
-           (sizeof(btScalar) == sizeof(double) ? " (double)" : " (single)");
-}
+std::string BodiesPeer::name() { return bullet_name(); }
 
 void BodiesPeer::add(const BodySettings& settings, const BodyState& state) {
     world_->shapes.push_back(make_bullet_shape(settings.shape));

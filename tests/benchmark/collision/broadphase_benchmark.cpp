@@ -11,8 +11,8 @@
 //
 // Exits with 1 if two of them find different numbers of touching pairs, or if the grid's operations a body differ by
 // over 2 % between counts.
+#include "benchmark/bench.h"
 #include "benchmark/collision/body_peers.h"
-#include "benchmark/machine.h"
 #include "support/random.h"
 
 #include <terrane/collision/broadphase.h>
@@ -21,8 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <string_view>
+#include <string>
 
 namespace terrane::bench {
 namespace {
@@ -114,7 +113,7 @@ Costs measure(BroadphaseKind kind, std::size_t count, int steps) {
     costs.narrow_ms = median(narrow);
     costs.step_ms = median(step);
     costs.mean_ms = mean(step);
-    costs.worst_ms = *std::max_element(step.begin(), step.end());
+    costs.worst_ms = quantile(step, 1.0);
     costs.candidates = broadphase->candidate_count();
     costs.operations_a_body = static_cast<double>(operations) / static_cast<double>(count);
     return costs;
@@ -134,8 +133,7 @@ void measure_peer(PeerBroadphase kind, const char* name, std::size_t count, int 
         step.push_back(whole.ms());
     }
     std::printf("%9zu  %-14s %9s %9s %9s %9.3f %9.3f %9.3f %10s %9zu\n", count, name, "", "", "",
-                median(step), mean(step), *std::max_element(step.begin(), step.end()), "",
-                touching_out);
+                median(step), mean(step), quantile(step, 1.0), "", touching_out);
 }
 #endif
 
@@ -143,7 +141,7 @@ struct Settings {
     bool is_quick = false;
     bool is_alone = false;
     std::size_t most = 1'000'000;
-    std::string_view only;
+    std::string only = {};
 };
 
 int run(const Settings& settings) {
@@ -204,22 +202,13 @@ int run(const Settings& settings) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    terrane::bench::Settings settings;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view flag = argv[i];
-        if (flag == "--quick") {
-            settings.is_quick = true;
-            settings.most = std::min<std::size_t>(settings.most, 10'000);
-        } else if (flag == "--alone") {
-            settings.is_alone = true;
-        } else if (flag == "--most" && i + 1 < argc) {
-            settings.most = static_cast<std::size_t>(std::strtoull(argv[++i], nullptr, 10));
-        } else if (flag == "--only" && i + 1 < argc) {
-            settings.only = argv[++i];
-        } else {
-            std::fprintf(stderr, "broadphase_benchmark: %s is not understood\n", argv[i]);
-            return 2;
-        }
-    }
-    return terrane::bench::run(settings);
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv,
+                        "broadphase_benchmark [--quick] [--alone] [--most COUNT] [--only KIND]");
+    Settings settings{.is_quick = arguments.has("--quick"), .is_alone = arguments.has("--alone")};
+    const double most = arguments.number("--most", 1.0, settings.is_quick ? 1e4 : 1e6);
+    settings.most = static_cast<std::size_t>(most);
+    settings.only = arguments.text("--only", "");
+    arguments.finish();
+    return run(settings);
 }

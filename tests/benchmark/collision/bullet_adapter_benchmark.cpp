@@ -45,8 +45,6 @@ public:
                     100, nullptr, shapes_.back().get(), inertia)));
             Pose pose;
             pose.translation = drop.places[i];
-            pose.translation.z() +=
-                map.ground.height(pose.translation.x(), pose.translation.y()).height;
             bodies_.back()->setWorldTransform(to_bullet(pose));
             bodies_.back()->setAngularVelocity(to_bullet(drop.spins[i]));
             bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
@@ -68,8 +66,7 @@ public:
         std::size_t count = 0;
         for (const auto& body : bodies_) {
             const btVector3 p = body->getWorldTransform().getOrigin();
-            const HeightAnswer at = map_.ground.height(double(p.x()), double(p.y()));
-            if (at.status == QueryStatus::ok && double(p.z()) < at.height) ++count;
+            if (map_.is_below({double(p.x()), double(p.y()), double(p.z())})) ++count;
         }
         return count;
     }
@@ -95,22 +92,24 @@ void measure(bool is_quick) {
     const ContactMap map = make_contact_map(is_quick ? 513 : 1025, 1.0);
     const std::size_t count = is_quick ? 20 : 1000;
     const int steps = is_quick ? 20 : 300;
-    const char* const name = sizeof(btScalar) == sizeof(double) ? "Bullet double" : "Bullet float";
-    for (const std::string_view kind : {"sphere", "capsule", "box", "mixed"}) {
-        const AdapterDrop drop = lay_out_drop(map, kind, count);
+    for (const DropKind& kind : drop_kinds()) {
+        const AdapterDrop drop = lay_out_adapter_drop(map, kind, count);
         BulletBodiesOnGround ours(map, drop, true, true), theirs(map, drop, false, false);
-        compare_steps(name, kind, count, steps, ours, theirs);
+        compare_steps(bullet_name().c_str(), kind.name, count, steps, ours, theirs);
     }
-    const AdapterDrop drop = lay_out_drop(map, "mixed", count);
+    const AdapterDrop drop = lay_out_adapter_drop(map, drop_kinds().back(), count);
     BulletBodiesOnGround ours(map, drop, true, false), theirs(map, drop, false, false);
     std::printf("by triangles alone, without BulletContacts:\n");
-    compare_steps(name, "mixed", count, steps, ours, theirs);
+    compare_steps(bullet_name().c_str(), "mixed", count, steps, ours, theirs);
 }
 
 }  // namespace
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    terrane::bench::measure(argc > 1 && std::string_view(argv[1]) == "--quick");
+    terrane::bench::Arguments arguments(argc, argv, "bullet_adapter_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
+    terrane::bench::measure(is_quick);
     return 0;
 }

@@ -5,6 +5,12 @@
 
 namespace terrane::bench {
 
+std::string bullet_name() {
+    return "Bullet " + std::to_string(btGetVersion() / 100) + "." +
+           std::to_string(btGetVersion() % 100) +
+           (sizeof(btScalar) == sizeof(double) ? " (double)" : " (single)");
+}
+
 btTransform to_bullet(const Pose& pose) {
     const Eigen::Matrix3d& r = pose.rotation;
     const auto at = [&](int row, int column) { return btScalar(r(row, column)); };

@@ -9,12 +9,16 @@
 #include <btBulletCollisionCommon.h>
 
 #include <memory>
+#include <string>
 
 namespace terrane::bench {
 
 inline btVector3 to_bullet(const Eigen::Vector3d& v) {
     return {btScalar(v.x()), btScalar(v.y()), btScalar(v.z())};
 }
+
+/// With version and precision.
+std::string bullet_name();
 
 btTransform to_bullet(const Pose& pose);
 

@@ -3,7 +3,7 @@
 // Bullet's own height field, with the diagonals of contacts as ours; rays with its accelerator. A pose is queried with
 // the algorithm that its world would run for the pair, kept between poses, with an empty manifold.
 #include "benchmark/collision/bullet_shapes.h"
-#include "benchmark/collision/contact_workload.h"
+#include "benchmark/collision/contact_engine.h"
 
 namespace terrane::bench {
 namespace {
@@ -16,31 +16,21 @@ public:
         ground_.setWorldTransform(surface_.place);
     }
 
-    std::string name() const override {
-        return "Bullet " + std::to_string(btGetVersion() / 100) + "." +
-               std::to_string(btGetVersion() % 100) +
-               (sizeof(btScalar) == sizeof(double) ? " (double)" : " (single)");
-    }
+    std::string name() const override { return bullet_name(); }
     // Its rays use another surface than its contacts: the diamonds are shifted by a cell.
     Cut cut_of_rays() const override {
         return [](int column, int row) { return !cut_to_north_east(column, row); };
     }
     Cut cut_of_contacts() const override { return cut_as_terrane; }
 
-    bool heights(std::span<const Ray>, std::span<double>) override { return false; }
-
-    bool rays(std::span<const Ray> rays, std::span<double> fractions_out) override {
+    double height(double x, double y) override {
         btTransform from = btTransform::getIdentity(), to = btTransform::getIdentity();
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            from.setOrigin(to_bullet(rays[i].from));
-            to.setOrigin(to_bullet(rays[i].to));
-            btCollisionWorld::ClosestRayResultCallback answer(from.getOrigin(), to.getOrigin());
-            btCollisionWorld::rayTestSingle(from, to, &ground_, &surface_.field,
-                                            ground_.getWorldTransform(), answer);
-            fractions_out[i] =
-                answer.hasHit() ? static_cast<double>(answer.m_closestHitFraction) : kNoHit;
-        }
-        return true;
+        from.setOrigin(to_bullet(WorldPos(x, y, kRayTop)));
+        to.setOrigin(to_bullet(WorldPos(x, y, kRayBottom)));
+        btCollisionWorld::ClosestRayResultCallback answer(from.getOrigin(), to.getOrigin());
+        btCollisionWorld::rayTestSingle(from, to, &ground_, &surface_.field,
+                                        ground_.getWorldTransform(), answer);
+        return kRayTop + static_cast<double>(answer.m_closestHitFraction) * (kRayBottom - kRayTop);
     }
 
     bool contacts(const Shape& shape, std::span<const Pose> poses, double /*margin*/,

@@ -2,7 +2,7 @@
 //
 // ODE's own height field. It is y up, and has the same diagonal in all cells: with its z to the south, from south-west
 // to north-east. Poses are converted to its frame before the timing.
-#include "benchmark/collision/contact_workload.h"
+#include "benchmark/collision/contact_engine.h"
 
 #include <ode/ode.h>
 
@@ -80,28 +80,14 @@ public:
         return [](int, int) { return true; };
     }
 
-    bool heights(std::span<const Ray>, std::span<double>) override { return false; }
-
-    bool rays(std::span<const Ray> rays, std::span<double> fractions_out) override {
-        // A slanted ray tests all cells of its bounding box: seconds for one of 500 m.
-        const auto is_vertical = [](const Ray& ray) {
-            return ray.from.x() == ray.to.x() && ray.from.y() == ray.to.y();
-        };
-        if (!std::all_of(rays.begin(), rays.end(), is_vertical)) return false;
-        const Geometry geometry(dCreateRay(nullptr, dReal(1.0)));
-        dGeomRaySetClosestHit(geometry.get(), 1);
+    double height(double x, double y) override {
+        const Geometry ray(dCreateRay(nullptr, dReal(kRayTop - kRayBottom)));
+        dGeomRaySetClosestHit(ray.get(), 1);
+        const std::array<dReal, 3> from = place(WorldPos(x, y, kRayTop));
+        dGeomRaySet(ray.get(), from[0], from[1], from[2], 0, -1, 0);
         dContactGeom contact;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            const Eigen::Vector3d displacement = rays[i].to - rays[i].from;
-            const double length = displacement.norm();
-            dGeomRaySetLength(geometry.get(), dReal(length));
-            const std::array<dReal, 3> from = place(rays[i].from);
-            dGeomRaySet(geometry.get(), from[0], from[1], from[2], dReal(displacement.x()),
-                        dReal(displacement.z()), dReal(-displacement.y()));
-            const int count = dCollide(geometry.get(), field_, 1, &contact, sizeof contact);
-            fractions_out[i] = count > 0 ? static_cast<double>(contact.depth) / length : kNoHit;
-        }
-        return true;
+        const int count = dCollide(ray.get(), field_, 1, &contact, sizeof contact);
+        return count > 0 ? kRayTop - static_cast<double>(contact.depth) : kRayBottom;
     }
 
     bool contacts(const Shape& shape, std::span<const Pose> poses, double /*margin*/,

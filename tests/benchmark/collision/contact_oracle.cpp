@@ -2,7 +2,7 @@
 //
 // Source: C. Ericson. Real-Time Collision Detection. 2005, sections 5.1 and 5.2 (closest points of
 //         segments, separating axes).
-#include "benchmark/collision/contact_workload.h"
+#include "benchmark/collision/contact_engine.h"
 #include "support/random.h"
 #include "world/solver/ground_contact_cache.h"
 
@@ -198,7 +198,86 @@ double find_touching_height(const ContactOracle& surface, const Shape& shape, Po
     return apart;
 }
 
+WorldPos random_place(test::Random& random, const ContactMap& map, double border) {
+    const double x = random.between(border, map.width() - border);
+    const double y = random.between(border, map.width() - border);
+    return {x, y, map.ground.height(x, y).height};
+}
+
+// The highest sample of the cells within a distance along both axes.
+double highest_near(const test::HeightTable& table, double x, double y, double distance) {
+    const auto first = [&](double p) {
+        return std::clamp(static_cast<int>(std::floor((p - distance) / table.spacing)), 0,
+                          table.columns - 1);
+    };
+    const auto last = [&](double p) {
+        return std::clamp(static_cast<int>(std::ceil((p + distance) / table.spacing)), 0,
+                          table.columns - 1);
+    };
+    float highest = table.at(first(x), first(y));
+    for (int row = first(y); row <= last(y); ++row) {
+        for (int column = first(x); column <= last(x); ++column) {
+            highest = std::max(highest, table.at(column, row));
+        }
+    }
+    return static_cast<double>(highest);
+}
+
 }  // namespace
+
+std::vector<Pose> make_poses(const ContactMap& map, std::size_t count, double highest,
+                             double border, std::uint64_t seed) {
+    test::Random random(seed);
+    std::vector<Pose> poses(count);
+    for (Pose& pose : poses) {
+        pose.translation = random_place(random, map, border);
+        pose.translation.z() += random.between(0.0, highest);
+        pose.rotation = random.rotation();
+    }
+    return poses;
+}
+
+std::vector<Pose> make_standing_poses(const ContactMap& map, std::size_t count, const Box& box,
+                                      std::uint64_t seed) {
+    constexpr double kDepth = 0.001;
+    const ContactOracle surface(map.table, cut_as_terrane);
+    const double border = box.half_extents.norm() + map.table.spacing;
+    test::Random random(seed);
+    std::vector<Pose> poses(count);
+    for (Pose& pose : poses) {
+        pose.translation = random_place(random, map, border);
+        pose.rotation = resting_rotation(surface, box, pose.translation,
+                                         random.between(0.0, 2.0 * std::numbers::pi));
+        pose.translation.z() += compute_lift(box, pose, map.ground).lift - kDepth;
+    }
+    return poses;
+}
+
+std::vector<Sweep> make_sweeps(const ContactMap& map, std::size_t count, const Shape& shape,
+                               double length, double highest, bool grazing, std::uint64_t seed) {
+    const double radius = bounding_radius(shape);
+    test::Random random(seed);
+    std::vector<Sweep> sweeps(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        Sweep& sweep = sweeps[i];
+        WorldPos& from = sweep.start.translation;
+        from = random_place(random, map, length + 5.0);
+        from.z() = highest_near(map.table, from.x(), from.y(), radius) + radius +
+                   random.between(0.05, highest);
+        sweep.start.rotation = random.rotation();
+        Eigen::Vector3d direction;
+        if (grazing && i % 2 == 1) {
+            const double angle = random.between(0.0, 2.0 * std::numbers::pi);
+            direction = {std::cos(angle), std::sin(angle), -random.between(0.0, 0.4)};
+            direction.normalize();
+        } else {
+            do direction = random.direction();
+            while (direction.z() > -0.05);
+        }
+        sweep.translation = length * direction;
+    }
+    return sweeps;
+}
 
 ShallowPoses make_shallow_poses(const ContactMap& map, Cut cut, const Shape& shape,
                                 std::size_t count, std::uint64_t seed) {
@@ -219,64 +298,6 @@ ShallowPoses make_shallow_poses(const ContactMap& map, Cut cut, const Shape& sha
         shallow.vertical_gaps.push_back(gap);
     }
     return shallow;
-}
-
-namespace {
-
-class TerraneEngine final : public ContactEngine {
-public:
-    explicit TerraneEngine(const Ground& ground) : ground_(ground) {}
-
-    std::string name() const override { return "Terrane"; }
-    Cut cut_of_rays() const override { return cut_as_terrane; }
-    Cut cut_of_contacts() const override { return cut_as_terrane; }
-
-    bool heights(std::span<const Ray> places, std::span<double> heights_out) override {
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            heights_out[i] = ground_.height(places[i].from.x(), places[i].from.y()).height;
-        }
-        return true;
-    }
-
-    bool rays(std::span<const Ray> rays, std::span<double> fractions_out) override {
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            const RayAnswer answer = ground_.ray(rays[i].from, rays[i].to);
-            fractions_out[i] = answer.status == QueryStatus::ok ? answer.fraction : kNoHit;
-        }
-        return true;
-    }
-
-    bool has_margin() const override { return true; }
-    bool contacts(const Shape& shape, std::span<const Pose> poses, double margin,
-                  std::span<int> counts_out) override {
-        std::array<Contact, 16> contacts;
-        for (std::size_t i = 0; i < poses.size(); ++i) {
-            const ContactAnswer answer = find_contacts(shape, poses[i], ground_, margin, contacts);
-            counts_out[i] = static_cast<int>(answer.count);
-        }
-        return true;
-    }
-
-    bool casts(const Shape& shape, std::span<const Sweep> sweeps,
-               std::span<double> fractions_out) override {
-        Motion motion;
-        for (std::size_t i = 0; i < sweeps.size(); ++i) {
-            motion.start = sweeps[i].start;
-            motion.translation = sweeps[i].translation;
-            const CastAnswer answer = cast(shape, motion, ground_);
-            fractions_out[i] = answer.hit ? answer.fraction : kNoHit;
-        }
-        return true;
-    }
-
-private:
-    Ground ground_;
-};
-
-}  // namespace
-
-std::unique_ptr<ContactEngine> make_terrane_engine(const Ground& ground) {
-    return std::make_unique<TerraneEngine>(ground);
 }
 
 }  // namespace terrane::bench

@@ -3,11 +3,11 @@
 
 #include "references/reference_maps.h"
 
-#include <terrane/collision/shapes.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/ground.h>
 
-#include <cstdint>
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,122 +15,34 @@
 
 namespace terrane::bench {
 
-struct Ray {
-    WorldPos from, to;
-};
+/// The contact surface of a source, resident everywhere at its finest level. Ends the program with a message where that
+/// fails.
+Ground load_ground(const std::shared_ptr<const HeightSource>& source);
 
-/// A translation of a shape.
-struct Sweep {
-    Pose start;
-    Eigen::Vector3d translation;
-};
-
-/// Whether a surface cuts a cell from its south-west to its north-east corner.
-using Cut = bool (*)(int column, int row);
-
-/// The fraction of a ray or a sweep without a hit.
-inline constexpr double kNoHit = 2.0;
-
-/// An engine under comparison. It holds the ground and runs many queries of a kind in one call, in order and without
-/// caching: what it keeps between poses of a body is cleared. A call returns false at once where the engine has no such
-/// query.
-class ContactEngine {
-public:
-    virtual ~ContactEngine() = default;
-
-    /// With version and precision.
-    virtual std::string name() const = 0;
-    /// The diagonals of the surfaces that its rays and its contacts use.
-    virtual Cut cut_of_rays() const = 0;
-    virtual Cut cut_of_contacts() const = 0;
-
-    virtual bool heights(std::span<const Ray> places, std::span<double> heights_out) = 0;
-    virtual bool rays(std::span<const Ray> rays, std::span<double> fractions_out) = 0;
-    /// Whether contacts() finds gaps up to the margin too, and not only overlaps.
-    virtual bool has_margin() const { return false; }
-    /// Points of the manifold; 0: apart.
-    ///
-    /// @param margin gap up to which contacts are wanted, metres; without effect in an engine without has_margin()
-    virtual bool contacts(const Shape& shape, std::span<const Pose> poses, double margin,
-                          std::span<int> counts_out) = 0;
-    virtual bool casts(const Shape& shape, std::span<const Sweep> sweeps,
-                       std::span<double> fractions_out) = 0;
-};
-
-inline bool cut_as_terrane(int column, int row) { return cut_to_north_east(column, row); }
-
-std::unique_ptr<ContactEngine> make_terrane_engine(const Ground& ground);
-
-/// The table must outlive the engine: samples of the contact surface, row 0 south, world (0, 0) in the south-west.
-/// Built only where the library is found.
-std::unique_ptr<ContactEngine> make_bullet_engine(const test::HeightTable& table);
-std::unique_ptr<ContactEngine> make_ode_engine(const test::HeightTable& table);
-
-/// The contact map, resident at its finest level, and the samples of its surface for the other engines: rounded to
-/// quanta, which floats hold exactly.
+/// Ground over a table, and the samples of its contact surface for other engines: rounded to quanta, which floats hold
+/// exactly. Row 0 south, world (0, 0) in the south-west.
 struct ContactMap {
     Ground ground;
     test::HeightTable table;
     double width() const { return table.spacing * (table.columns - 1); }
+    /// Whether a place is below the ground, or beside it.
+    bool is_below(const WorldPos& place) const;
 };
 
-/// A map of a square of `side` samples. The pager loads it inline. Ends the program with a message
-/// where that fails.
+/// Of the contact map: a square of `side` samples.
 ContactMap make_contact_map(int side, double spacing);
 
 /// The same of any table of as many columns as rows.
 ContactMap make_map(const test::HeightTable& heights);
 
-/// Vertical rays through the map.
-std::vector<Ray> make_vertical_rays(const ContactMap& map, std::size_t count, std::uint64_t seed);
-/// From 1.5 to 40 m above the ground, anywhere, `length` metres on, level or up to 9 degrees down.
-std::vector<Ray> make_grazing_rays(const ContactMap& map, std::size_t count, double length,
-                                   std::uint64_t seed);
-
-/// Random rotations, the centre 0 to `highest` above the ground and `border` or more from the edge.
-std::vector<Pose> make_poses(const ContactMap& map, std::size_t count, double highest,
-                             double border, std::uint64_t seed);
-/// Boxes aligned with the ground, 1 mm deep in it.
-std::vector<Pose> make_standing_poses(const ContactMap& map, std::size_t count, const Box& box,
-                                      std::uint64_t seed);
-
-/// Poses of a body that rests or lands, as a step finds them: on a surface, within the contact tolerance.
-struct ShallowPoses {
-    std::vector<Pose> poses;
-    /// Metres that each has to sink until it first touches; negative: to rise until it no longer does. The distance
-    /// along the normal is at most that.
-    std::vector<double> vertical_gaps;
-    double margin = 0.0;  ///< gap up to which a step searches contacts, metres: no gap is larger
+/// Shapes that are dropped, one after the other.
+struct DropKind {
+    std::string name;
+    std::vector<Shape> shapes;
 };
 
-/// Gaps and depths are even between the margin and the tolerance. Every second pose is at rest on the ground below, the
-/// others have random rotations.
-ShallowPoses make_shallow_poses(const ContactMap& map, Cut cut, const Shape& shape,
-                                std::size_t count, std::uint64_t seed);
-
-/// Sweeps of `length` that start clear: the ground within the bounding radius is below it by 5 cm to `highest`.
-/// Downward by 3 degrees or more; with `grazing`, every second one at most 22 degrees.
-std::vector<Sweep> make_sweeps(const ContactMap& map, std::size_t count, const Shape& shape,
-                               double length, double highest, bool grazing, std::uint64_t seed);
-
-/// The surface of a table, triangle by triangle, by brute force.
-class ContactOracle {
-public:
-    ContactOracle(const test::HeightTable& table, Cut is_cut_to_north_east)
-        : table_(table), is_cut_to_north_east_(is_cut_to_north_east) {}
-
-    /// Over a point inside the table, metres.
-    double height(double x, double y) const;
-
-    /// Penetration of a sphere, a capsule or a box into any triangle, metres: its radius less the core's distance, or
-    /// the least overlap over the axes of the separating axis theorem. Not positive: apart. With its centre above the
-    /// surface a shape overlaps the solid exactly where it overlaps a triangle.
-    double deepest(const Shape& shape, const Pose& pose) const;
-
-private:
-    const test::HeightTable& table_;
-    Cut is_cut_to_north_east_;
-};
+/// Spheres, capsules, boxes, and a mixture of them in turns: the shapes of `terrane drop`.
+std::array<DropKind, 4> drop_kinds();
 
 /// Bodies and where they start.
 struct BodyDrop {

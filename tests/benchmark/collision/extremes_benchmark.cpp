@@ -2,12 +2,11 @@
 //
 // The support vertex of a convex hull: time of a scan and of a climb against the number of vertices, and where they
 // cross. kClimbFrom of collision/shapes/polyhedron.h comes from here.
+#include "benchmark/bench.h"
 #include "collision/shapes/point_clouds.h"
-#include "lab/measure.h"
 #include "shapes/query_shapes.h"
 
 #include <cstdio>
-#include <cstring>
 #include <vector>
 
 namespace terrane {
@@ -79,5 +78,8 @@ int run(bool quick) {
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-    return terrane::run(argc > 1 && std::strcmp(argv[1], "--quick") == 0);
+    terrane::bench::Arguments arguments(argc, argv, "extremes_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
+    return terrane::run(is_quick);
 }

@@ -4,7 +4,7 @@
 // rough ground and on the contour of a cavity whose floor has the same form. One thread.
 //
 //   mesh_contact_benchmark [--quick] [--only SHAPE]
-#include "benchmark/machine.h"
+#include "benchmark/bench.h"
 #include "collision/ground/volume_ground.h"
 #include "support/random.h"
 
@@ -14,17 +14,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
-#include <string_view>
+#include <string>
 #include <vector>
 
 namespace terrane::bench {
 namespace {
 
 using test::Random;
-
-/// Processor time of this program, which other programs disturb least.
-double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Named {
     const char* name;
@@ -62,21 +58,21 @@ Times measure(const Place& place, const Shape& shape, int count, int steps) {
     }
     for (int i = 0; i < steps; ++i) world.step(place.ground, 1.0 / 60.0);
     Times times;
-    const double begin = seconds();
+    const Stopwatch stepping(Clock::thread);
     for (int i = 0; i < steps; ++i) world.step(place.ground, 1.0 / 60.0);
-    times.step_us = 1e6 * (seconds() - begin) / (steps * count);
+    times.step_us = 1e3 * stepping.ms() / (steps * count);
     std::array<Contact, 64> contacts;
     std::size_t found = 0;
-    const double from = seconds();
+    const Stopwatch asking(Clock::thread);
     for (const BodyState& state : world.states()) {
         found += find_contacts(shape, state.pose, place.ground, 0.005, contacts).count;
     }
-    times.query_us = 1e6 * (seconds() - from) / count;
+    times.query_us = 1e3 * asking.ms() / count;
     if (found == 0) std::printf("no contacts: the bodies are not where they should be\n");
     return times;
 }
 
-void run(bool is_quick, std::string_view only) {
+void run(bool is_quick, const std::string& only) {
     std::printf("%s\n", describe_machine().c_str());
     const auto rough = [](double x, double y) {
         return 60.0 + 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
@@ -103,13 +99,11 @@ void run(bool is_quick, std::string_view only) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    bool is_quick = false;
-    std::string_view only;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view flag = argv[i];
-        if (flag == "--quick") is_quick = true;
-        if (flag == "--only" && i + 1 < argc) only = argv[++i];
-    }
+    terrane::bench::Arguments arguments(argc, argv,
+                                        "mesh_contact_benchmark [--quick] [--only SHAPE]");
+    const bool is_quick = arguments.has("--quick");
+    const std::string only = arguments.text("--only", "");
+    arguments.finish();
     terrane::bench::run(is_quick, only);
     return 0;
 }

@@ -60,8 +60,7 @@ public:
             const dReal* const p = dBodyGetPosition(body);
             const WorldPos place = is_ours_ ? WorldPos(p[0], p[1], p[2])
                                             : WorldPos(p[0] + middle_, middle_ - p[2], p[1]);
-            const HeightAnswer at = map_.ground.height(place.x(), place.y());
-            if (at.status == QueryStatus::ok && place.z() < at.height) ++count;
+            if (map_.is_below(place)) ++count;
         }
         return count;
     }
@@ -96,8 +95,7 @@ private:
         dMassSetBoxTotal(&mass, 100, 1, 1, 1);
         dBodySetMass(body, &mass);
         dGeomSetBody(geom, body);
-        WorldPos p = drop.places[i];
-        p.z() += map_.ground.height(p.x(), p.y()).height;
+        const WorldPos& p = drop.places[i];
         const Eigen::Vector3d& w = drop.spins[i];
         if (is_ours_) {
             dBodySetPosition(body, real(p.x()), real(p.y()), real(p.z()));
@@ -141,10 +139,10 @@ void measure(bool is_quick) {
     const int our_class = adapters::OdeGround::make_class();
     const ContactMap map = make_contact_map(is_quick ? 513 : 1025, 1.0);
     const std::size_t count = is_quick ? 20 : 1000;
-    for (const std::string_view kind : {"sphere", "capsule", "box", "mixed"}) {
-        const AdapterDrop drop = lay_out_drop(map, kind, count);
+    for (const DropKind& kind : drop_kinds()) {
+        const AdapterDrop drop = lay_out_adapter_drop(map, kind, count);
         OdeBodiesOnGround ours(map, drop, our_class), theirs(map, drop, -1);
-        compare_steps("ODE", kind, count, is_quick ? 20 : 300, ours, theirs);
+        compare_steps("ODE", kind.name, count, is_quick ? 20 : 300, ours, theirs);
     }
     dCloseODE();
 }
@@ -153,6 +151,9 @@ void measure(bool is_quick) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    terrane::bench::measure(argc > 1 && std::string_view(argv[1]) == "--quick");
+    terrane::bench::Arguments arguments(argc, argv, "ode_adapter_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
+    terrane::bench::measure(is_quick);
     return 0;
 }

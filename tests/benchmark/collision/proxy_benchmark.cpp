@@ -1,56 +1,20 @@
 // SPDX-License-Identifier: MIT
 //
 // Hulls, volume, distances and time of collision proxies, by mesh and error. --quick: one error and few samples.
-// --obj FILE: the mesh of a file with lines "v x y z" and "f a b c" besides those made here.
+#include "benchmark/bench.h"
 #include "collision/shapes/proxy_meshes.h"
-#include "lab/measure.h"
 
 #include <terrane/collision/collision_proxy.h>
 
 #include <cstdio>
-#include <fstream>
-#include <sstream>
-#include <string_view>
+#include <vector>
 
-namespace {
-
-using namespace terrane;
-
-TriangleMesh read_obj(const char* path) {
-    TriangleMesh mesh;
-    std::ifstream file(path);
-    for (std::string line; std::getline(file, line);) {
-        std::istringstream words(line);
-        std::string kind;
-        words >> kind;
-        if (kind == "v") {
-            Eigen::Vector3d p;
-            words >> p.x() >> p.y() >> p.z();
-            mesh.positions.push_back(p);
-        } else if (kind == "f") {
-            TriangleMesh::Triangle t{};
-            for (std::uint32_t& corner : t) {
-                words >> corner;
-                --corner;
-                words.ignore(64, ' ');
-            }
-            mesh.triangles.push_back(t);
-        }
-    }
-    return mesh;
-}
-
-}  // namespace
-
-int main(int count, char** arguments) {
-    bool is_quick = false;
+int main(int argc, char** argv) {
+    using namespace terrane;
+    bench::Arguments arguments(argc, argv, "proxy_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
     std::vector<test::NamedMesh> meshes = test::proxy_meshes();
-    for (int i = 1; i < count; ++i) {
-        const std::string_view word = arguments[i];
-        if (word == "--quick") is_quick = true;
-        if (word == "--obj" && i + 1 < count)
-            meshes.push_back({arguments[i + 1], read_obj(arguments[i + 1])});
-    }
     if (is_quick) meshes.resize(3);
     std::printf("%-12s %9s %9s %6s %9s %12s %12s %9s\n", "mesh", "triangles", "error", "parts",
                 "volume", "certified m", "measured m", "ms");
@@ -73,9 +37,8 @@ int main(int count, char** arguments) {
             }
             const test::ProxyDistance measured =
                 test::measure_proxy(mesh, *proxy, is_quick ? 2000 : 20000, 1);
-            std::printf("%-12s %9zu %9.4g %6zu %9.4g %12.6g %12.6g %9.1f %s\n",
-                        name.substr(name.rfind('/') + 1).c_str(), mesh.triangles.size(),
-                        share * extent, proxy->shape.parts().size(),
+            std::printf("%-12s %9zu %9.4g %6zu %9.4g %12.6g %12.6g %9.1f %s\n", name.c_str(),
+                        mesh.triangles.size(), share * extent, proxy->shape.parts().size(),
                         proxy->mesh_volume > 0.0 ? proxy->parts_volume / proxy->mesh_volume : 0.0,
                         proxy->distance_m, std::max(measured.mesh_to_proxy, measured.proxy_to_mesh),
                         ms, proxy->is_within_error ? "" : "limit");

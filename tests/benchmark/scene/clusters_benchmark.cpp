@@ -3,29 +3,20 @@
 // triangles that is submitted, and the processor time of a frame, all threads together: medians, in turns.
 //
 //   clusters_benchmark [--quick]
-#include "lab/measure.h"
+#include "benchmark/scene/device.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
-#include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/mesh_clusters.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <ctime>
 #include <numeric>
 #include <vector>
 
-namespace terrane {
+namespace terrane::bench {
 namespace {
 
-using tools::median;
-
 constexpr int kWidth = 640, kHeight = 360;
-
-double processor_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // Each vertex is its own target: a morph changes nothing, and its triangles are drawn whole.
 MeshId add_rock(TerrainRenderer& renderer, const TriangleMesh& rock) {
@@ -63,9 +54,7 @@ void measure(TerrainRenderer& renderer, int depth, int count, double nearest, in
         const bool is_parts = round % 2 == 0;
         for (ObjectInstance& instance : instances) instance.coverage = is_parts ? 1.0f : 1.5f;
         const double start = processor_ms();
-        if (!renderer.draw({}, view, {}, {.instances = instances, .meshes = {&all, 1}}))
-            std::exit(1);
-        renderer.read();
+        draw_objects(renderer, view, {.instances = instances, .meshes = {&all, 1}});
         (is_parts ? parts_ms : whole_ms).push_back(processor_ms() - start);
         const DrawCounts& counts = renderer.counts();
         if (is_parts)
@@ -79,19 +68,15 @@ void measure(TerrainRenderer& renderer, int depth, int count, double nearest, in
 }
 
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
-int main(int argument_count, char** arguments) {
-    using namespace terrane;
-    const bool is_quick = argument_count > 1 && std::strcmp(arguments[1], "--quick") == 0;
-    Result<EglContext> context = EglContext::create();
-    if (!context) {
-        std::printf("skipped: %s\n", context.error().message.c_str());
-        return 0;
-    }
-    RendererSettings settings;
-    settings.sample_count = 1;
-    TerrainRenderer renderer = TerrainRenderer::create(*context, kWidth, kHeight, settings).value();
+int main(int argc, char** argv) {
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "clusters_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
+    terrane::EglContext context = open_device();
+    terrane::TerrainRenderer renderer = make_renderer(context, kWidth, kHeight);
     std::printf("%9s %6s %8s %11s %9s %9s %7s\n", "triangles", "rocks", "from, m", "submitted %",
                 "whole ms", "parts ms", "change %");
     for (const int depth : is_quick ? std::vector{3} : std::vector{2, 3, 4, 5}) {

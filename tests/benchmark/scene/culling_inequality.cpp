@@ -4,21 +4,18 @@
 //
 //   culling_inequality [--quick] [REPORT.html]
 #include "assets.h"
+#include "benchmark/scene/device.h"
 #include "flight/report.h"
-#include "lab/measure.h"
 #include "lab/rod_field.h"
 #include "support/random.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
 
-namespace terrane {
+namespace terrane::bench {
 namespace {
 
 using tools::FieldFrame;
@@ -35,9 +32,7 @@ std::array<FieldFrame, kCullTests.size()> measure(const tools::RodField& field,
         std::array<std::vector<FieldFrame>, kCullTests.size()> frames;
         tools::take_turns(
             kCullTests.size(), {.most_turns = kRepetitions}, [&](std::size_t test, std::size_t) {
-                const Result<FieldFrame> frame = field.make_frame(kCullTests[test], view);
-                if (!frame) std::exit(1);
-                frames[test].push_back(*frame);
+                frames[test].push_back(value_or_exit(field.make_frame(kCullTests[test], view)));
                 return true;
             });
         for (std::size_t test = 0; test < kCullTests.size(); ++test) {
@@ -53,17 +48,16 @@ std::array<FieldFrame, kCullTests.size()> measure(const tools::RodField& field,
 }
 
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
-int main(int argument_count, char** arguments) {
+int main(int argc, char** argv) {
     using namespace terrane;
-    const bool is_quick = argument_count > 1 && std::strcmp(arguments[1], "--quick") == 0;
-    const int report = is_quick ? 2 : 1;
-    const Result<EglContext> context = EglContext::create();
-    if (!context) {
-        std::printf("skipped: %s\n", context.error().message.c_str());
-        return 0;
-    }
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "culling_inequality [--quick] [REPORT.html]");
+    const bool is_quick = arguments.has("--quick");
+    const std::vector<std::string> reports = arguments.rest();
+    if (reports.size() > 1) arguments.exit_with_usage();
+    const EglContext context = open_device();
     std::vector<View> views;
     test::Random random(5);
     for (int i = 0; i < (is_quick ? 1 : 7); ++i) {
@@ -103,13 +97,12 @@ int main(int argument_count, char** arguments) {
         }
         fields.push_back({{"objects", objects}, {"points", points}});
     }
-    if (argument_count <= report) return 0;
+    if (reports.empty()) return 0;
     const tools::ReportHeader header = {.title = "What a test of culling costs, and what it saves",
                                         .command_line = tools::own_command_line(),
                                         .film = "",
-                                        .summary = {{"renderer", context->renderer_name()}}};
-    const Result<void> written = tools::write_report(
-        arguments[report], header, {{"fields", fields}}, tools::assets::culling_js);
-    if (!written) std::fprintf(stderr, "culling_inequality: %s\n", written.error().message.c_str());
-    return written ? 0 : 1;
+                                        .summary = {{"renderer", context.renderer_name()}}};
+    value_or_exit(
+        tools::write_report(reports[0], header, {{"fields", fields}}, tools::assets::culling_js));
+    return 0;
 }

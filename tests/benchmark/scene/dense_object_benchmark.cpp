@@ -4,34 +4,23 @@
 // nearer by a thousandth a frame. Frames of the two alternate; medians.
 //
 //   dense_object_benchmark [--quick] [--pictures FOLDER]
+#include "benchmark/scene/device.h"
 #include "frames/object_field.h"
-#include "lab/measure.h"
 #include "support/meshes.h"
 
-#include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/progressive_mesh.h>
 
-#include <algorithm>
-#include <cstdio>
-#include <cstring>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace terrane {
+namespace terrane::bench {
 namespace {
-
-using tools::median;
 
 constexpr int kWidth = 1280, kHeight = 720;
 constexpr double kErrorPx = 1.0;
-
-double processor_ms() {
-    return 1e3 * static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
-}
 
 struct Dense {
     TerrainRenderer renderer;
@@ -43,16 +32,14 @@ Scene scene_of(const ObjectModel& model) {
     Scene scene = Scene::create({}).value();
     const ModelId id = scene.add_model(model).value();
     const PlacedObject placed;
-    if (!scene.add_group(id, {&placed, 1})) std::exit(1);
+    value_or_exit(scene.add_group(id, {&placed, 1}));
     return scene;
 }
 
 Dense make_dense(EglContext& context, int depth) {
-    RendererSettings settings;
-    settings.sample_count = 1;
     const TriangleMesh mesh = test::make_rock(depth, 1);
     tools::ObjectLevels levels = tools::make_levels(mesh).value();
-    TerrainRenderer renderer = TerrainRenderer::create(context, kWidth, kHeight, settings).value();
+    TerrainRenderer renderer = make_renderer(context, kWidth, kHeight);
     levels.model.mesh = renderer.add_mesh(levels.mesh, levels.mesh_levels()).value();
     levels.model.impostor = renderer.add_impostor(levels.model.mesh).value();
     levels.model.continuous = nullptr;
@@ -73,8 +60,7 @@ struct Frames {
         scene.begin_frame(view, kErrorPx);
         const SceneDraws draws = scene.end_frame(kErrorPx);
         levels_ms.push_back(processor_ms() - start);
-        if (!dense.renderer.draw({}, view, {}, draws)) std::exit(1);
-        dense.renderer.read();
+        draw_objects(dense.renderer, view, draws);
         frame_ms.push_back(processor_ms() - start);
         triangles.push_back(static_cast<double>(scene.counts().triangles));
     }
@@ -86,12 +72,11 @@ void compare(Dense& dense, double distance, int frames, const std::string& pictu
     for (int i = 0; i < frames; ++i, distance *= 0.999) {
         const WorldPos eye = (distance + dense.radius) * direction;
         const View view = look_at(eye, WorldPos::Zero(), 1.0, kWidth, kHeight).value();
+        const bool is_kept = i == 0 && !pictures.empty();
         of_discrete.draw(dense, dense.discrete, view);
-        if (i == 0 && !pictures.empty() && !write_png(dense.renderer.read(), pictures + "_d.png"))
-            std::exit(1);
+        if (is_kept) value_or_exit(write_png(dense.renderer.read(), pictures + "_d.png"));
         of_continuous.draw(dense, dense.continuous, view);
-        if (i == 0 && !pictures.empty() && !write_png(dense.renderer.read(), pictures + "_c.png"))
-            std::exit(1);
+        if (is_kept) value_or_exit(write_png(dense.renderer.read(), pictures + "_c.png"));
     }
     std::printf("  %7.2f m: %6.0f, %6.0f triangles; %6.1f, %6.1f ms; levels alone %.3f, %.3f ms\n",
                 distance, median(of_discrete.triangles), median(of_continuous.triangles),
@@ -100,26 +85,19 @@ void compare(Dense& dense, double distance, int frames, const std::string& pictu
 }
 
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
-int main(int argument_count, char** arguments) {
-    using namespace terrane;
-    bool is_quick = false;
-    std::string pictures;
-    for (int i = 1; i < argument_count; ++i) {
-        if (std::strcmp(arguments[i], "--quick") == 0) is_quick = true;
-        if (std::strcmp(arguments[i], "--pictures") == 0 && i + 1 < argument_count)
-            pictures = arguments[++i];
-    }
-    Result<EglContext> context = EglContext::create();
-    if (!context) {
-        std::printf("skipped: %s\n", context.error().message.c_str());
-        return 0;
-    }
+int main(int argc, char** argv) {
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "dense_object_benchmark [--quick] [--pictures FOLDER]");
+    const bool is_quick = arguments.has("--quick");
+    const std::string pictures = arguments.text("--pictures", "");
+    arguments.finish();
+    terrane::EglContext context = open_device();
     std::printf("a rock, discrete levels and continuous ones within %.0f px, %d x %d\n", kErrorPx,
                 kWidth, kHeight);
     for (int depth = 3; depth <= (is_quick ? 3 : 6); ++depth) {
-        Dense dense = make_dense(*context, depth);
+        Dense dense = make_dense(context, depth);
         std::printf("%d triangles:\n", 20 << (2 * depth));
         for (double distance = 16.0; distance >= 0.2; distance *= is_quick ? 0.1 : 0.25) {
             char name[64] = "";

@@ -1,11 +1,29 @@
 // SPDX-License-Identifier: MIT
+//
+// Time to draw a mesh, against the same triangles as one plain draw.
+//
+//   draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] [BUDGET ...]
+//
+// (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command
+//     for all chunks, the light.
+// (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer
+//     of finished vertices, both on the device already. The same target (size, samples, formats),
+//     state and uniforms, the same pass that shades ground and sky, whose light was prepared before;
+//     its vertex shader only multiplies by the matrix. So the ratio judges all that (a) does beside
+//     rasterising and shading.
+//
+// With --morph every chunk has offsets, made up here: the most that (a) can have to send.
+//
+// Both are timed by the wall clock from one glFinish() to the next, in turns; the medians are
+// compared. Where the device is no software rasteriser its own timer is read as well: a software rasteriser's
+// timer stops before the work is done. Both pictures are compared first, so that a mistake in (b)
+// cannot pass for speed.
+#include "benchmark/scene/device.h"
 #include "gl/gl_object.h"
 #include "gl/shader.h"
-#include "lab/measure.h"
 #include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
 
-#include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 
@@ -15,9 +33,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <string>
@@ -55,8 +70,6 @@ private:
 
 namespace {
 
-using tools::median;
-
 using namespace internal;
 
 constexpr std::string_view kPlainVertexShader = R"glsl(
@@ -72,31 +85,22 @@ using PlainVertex = std::array<float, 3>;
 
 Result<PlainDraw> PlainDraw::create(const TerrainMesh& mesh, const View& view,
                                     const RendererSettings& settings) {
-    Result<Framebuffer> picture =
-        Framebuffer::create(view.width_px, view.height_px, settings.sample_count);
-    if (!picture) return tl::unexpected(picture.error());
-    Result<GlProgram> ground = make_program("the plain terrain", kPlainVertexShader, depth_frag);
-    if (!ground) return tl::unexpected(ground.error());
-    Result<GroundShade> shade = GroundShade::create(picture->sample_count());
-    if (!shade) return tl::unexpected(shade.error());
+    TERRANE_TRY(Framebuffer picture,
+                Framebuffer::create(view.width_px, view.height_px, settings.sample_count));
+    TERRANE_TRY(GlProgram ground,
+                make_program("the plain terrain", kPlainVertexShader, depth_frag));
+    TERRANE_TRY(GroundShade shade, GroundShade::create(picture.sample_count()));
     const Lattice& lattice = mesh.resident->lattice();
-    const Result<EyeFrame> eye = make_eye_frame(lattice, view.eye_world);
-    if (!eye) return tl::unexpected(eye.error());
-    const FrameUniforms uniforms = make_frame_uniforms(settings, lattice, view, *eye);
+    TERRANE_TRY(const EyeFrame eye, make_eye_frame(lattice, view.eye_world));
+    const FrameUniforms uniforms = make_frame_uniforms(settings, lattice, view, eye);
 
-    PlainDraw made(std::move(*picture), std::move(*shade));
-    made.ground_ = std::move(*ground);
-    if (const Result<void> lit = made.shade_.prepare(mesh.resident, view, *eye); !lit) {
-        return tl::unexpected(lit.error());
-    }
+    PlainDraw made(std::move(picture), std::move(shade));
+    made.ground_ = std::move(ground);
+    TERRANE_TRY(made.shade_.prepare(mesh.resident, view, eye));
     made.uniforms_ = make_buffer();
     glNamedBufferStorage(made.uniforms_.name(), sizeof(uniforms), &uniforms, 0);
-    if (const Result<void> good = made.upload(mesh, view); !good) {
-        return tl::unexpected(good.error());
-    }
-    if (const Result<void> good = check_gl("set up the plain draw"); !good) {
-        return tl::unexpected(good.error());
-    }
+    TERRANE_TRY(made.upload(mesh, view));
+    TERRANE_TRY(check_gl("set up the plain draw"));
     return made;
 }
 
@@ -160,52 +164,20 @@ Result<void> PlainDraw::upload(const TerrainMesh& mesh, const View& view) {
 
 }  // namespace terrane::test
 
-// Time to draw a mesh, against the same triangles as one plain draw.
-//
-//   draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] [BUDGET ...]
-//
-// (a) TerrainRenderer::draw(): indices and whatever else changes sent to the device, one command
-//     for all chunks, the light.
-// (b) glDrawElements, once: the same triangles in the same order, 32-bit indices into one buffer
-//     of finished vertices, both on the device already. The same target (size, samples, formats),
-//     state and uniforms, the same pass that shades ground and sky, whose light was prepared before;
-//     its vertex shader only multiplies by the matrix. So the ratio judges all that (a) does beside
-//     rasterising and shading.
-//
-// With --morph every chunk has offsets, made up here: the most that (a) can have to send.
-//
-// Both are timed by the wall clock from one glFinish() to the next, in turns; the medians are
-// compared. Where the device is no software rasteriser its own timer is read as well: a software rasteriser's
-// timer stops before the work is done. Both pictures are compared first, so that a mistake in (b)
-// cannot pass for speed.
-
-namespace terrane {
+namespace terrane::bench {
 namespace {
 
 struct Options {
-    std::vector<std::size_t> budgets{10'000, 100'000, 1'000'000};
     int rounds = 101;
     int width_px = 1280, height_px = 720;
     int sample_count = 4;
     bool morph = false;
 };
 
-template <class T>
-T must(Result<T> result) {
-    if (result) return std::move(*result);
-    std::fprintf(stderr, "draw_benchmark: %s\n", result.error().message.c_str());
-    std::exit(1);
-}
-void must(const Result<void>& result) {
-    if (result) return;
-    std::fprintf(stderr, "draw_benchmark: %s\n", result.error().message.c_str());
-    std::exit(1);
-}
-
 // Wall clock of one drawing, milliseconds.
 double time_ms(const std::function<void()>& draw) {
     glFinish();
-    const tools::Stopwatch watch(tools::Clock::wall);
+    const Stopwatch watch(Clock::wall);
     draw();
     glFinish();
     return watch.ms();
@@ -255,17 +227,18 @@ Comparison compare(int rounds, const std::function<double(const std::function<vo
 // False where the two pictures are not of the same thing.
 bool run(EglContext& context, const Options& options, std::size_t budget) {
     const std::shared_ptr<const HeightSource> source =
-        must(FractalHeights::create({.seed = 7, .finest_spacing_log2 = -1}));
-    Pager pager =
-        must(Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0}));
+        value_or_exit(FractalHeights::create({.seed = 7, .finest_spacing_log2 = -1}));
+    Pager pager = value_or_exit(
+        Pager::create(source, {.memory_bytes = std::size_t{1} << 30, .worker_count = 0}));
     TriangulatorSettings wanted;
     wanted.triangle_budget = budget;
     wanted.max_error_px = 0.25;
-    Triangulator triangulator = must(Triangulator::create(*source, wanted));
+    Triangulator triangulator = value_or_exit(Triangulator::create(*source, wanted));
     WorldPos eye(321.5, -1234.25, 0.0);
     eye.z() = source->height(eye.x(), eye.y()) + 120.0;
-    const View view = must(look_at(eye, eye + WorldPos(700.0, 700.0, -180.0), 1.0471975511965976,
-                                   options.width_px, options.height_px));
+    const View view =
+        value_or_exit(look_at(eye, eye + WorldPos(700.0, 700.0, -180.0), 1.0471975511965976,
+                              options.width_px, options.height_px));
     TerrainMesh mesh;
     double threshold_px = wanted.max_error_px;
     // the pager fetches for the threshold of the last mesh
@@ -291,11 +264,11 @@ bool run(EglContext& context, const Options& options, std::size_t budget) {
     settings.tint_low = -800.0;
     settings.tint_high = 1200.0;
     settings.sample_count = options.sample_count;
-    TerrainRenderer renderer =
-        must(TerrainRenderer::create(context, options.width_px, options.height_px, settings));
-    const test::PlainDraw plain = must(test::PlainDraw::create(mesh, view, settings));
+    TerrainRenderer renderer = value_or_exit(
+        TerrainRenderer::create(context, options.width_px, options.height_px, settings));
+    const test::PlainDraw plain = value_or_exit(test::PlainDraw::create(mesh, view, settings));
 
-    const auto draw_renderer = [&] { must(renderer.draw(mesh, view)); };
+    const auto draw_renderer = [&] { value_or_exit(renderer.draw(mesh, view)); };
     const auto draw_plain = [&] { plain.draw(); };
     draw_renderer();
     draw_plain();
@@ -320,66 +293,34 @@ bool run(EglContext& context, const Options& options, std::size_t budget) {
     return different <= options.width_px * options.height_px / 1000;
 }
 
-// False for arguments that are none.
-bool parse(int count, char** arguments, Options& options_out) {
-    std::vector<std::size_t> budgets;
-    for (int i = 1; i < count; ++i) {
-        const std::string argument = arguments[i];
-        const std::string value = i + 1 < count ? arguments[i + 1] : "";
-        if (argument == "--smoke") {
-            options_out.rounds = 3;
-            budgets = {10'000};
-            continue;
-        }
-        if (argument == "--morph") {
-            options_out.morph = true;
-            continue;
-        }
-        if (argument.starts_with("--")) ++i;
-        if (argument == "--rounds" && std::atoi(value.c_str()) > 0) {
-            options_out.rounds = std::atoi(value.c_str());
-        } else if (argument == "--samples" && std::atoi(value.c_str()) > 0) {
-            options_out.sample_count = std::atoi(value.c_str());
-        } else if (argument == "--size" &&
-                   std::sscanf(value.c_str(), "%dx%d", &options_out.width_px,
-                               &options_out.height_px) == 2) {
-            continue;
-        } else if (std::atoll(argument.c_str()) > 0) {
-            budgets.push_back(static_cast<std::size_t>(std::atoll(argument.c_str())));
-        } else {
-            return false;
-        }
-    }
-    if (!budgets.empty()) options_out.budgets = budgets;
-    return true;
-}
-
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
 int main(int argc, char** argv) {
     using namespace terrane;
-    Options options;
-    if (!parse(argc, argv, options)) {
-        std::fprintf(stderr,
-                     "draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] [--morph] "
-                     "[BUDGET ...]\n");
-        return 2;
-    }
-    Result<EglContext> context = EglContext::create();
-    if (!context) {
-        std::printf("skipped: %s\n", context.error().message.c_str());
-        return 0;
-    }
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv,
+                        "draw_benchmark [--smoke] [--rounds N] [--size WxH] [--samples N] "
+                        "[--morph] [BUDGET ...]");
+    const bool is_smoke = arguments.has("--smoke");
+    Options options{.morph = arguments.has("--morph")};
+    options.rounds = static_cast<int>(arguments.number("--rounds", 1.0, is_smoke ? 3.0 : 101.0));
+    options.sample_count = static_cast<int>(arguments.number("--samples", 1.0, 4.0));
+    const std::string size = arguments.text("--size", "1280x720");
+    if (std::sscanf(size.c_str(), "%dx%d", &options.width_px, &options.height_px) != 2)
+        arguments.exit_with_usage();
+    std::vector<double> budgets = arguments.numbers(1.0);
+    if (budgets.empty()) budgets = is_smoke ? std::vector{1e4} : std::vector{1e4, 1e5, 1e6};
+    EglContext context = open_device();
     std::printf("%s, %d x %d, %d samples, median of %d; ms: (a) renderer, (b) one plain draw\n",
-                context->renderer_name().c_str(), options.width_px, options.height_px,
+                context.renderer_name().c_str(), options.width_px, options.height_px,
                 options.sample_count, options.rounds);
     std::printf(
         "triangles  vertices  chunks  morphing  differing   wall (a)  wall (b)   ratio"
         "  device (a), (b), ratio\n");
     bool is_good = true;
-    for (const std::size_t budget : options.budgets) {
-        is_good = run(*context, options, budget) && is_good;
+    for (const double budget : budgets) {
+        is_good = run(context, options, static_cast<std::size_t>(budget)) && is_good;
     }
     if (!is_good) std::fprintf(stderr, "draw_benchmark: the two pictures differ\n");
     return is_good ? 0 : 1;

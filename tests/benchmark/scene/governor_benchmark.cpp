@@ -4,25 +4,19 @@
 // many frames the crowd exceeds it; beside it frames of the last budget without a governor, for how much times vary.
 //
 //   governor_benchmark [--quick]
-#include "lab/measure.h"
+#include "benchmark/scene/device.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
-#include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/frame_governor.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/simplify.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <cstring>
 #include <vector>
 
-namespace terrane {
+namespace terrane::bench {
 namespace {
-
-using tools::median;
 
 constexpr int kWidth = 320, kHeight = 180;
 constexpr std::size_t kMostTriangles = 4'000'000;
@@ -33,10 +27,7 @@ struct Crowd {
 };
 
 Crowd make_crowd(EglContext& context, int count) {
-    RendererSettings settings;
-    settings.sample_count = 1;
-    Crowd crowd = {TerrainRenderer::create(context, kWidth, kHeight, settings).value(),
-                   Scene::create({}).value()};
+    Crowd crowd = {make_renderer(context, kWidth, kHeight), Scene::create({}).value()};
     const TriangleMesh mesh = test::make_rock(2, 1);
     ObjectModel model;
     model.bounds = {Eigen::Vector3d::Constant(-1.5), Eigen::Vector3d::Constant(1.5)};
@@ -63,7 +54,7 @@ Crowd make_crowd(EglContext& context, int count) {
         object.position_world = {x, y, random.between(-30.0, 30.0)};
     }
     const ModelId rock = crowd.scene.add_model(model).value();
-    if (!crowd.scene.add_group(rock, objects)) std::exit(1);
+    value_or_exit(crowd.scene.add_group(rock, objects));
     return crowd;
 }
 
@@ -74,10 +65,9 @@ struct Frame {
 };
 
 Frame draw(Crowd& crowd, bool sees_crowd, std::size_t budget) {
-    using Clock = std::chrono::steady_clock;
     const WorldPos target(0.0, sees_crowd ? 100.0 : -100.0, 0.0);
     const View view = look_at(WorldPos::Zero(), target, 0.9, kWidth, kHeight).value();
-    const auto start = Clock::now();
+    const Stopwatch watch(Clock::wall);
     // as a triangulator would: the smallest threshold whose triangles fit
     double threshold_px = 0.01;
     std::size_t granted = 0;
@@ -90,24 +80,21 @@ Frame draw(Crowd& crowd, bool sees_crowd, std::size_t budget) {
         }
         granted += demand.triangles;
     }
-    if (!crowd.renderer.draw({}, view, {}, crowd.scene.end_frame(threshold_px))) std::exit(1);
-    crowd.renderer.read();
-    return {std::chrono::duration<double, std::milli>(Clock::now() - start).count(),
-            crowd.scene.counts().triangles, wants_more};
+    draw_objects(crowd.renderer, view, crowd.scene.end_frame(threshold_px));
+    return {watch.ms(), crowd.scene.counts().triangles, wants_more};
 }
 
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
-int main(int argument_count, char** arguments) {
+int main(int argc, char** argv) {
     using namespace terrane;
-    const bool is_quick = argument_count > 1 && std::strcmp(arguments[1], "--quick") == 0;
-    Result<EglContext> context = EglContext::create();
-    if (!context) {
-        std::printf("skipped: %s\n", context.error().message.c_str());
-        return 0;
-    }
-    Crowd crowd = make_crowd(*context, is_quick ? 200 : 4000);
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "governor_benchmark [--quick]");
+    const bool is_quick = arguments.has("--quick");
+    arguments.finish();
+    EglContext context = open_device();
+    Crowd crowd = make_crowd(context, is_quick ? 200 : 4000);
     std::vector<double> empty;
     for (int i = 0; i < 15; ++i) empty.push_back(draw(crowd, false, kMostTriangles).ms);
     const double target_ms = 4.0 * median(empty);
@@ -133,21 +120,18 @@ int main(int argument_count, char** arguments) {
                 if (frame.ms > 1.1 * target_ms && i <= 30) last_over = i;
                 if (i > 30 || is_quick) settled.push_back(frame.ms / target_ms);
             }
-            std::sort(settled.begin(), settled.end());
             std::printf(
                 "turn %d, %-9s first frames up to %.2f of the target, the last one over by 10 %% "
                 "is %d; "
                 "after 30 frames median %.2f, 10 %% to 90 %%: %.2f to %.2f; budget %zu\n",
                 turn, sees_crowd ? "to rocks:" : "away:", most / target_ms, last_over,
-                settled[settled.size() / 2], settled[settled.size() / 10],
-                settled[settled.size() * 9 / 10], governor.budget());
+                median(settled), quantile(settled, 0.1), quantile(settled, 0.9), governor.budget());
         }
     }
     const std::size_t last_budget = governor.budget();
     std::vector<double> fixed;
     for (int i = 0; i < frames; ++i) fixed.push_back(draw(crowd, true, last_budget).ms / target_ms);
-    std::sort(fixed.begin(), fixed.end());
     std::printf("fixed budget of %zu: median %.2f, 10 %% to 90 %%: %.2f to %.2f\n", last_budget,
-                fixed[fixed.size() / 2], fixed[fixed.size() / 10], fixed[fixed.size() * 9 / 10]);
+                median(fixed), quantile(fixed, 0.1), quantile(fixed, 0.9));
     return 0;
 }

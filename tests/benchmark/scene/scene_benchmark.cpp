@@ -109,17 +109,7 @@ void choose_levels(benchmark::State& state) {
 }
 BENCHMARK(choose_levels)->Unit(benchmark::kMicrosecond);
 
-}  // namespace
-}  // namespace terrane
-
-BENCHMARK_MAIN();
-
 // A forest behind hills: the cost of a horizon map, and what it saves, from eyes at several heights above the ground.
-
-namespace terrane {
-namespace {
-
-using test::Random;
 
 constexpr double kForestHalfSide = 4000.0;                // of the forest
 constexpr int kTrees = 200'000;                           // 3125 a square kilometre
@@ -220,3 +210,5 @@ BENCHMARK(horizon_frame)
 
 }  // namespace
 }  // namespace terrane
+
+BENCHMARK_MAIN();

@@ -1,18 +1,30 @@
 // SPDX-License-Identifier: MIT
-#include "benchmark/terrain/batch_ground.h"
+//
+// Batches of heights and rays, scans of a lidar and windows of samples, beside single calls.
+#include "benchmark/bench.h"
+#include "benchmark/collision/contact_workload.h"
 #include "support/random.h"
 
+#include <terrane/collision/lidar.h>
+#include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground_batch.h>
-#include <terrane/terrain/pager.h>
+#include <terrane/terrain/ground_window.h>
+
+#include <benchmark/benchmark.h>
 
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <vector>
 
-namespace terrane::bench {
+namespace terrane {
+namespace {
 
+using bench::value_or_exit;
+using test::Random;
+
+/// Fractal ground of 2 km x 2 km around (0, 0), 1 m between samples, all of it resident: 256 chunks of 0.13 MB.
 const Ground& fractal_ground() {
     static const Ground ground = [] {
         FractalSettings settings;
@@ -23,40 +35,17 @@ const Ground& fractal_ground() {
         settings.amplitude = 100.0;
         const std::shared_ptr<const HeightSource> source =
             value_or_exit(FractalHeights::create(settings));
-        PagerSettings paging;
-        paging.memory_bytes = std::size_t{1} << 30;
-        paging.contact_spacing = 1.0;
-        paging.worker_count = 0;
-        Pager pager = value_or_exit(Pager::create(source, paging));
-        RequiredRegion required = pager.require(source->extent(), 0.0);
-        pager.update({}, {}, 0.0);
-        pager.finish();
-        if (!required.is_ready()) {
-            std::fprintf(stderr, "batch_benchmark: the ground is not resident\n");
-            std::exit(1);
-        }
-        return pager.ground();
+        return bench::load_ground(source);
     }();
     return ground;
 }
 
+/// The counter `per_item`: seconds of the clock that the benchmark uses, for one of `count` items of an iteration.
 void set_item_time(benchmark::State& state, std::size_t count) {
     const double items = static_cast<double>(state.iterations()) * static_cast<double>(count);
     state.counters["per_item"] =
         benchmark::Counter(items, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-
-}  // namespace terrane::bench
-
-// Batches of heights and rays beside single calls.
-
-namespace terrane {
-namespace {
-
-using bench::fractal_ground;
-using bench::set_item_time;
-using bench::value_or_exit;
-using test::Random;
 
 constexpr std::size_t kCount = 1'000'000;
 constexpr double kHalfSide = 1000.0;
@@ -203,6 +192,92 @@ BENCHMARK(rays_in_batch)
     ->ArgNames({"scan", "threads"})
     ->ArgsProduct({{0, 1}, {1, 2}})
     ->UseRealTime();
+
+// Scans of 64 x 1024 directions, 0.5 to 200 m, from 2 m above the ground, among no bodies and among 100.
+constexpr LidarGridSettings kGrid{
+    .elevation_count = 64, .first_elevation = -0.4, .elevation_step = 0.01};
+
+Pose sensor_pose() {
+    Pose pose;
+    pose.translation = {40.0, -70.0, fractal_ground().height(40.0, -70.0).height + 2.0};
+    return pose;
+}
+
+// Boxes and capsules on the ground within 150 m of the sensor.
+World make_world(std::int64_t count) {
+    World world = value_or_exit(World::create({}));
+    test::Random random(4);
+    const WorldPos centre = sensor_pose().translation;
+    for (std::int64_t i = 0; i < count; ++i) {
+        BodySettings body;
+        body.type = BodyType::static_body;
+        if (i % 2 == 0) {
+            body.shape = Box{Eigen::Vector3d(2.2, 1.0, 0.9)};
+        } else {
+            body.shape = Capsule{0.3, 0.6};
+        }
+        BodyState state;
+        const double x = centre.x() + random.between(-150.0, 150.0);
+        const double y = centre.y() + random.between(-150.0, 150.0);
+        state.pose.translation = {x, y, fractal_ground().height(x, y).height + 0.9};
+        value_or_exit(world.add(body, state));
+    }
+    return world;
+}
+
+void lidar_scan(benchmark::State& state) {
+    const Ground& ground = fractal_ground();
+    const World world = make_world(state.range(0));
+    const std::vector<Eigen::Vector3d> directions = value_or_exit(make_lidar_grid(kGrid));
+    Lidar lidar = value_or_exit(Lidar::create(
+        {.min_range = 0.5, .max_range = 200.0, .worker_count = static_cast<int>(state.range(1))},
+        directions));
+    std::vector<double> ranges(directions.size());
+    std::vector<LidarStatus> statuses(directions.size());
+    LidarArrays out;
+    out.ranges = ranges;
+    out.statuses = statuses;
+    for (auto _ : state) {
+        if (!lidar.scan(ground, &world, sensor_pose(), out)) std::exit(1);
+        benchmark::ClobberMemory();
+    }
+    set_item_time(state, directions.size());
+}
+BENCHMARK(lidar_scan)
+    ->ArgNames({"bodies", "threads"})
+    ->ArgsProduct({{0, 100}, {1, 2}})
+    ->UseRealTime();
+
+void lidar_rays_one_by_one(benchmark::State& state) {
+    const Ground& ground = fractal_ground();
+    const World world = make_world(state.range(0));
+    const std::vector<Eigen::Vector3d> directions = value_or_exit(make_lidar_grid(kGrid));
+    const WorldPos from = sensor_pose().translation;
+    std::vector<double> fractions(directions.size());
+    for (auto _ : state) {
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            fractions[i] =
+                world.ray(ground, from + 0.5 * directions[i], from + 200.0 * directions[i])
+                    .fraction;
+        }
+        benchmark::ClobberMemory();
+    }
+    set_item_time(state, directions.size());
+}
+BENCHMARK(lidar_rays_one_by_one)->ArgName("bodies")->Arg(0)->Arg(100)->UseRealTime();
+
+// A window of 255 x 255 cells that follows a box: by one column an update, or reading all of it.
+void window_update(benchmark::State& state) {
+    const Ground& ground = fractal_ground();
+    GroundWindow window = value_or_exit(GroundWindow::create({}));
+    double x = -400.0;
+    for (auto _ : state) {
+        if (state.range(0) != 0) window.set_base(0.0);  // reads everything
+        x = x > 400.0 ? -400.0 : x + 1.0;
+        window.update(ground, {{x, 0.0, 0.0}, {x + 1.0, 1.0, 1.0}});
+    }
+}
+BENCHMARK(window_update)->ArgName("all")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace terrane

@@ -2,38 +2,24 @@
 //
 // Digging at run time: from a dig to its chunk in the resident set, and what a frame notices of it. Prints one line a
 // figure; --quick repeats less often.
+#include "benchmark/bench.h"
+
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
 #include <terrane/volume/volume_editor.h>
 
-#include <time.h>
-
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <string_view>
 #include <thread>
 #include <vector>
 
-namespace terrane {
+namespace terrane::bench {
 namespace {
 
-// Time of this thread alone: others use the machine, too.
-double thread_ms() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-double share(std::vector<double> values, double which) {
-    std::ranges::sort(values);
-    return values[static_cast<std::size_t>(which * static_cast<double>(values.size() - 1))];
-}
-
 void print(const char* what, const std::vector<double>& ms) {
-    std::printf("%s: median %.3f ms, p90 %.3f, p99 %.3f, most %.3f\n", what, share(ms, 0.5),
-                share(ms, 0.9), share(ms, 0.99), share(ms, 1.0));
+    std::printf("%s: median %.3f ms, p90 %.3f, p99 %.3f, most %.3f\n", what, quantile(ms, 0.5),
+                quantile(ms, 0.9), quantile(ms, 0.99), quantile(ms, 1.0));
 }
 
 /// Hills at 0.25 m, a root of 1024 m.
@@ -74,13 +60,13 @@ void measure_one_dig(int repetitions) {
     for (int i = 0; i < repetitions; ++i) {
         const Pose pose = place(*source, 420.0 + 160.0 * fraction(i, 0.6180339887),
                                 420.0 + 160.0 * fraction(i, 0.7548776662), 1.0);
-        const double begin = thread_ms();
+        const Stopwatch digging(Clock::thread);
         const auto number = editor.dig(VolumeSphere{5.0}, pose);
         if (!number || editor.update(pager) != *number) std::printf("a dig is not in force\n");
-        const double made = thread_ms();
+        dig.push_back(digging.ms());
+        const Stopwatch publishing(Clock::thread);
         pager.update({}, {}, time_s += 1.0);
-        dig.push_back(made - begin);
-        publish.push_back(thread_ms() - made);
+        publish.push_back(publishing.ms());
     }
     std::printf("dig of a 5 m sphere at 0.25 m, %zu chunks swapped in %zu digs\n",
                 static_cast<std::size_t>(pager.stats().replaced), dig.size());
@@ -89,10 +75,10 @@ void measure_one_dig(int repetitions) {
     // Undone from what was held.
     std::vector<double> undo;
     for (int i = 0; i < 8 && i < repetitions; ++i) {
-        const double begin = thread_ms();
+        const Stopwatch undoing(Clock::thread);
         if (!editor.undo()) break;
         editor.update(pager);
-        undo.push_back(thread_ms() - begin);
+        undo.push_back(undoing.ms());
         pager.update({}, {}, time_s += 1.0);
     }
     print("  undo", undo);
@@ -131,15 +117,16 @@ void measure_frames(int frames, int every) {
                 dug_at.push_back(now_s());
             }
         }
-        const double first = thread_ms();
+        const Stopwatch editing(Clock::thread);
         const std::uint32_t number = editor.update(pager);
-        const double second = thread_ms();
+        const double edit_ms = editing.ms();
+        const Stopwatch updating(Clock::thread);
         pager.update({&camera, 1}, {&body, 1}, time_s);
-        const double third = thread_ms();
+        const double update_ms = updating.ms();
         for (; in_force < number; ++in_force) latency.push_back(1e3 * (now_s() - dug_at[in_force]));
         if (i > 60) {
-            edit.push_back(second - first);
-            update.push_back(third - second);
+            edit.push_back(edit_ms);
+            update.push_back(update_ms);
         }
         std::this_thread::sleep_until(begin + std::chrono::duration<double>((i + 1) / 60.0));
     }
@@ -160,12 +147,15 @@ void measure_frames(int frames, int every) {
 }
 
 }  // namespace
-}  // namespace terrane
+}  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    const bool quick = argc > 1 && std::string_view(argv[1]) == "--quick";
-    terrane::measure_one_dig(quick ? 3 : 60);
-    terrane::measure_frames(quick ? 90 : 1560, 0);
-    terrane::measure_frames(quick ? 90 : 1560, quick ? 5 : 3);
-    if (!quick) terrane::measure_frames(1060, 1);
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "dig_benchmark [--quick]");
+    const bool quick = arguments.has("--quick");
+    arguments.finish();
+    measure_one_dig(quick ? 3 : 60);
+    measure_frames(quick ? 90 : 1560, 0);
+    measure_frames(quick ? 90 : 1560, quick ? 5 : 3);
+    if (!quick) measure_frames(1060, 1);
 }

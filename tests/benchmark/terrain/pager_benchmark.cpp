@@ -3,7 +3,7 @@
 // What Pager::update() costs a frame: a camera over a fractal, 200 bodies on the ground around it, 2000
 // resident chunks and storage that needs no time of its own. The flight is played twice; the second
 // time all chunks are made already, so that what is timed is the pager alone.
-#include "benchmark/machine.h"
+#include "benchmark/bench.h"
 
 #include <terrane/terrain/chunk_loader.h>
 #include <terrane/terrain/fractal_heights.h>
@@ -34,7 +34,6 @@ struct Flight {
 struct Figures {
     std::vector<double> us;
     std::size_t most_chunks = 0;
-    std::size_t late = 0;
 };
 
 View view_at(const HeightSource& source, const Flight& flight, int frame) {
@@ -91,9 +90,7 @@ Figures play(const std::shared_ptr<const HeightSource>& source, const Flight& fl
         figures.us.push_back(1000.0 * watch.ms());
         held = pager.resident();
         figures.most_chunks = std::max(figures.most_chunks, held->chunks().size());
-        figures.late += pager.stats().late_chunks;
     }
-    std::sort(figures.us.begin(), figures.us.end());
     return figures;
 }
 
@@ -108,8 +105,8 @@ int run() {
             play(source, flight, threshold_px, cache);
             const Figures figures = play(source, flight, threshold_px, cache);
             std::printf("%10.2f %6.0f %10s %8zu %10.0f %10.0f %10.0f\n", threshold_px, flight.speed,
-                        flight.turns ? "yes" : "no", figures.most_chunks, figures.us[kFrames / 2],
-                        figures.us[kFrames * 99 / 100], figures.us.back());
+                        flight.turns ? "yes" : "no", figures.most_chunks, median(figures.us),
+                        quantile(figures.us, 0.99), quantile(figures.us, 1.0));
         }
     }
     return 0;

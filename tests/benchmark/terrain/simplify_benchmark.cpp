@@ -2,6 +2,7 @@
 //
 // Triangles, time and tightness of simplify(). Prints one line for each level of each mesh; --quick takes small meshes.
 // Distances are measured by brute force with --quick or --measure; exit code 1 where one is above the certified one.
+#include "benchmark/bench.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -10,9 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <numbers>
-#include <string_view>
+#include <vector>
 
 namespace terrane {
 namespace {
@@ -26,17 +26,11 @@ struct Scene {
     double radius = 0.0;  // of a sphere; 0: no law is known
 };
 
+// Of the processor: others may use the machine.
 double milliseconds_of(const SimplifyInput& input, std::span<const SimplifyLevel> levels,
                        std::vector<SimplifiedMesh>& result_out) {
-    std::vector<double> times;
-    for (int i = 0; i < 5; ++i) {
-        // Of the processor: others may use the machine.
-        const std::clock_t begin = std::clock();
-        result_out = simplify(input, levels).value();
-        times.push_back(1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    }
-    std::ranges::sort(times);
-    return times[times.size() / 2];
+    return tools::median_ms(5, tools::Clock::thread,
+                            [&] { result_out = simplify(input, levels).value(); });
 }
 
 // Vertices on the outline of a grid.
@@ -93,9 +87,10 @@ bool measure(const Scene& scene, int per_edge) {
 
 int main(int argc, char** argv) {
     using namespace terrane;
-    const std::string_view option = argc > 1 ? argv[1] : "";
-    const bool is_quick = option == "--quick";
-    const int per_edge = is_quick || option == "--measure" ? 2 : 0;
+    bench::Arguments arguments(argc, argv, "simplify_benchmark [--quick] [--measure]");
+    const bool is_quick = arguments.has("--quick"), measures = arguments.has("--measure");
+    arguments.finish();
+    const int per_edge = is_quick || measures ? 2 : 0;
     const int size = is_quick ? 30 : 150;
     Random random(11);
     std::vector<Scene> scenes;

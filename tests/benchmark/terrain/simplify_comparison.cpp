@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
+//
+// Methods of simplification at the same count of triangles: distances and normals on samples of both surfaces, bad
+// triangles and time. Exit code 1 where a sample is farther than a certified distance.
 #include "base/aabb_tree.h"
-#include "benchmark/terrain/simplifiers.h"
+#include "benchmark/bench.h"
+#include "scene/mesh_files.h"
 #include "support/meshes.h"
 
 #include <terrane/terrain/fractal_heights.h>
@@ -9,33 +13,29 @@
 
 #include <Eigen/Geometry>
 
+#if TERRANE_BENCH_MESHOPTIMIZER
+#include <meshoptimizer.h>
+#endif
+
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace terrane::bench {
+namespace {
 
-/// side x side cells of a fractal, 4 m each, two triangles a cell.
-test::ShapeMesh make_fractal_mesh(int side);
-
-/// The points and triangles of a Wavefront OBJ file, vertices with the same coordinates as one. Nothing where it cannot
-/// be read.
-std::optional<test::ShapeMesh> read_obj_mesh(const std::string& path);
-
-/// Without the vertices that no triangle uses.
-test::ShapeMesh compacted(const test::ShapeMesh& mesh);
+using test::ShapeMesh;
+using Triangle = std::array<std::uint32_t, 3>;
 
 /// How far two surfaces are from each other, measured on samples of both.
 struct SurfaceMeasure {
@@ -51,78 +51,8 @@ struct SurfaceMeasure {
     std::size_t degenerate = 0;  ///< triangles of the result lower than 1e-6 of their longest edge
 };
 
-/// Compares a result with its input by samples spread evenly over both areas, and all vertices. Of nearest triangles
-/// at the same distance the one counts whose normal is nearest.
-///
-/// @param samples of each surface, about
-SurfaceMeasure measure_surfaces(const test::ShapeMesh& input, const test::ShapeMesh& result,
-                                std::size_t samples);
-
-using test::ShapeMesh;
-
-ShapeMesh make_fractal_mesh(int side) {
-    constexpr double kCell = 4.0;
-    const auto source = FractalHeights::create({.seed = 20}).value();
-    return test::make_grid(side, side, [&](int column, int row) {
-        const double x = kCell * column, y = kCell * row;
-        return Eigen::Vector3d(x, y, source->height(x, y));
-    });
-}
-
-std::optional<ShapeMesh> read_obj_mesh(const std::string& path) {
-    std::ifstream file(path);
-    if (!file) return std::nullopt;
-    ShapeMesh mesh;
-    std::vector<std::uint32_t> numbers;  // of the file's points
-    std::map<std::array<double, 3>, std::uint32_t> places;
-    for (std::string line; std::getline(file, line);) {
-        std::istringstream words(line);
-        std::string kind;
-        words >> kind;
-        if (kind == "v") {
-            std::array<double, 3> p{};
-            words >> p[0] >> p[1] >> p[2];
-            const auto [at, is_new] =
-                places.try_emplace(p, static_cast<std::uint32_t>(mesh.vertices.size()));
-            if (is_new) mesh.vertices.emplace_back(p[0], p[1], p[2]);
-            numbers.push_back(at->second);
-        } else if (kind == "f") {
-            std::array<std::uint32_t, 3> t{};
-            for (std::uint32_t& corner : t) {
-                std::string word;
-                words >> word;
-                corner = numbers.at(std::stoul(word) - 1);
-            }
-            if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
-        }
-    }
-    return mesh;
-}
-
-ShapeMesh compacted(const ShapeMesh& mesh) {
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    ShapeMesh result;
-    std::vector<std::uint32_t> numbers(mesh.vertices.size(), kUnused);
-    for (auto t : mesh.triangles) {
-        for (std::uint32_t& v : t) {
-            if (numbers[v] == kUnused) {
-                numbers[v] = static_cast<std::uint32_t>(result.vertices.size());
-                result.vertices.push_back(mesh.vertices[v]);
-            }
-            v = numbers[v];
-        }
-        result.triangles.push_back(t);
-    }
-    return result;
-}
-
 // Source: P. Cignoni, C. Rocchini, R. Scopigno. Metro: Measuring Error on Simplified Surfaces. Computer Graphics Forum
 // 17(2), 1998: samples of either surface and their nearest points on the other.
-
-namespace {
-
-using test::ShapeMesh;
-using Triangle = std::array<std::uint32_t, 3>;
 
 // Distances that differ by less than this share are the same: of those triangles the best normal counts.
 constexpr double kTie = 1e-6;
@@ -263,8 +193,10 @@ std::size_t count_folded(const ShapeMesh& mesh, const SurfaceIndex& index) {
     return count;
 }
 
-}  // namespace
-
+/// Compares a result with its input by samples spread evenly over both areas, and all vertices. Of nearest triangles
+/// at the same distance the one counts whose normal is nearest.
+///
+/// @param samples of each surface, about
 SurfaceMeasure measure_surfaces(const ShapeMesh& input, const ShapeMesh& result,
                                 std::size_t samples) {
     SurfaceMeasure measure;
@@ -302,12 +234,24 @@ SurfaceMeasure measure_surfaces(const ShapeMesh& input, const ShapeMesh& result,
     return measure;
 }
 
-// Methods of simplification at the same count of triangles: distances and normals on samples of both surfaces, bad
-// triangles and time. Exit code 1 where a sample is farther than a certified distance.
+/// The result of a method: triangles of the input's vertices, or of its own.
+struct Simplified {
+    ShapeMesh mesh = {};
+    double certified = -1.0;  ///< bound of the Hausdorff distance, metres; negative: it has none
+    double ms = 0.0;          ///< processor time of the method alone, median of the runs
+};
 
-namespace {
+/// A method that reduces a mesh to about a number of triangles.
+struct Simplifier {
+    std::string name;
+    Simplified (*run)(const ShapeMesh& mesh, std::size_t triangles, int runs) = nullptr;
+};
 
-using test::ShapeMesh;
+/// Processor time: others may use the machine.
+template <class Function>
+double median_ms(int runs, const Function& function) {
+    return tools::median_ms(runs, Clock::thread, function);
+}
 
 struct Options {
     bool is_quick = false;
@@ -344,6 +288,53 @@ Simplified run_progressive(const ShapeMesh& mesh, std::size_t triangles, int run
     return result;
 }
 
+#if TERRANE_BENCH_MESHOPTIMIZER
+// A. Kapoulkine, meshoptimizer: positions are float there, so that its own time is without the conversion.
+template <class Simplify>
+Simplified run_peer(const ShapeMesh& mesh, int runs, const Simplify& simplify) {
+    std::vector<float> positions;
+    std::vector<unsigned> indices;
+    for (const Eigen::Vector3d& v : mesh.vertices) {
+        for (int axis = 0; axis < 3; ++axis) positions.push_back(static_cast<float>(v[axis]));
+    }
+    for (const auto& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+    std::vector<unsigned> made(indices.size());
+    std::size_t count = 0;
+    Simplified result;
+    result.ms = median_ms(runs, [&] { count = simplify(made, indices, positions); });
+    result.mesh.vertices = mesh.vertices;
+    for (std::size_t i = 0; i < count; i += 3)
+        result.mesh.triangles.push_back({made[i], made[i + 1], made[i + 2]});
+    return result;
+}
+
+Simplified run_meshoptimizer(const ShapeMesh& mesh, std::size_t triangles, int runs) {
+    return run_peer(mesh, runs, [&](auto& made, const auto& indices, const auto& positions) {
+        return meshopt_simplify(made.data(), indices.data(), indices.size(), positions.data(),
+                                mesh.vertices.size(), 3 * sizeof(float), 3 * triangles, FLT_MAX, 0,
+                                nullptr);
+    });
+}
+
+Simplified run_meshoptimizer_sloppy(const ShapeMesh& mesh, std::size_t triangles, int runs) {
+    return run_peer(mesh, runs, [&](auto& made, const auto& indices, const auto& positions) {
+        return meshopt_simplifySloppy(made.data(), indices.data(), indices.size(), positions.data(),
+                                      mesh.vertices.size(), 3 * sizeof(float), 3 * triangles,
+                                      FLT_MAX, nullptr);
+    });
+}
+#endif
+
+std::vector<Simplifier> all_simplifiers() {
+    std::vector<Simplifier> all = {{"simplify()", run_simplify},
+                                   {"ProgressiveMesh", run_progressive}};
+#if TERRANE_BENCH_MESHOPTIMIZER
+    all.push_back({"meshoptimizer", run_meshoptimizer});
+    all.push_back({"meshoptimizer sloppy", run_meshoptimizer_sloppy});
+#endif
+    return all;
+}
+
 bool compare(const char* name, const ShapeMesh& mesh, const Options& options) {
     const std::size_t count = mesh.triangles.size();
     std::printf("%s: %zu triangles\n", name, count);
@@ -357,7 +348,7 @@ bool compare(const char* name, const ShapeMesh& mesh, const Options& options) {
             if (method.name.find(options.only) == std::string::npos) continue;
             const Simplified made = method.run(mesh, target, options.runs);
             const SurfaceMeasure m =
-                measure_surfaces(mesh, compacted(made.mesh), options.is_quick ? 2'000 : 400'000);
+                measure_surfaces(mesh, made.mesh, options.is_quick ? 2'000 : 400'000);
             const bool is_within =
                 made.certified < 0.0 || m.hausdorff <= made.certified * (1.0 + 1e-9) + 1e-9;
             holds &= is_within;
@@ -405,54 +396,39 @@ std::string data_folder() {
     return folder != nullptr ? folder : TERRANE_SOURCE_DIR "/../shared/data";
 }
 
-}  // namespace
-
-std::vector<Simplifier> all_simplifiers() {
-    std::vector<Simplifier> all = {{"simplify()", run_simplify},
-                                   {"ProgressiveMesh", run_progressive},
-                                   {"vertex decimation", run_vertex_decimation},
-                                   {"vertex clustering", run_vertex_clustering}};
-#if TERRANE_BENCH_MESHOPTIMIZER
-    all.push_back({"meshoptimizer", run_meshoptimizer});
-    all.push_back({"meshoptimizer sloppy", run_meshoptimizer_sloppy});
-#endif
-    return all;
+ShapeMesh make_fractal_mesh(int side) {
+    constexpr double kCell = 4.0;
+    const auto source = FractalHeights::create({.seed = 20}).value();
+    return test::make_grid(side, side, [&](int column, int row) {
+        const double x = kCell * column, y = kCell * row;
+        return Eigen::Vector3d(x, y, source->height(x, y));
+    });
 }
 
+}  // namespace
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
     using namespace terrane;
     using namespace terrane::bench;
+    Arguments arguments(argc, argv,
+                        "simplify_comparison [--quick] [--only METHOD] [--mesh FILE.obj]");
     Options options;
-    std::string model;
-    bool has_terrain = true;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view word = argv[i];
-        const bool has_value = i + 1 < argc;
-        if (word == "--quick") {
-            options.is_quick = true;
-            options.runs = 1;
-        } else if (word == "--only" && has_value) {
-            options.only = argv[++i];
-        } else if (word == "--mesh" && has_value) {
-            model = argv[++i];
-            has_terrain = false;
-        } else {
-            std::fprintf(stderr, "usage: %s [--quick] [--only METHOD] [--mesh FILE.obj]\n",
-                         argv[0]);
-            return 2;
-        }
-    }
+    options.is_quick = arguments.has("--quick");
+    options.runs = options.is_quick ? 1 : 3;
+    options.only = arguments.text("--only", "");
+    const std::string given = arguments.text("--mesh", "");
+    arguments.finish();
     std::printf("%s\n", describe_machine().c_str());
     bool holds = true;
-    if (model.empty()) model = data_folder() + "/models/fcl_env.obj";
-    if (const auto mesh = read_obj_mesh(model)) {
-        holds &= compare(model.substr(model.rfind('/') + 1).c_str(), *mesh, options);
+    const std::string model = given.empty() ? data_folder() + "/models/fcl_env.obj" : given;
+    if (const Result<TriangleMesh> mesh = tools::read_mesh(model)) {
+        holds &= compare(model.substr(model.rfind('/') + 1).c_str(),
+                         {mesh->positions, mesh->triangles}, options);
     } else {
-        std::printf("left out: %s cannot be read\n", model.c_str());
+        std::printf("left out: %s\n", mesh.error().message.c_str());
     }
-    if (has_terrain) {
+    if (given.empty()) {
         const test::ShapeMesh fractal = make_fractal_mesh(options.is_quick ? 40 : 500);
         holds &= compare("fractal of seed 20, cells of 4 m", fractal, options);
         measure_playing(fractal, options.runs);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Time, memory and accuracy of volumes. Prints one line a figure; --quick repeats less often.
-#include "lab/measure.h"
+#include "benchmark/bench.h"
 #include "support/random.h"
 #include "volume/joined_mesh.h"
 #include "volume/volume_scenes.h"
@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <string_view>
 
 namespace terrane {
 namespace {
@@ -209,7 +208,9 @@ void measure_accuracy() {
 }  // namespace terrane
 
 int main(int argc, char** argv) {
-    const bool quick = argc > 1 && std::string_view(argv[1]) == "--quick";
+    terrane::bench::Arguments arguments(argc, argv, "volume_benchmark [--quick]");
+    const bool quick = arguments.has("--quick");
+    arguments.finish();
     terrane::measure_dig(quick ? 1 : 15);
     terrane::measure_memory();
     terrane::measure_accuracy();

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 
+#include "collision/world/body_cases.h"
 #include "collision/world/world_cases.h"
 #include "support/allocation_counter.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 namespace terrane::body_bounds_test {
 
@@ -17,7 +18,7 @@ constexpr std::uint64_t kSeed = 20261126;
 
 /// Largest coordinate of a shape along a world axis: the maximum over its convex pieces.
 double support_along(const Shape& shape, const Pose& pose, const Eigen::Vector3d& axis) {
-    double most = -std::numeric_limits<double>::infinity();
+    double most = -kInfinity;
     for (const Piece& piece : pieces_of(shape, pose)) {
         const Eigen::Vector3d local = piece.world_from_piece.rotation.transpose() * axis;
         most = std::max(most, axis.dot(piece.world_from_piece.translation) +
@@ -109,7 +110,6 @@ using internal::BoxSweep;
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261125;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using Slots = std::vector<std::uint32_t>;
 
 Aabb random_box(Random& random, double width) {
@@ -120,20 +120,13 @@ Aabb random_box(Random& random, double width) {
 }
 
 /// Empty boxes in several representations.
-Aabb no_box(int i) {
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-    switch (i % 5) {
-        case 0:
-            return {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}};
-        case 1:
-            return {{0.0, kNan, 0.0}, {9.0, 9.0, 9.0}};
-        case 2:
-            return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
-        case 3:
-            return {{0.0, 0.0, -kInfinity}, {1.0, 1.0, kInfinity}};
-        default:
-            return {{0.0, 0.0, 2.0}, {9.0, 9.0, 1.0}};  // along one axis only
-    }
+const Aabb& no_box(int i) {
+    static const std::array<Aabb, 5> boxes{
+        Aabb{{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}},   {{0.0, kNan, 0.0}, {9.0, 9.0, 9.0}},
+        {{kNan, kNan, kNan}, {kNan, kNan, kNan}}, {{0.0, 0.0, -kInfinity}, {1.0, 1.0, kInfinity}},
+        {{0.0, 0.0, 2.0}, {9.0, 9.0, 1.0}},  // along one axis only
+    };
+    return boxes[static_cast<std::size_t>(i) % boxes.size()];
 }
 
 double width_of(std::size_t count) { return 3.0 * std::cbrt(static_cast<double>(count)) + 1.0; }
@@ -163,11 +156,6 @@ Slots choose(const std::vector<Aabb>& boxes, const Wanted& is_wanted) {
     return slots;
 }
 
-Slots sorted(Slots slots) {
-    std::sort(slots.begin(), slots.end());
-    return slots;
-}
-
 /// By ternary search: the distance of the sweep's point from the widened box is a convex function of the fraction.
 bool touches_up_to(const BoxSweep& sweep, double limit, const Aabb& box) {
     const auto distance_at = [&](double t) {
@@ -191,27 +179,30 @@ bool touches_up_to(const BoxSweep& sweep, double limit, const Aabb& box) {
 void expect_answers_of_brute_force(const BodyTree& tree, const std::vector<Aabb>& boxes,
                                    Random& random) {
     const double width = width_of(boxes.size());
+    Slots found;
+    const auto expect_found = [&](const auto& is_wanted) {
+        std::ranges::sort(found);
+        EXPECT_EQ(found, choose(boxes, is_wanted));
+        found.clear();
+    };
     for (int i = 0; i < 12; ++i) {
         SCOPED_TRACE(testing::Message() << "query " << i);
         const Aabb box = random_box(random, width);
-        Slots found;
         tree.visit_overlaps(box, [&](std::uint32_t slot) { found.push_back(slot); });
-        EXPECT_EQ(sorted(found), choose(boxes, [&](const Aabb& other) {
-                      return (other.low.array() <= box.high.array()).all() &&
-                             (other.high.array() >= box.low.array()).all();
-                  }));
+        expect_found([&](const Aabb& other) {
+            return (other.low.array() <= box.high.array()).all() &&
+                   (other.high.array() >= box.low.array()).all();
+        });
 
         const double limit = i % 3 == 0 ? kInfinity : random.between(0.0, 0.5 * width);
-        found.clear();
         tree.visit_near(box, limit, [&](std::uint32_t slot) {
             found.push_back(slot);
             return limit;
         });
-        EXPECT_EQ(
-            sorted(found), choose(boxes, [&](const Aabb& other) {
-                return (other.low - box.high).cwiseMax(box.low - other.high).cwiseMax(0.0).norm() <=
-                       limit;
-            }));
+        expect_found([&](const Aabb& other) {
+            const Eigen::Vector3d gap = (other.low - box.high).cwiseMax(box.low - other.high);
+            return gap.cwiseMax(0.0).norm() <= limit;
+        });
 
         BoxSweep sweep{.from = random_box(random, width).low, .reach = {}};
         sweep.displacement = random_box(random, width).low - sweep.from;
@@ -220,36 +211,23 @@ void expect_answers_of_brute_force(const BodyTree& tree, const std::vector<Aabb>
         sweep.reach = {-random.between(0.0, 1.0) * random.direction().cwiseAbs(),
                        random.between(0.0, 1.0) * random.direction().cwiseAbs()};
         const double fraction = i % 2 == 0 ? 1.0 : random.between(0.0, 1.0);
-        found.clear();
         tree.visit_along(sweep, fraction, [&](std::uint32_t slot) {
             found.push_back(slot);
             return fraction;
         });
-        EXPECT_EQ(sorted(found), choose(boxes, [&](const Aabb& other) {
-                      return touches_up_to(sweep, fraction, other);
-                  }));
+        expect_found([&](const Aabb& other) { return touches_up_to(sweep, fraction, other); });
     }
 }
 
-TEST(BodyTree, FindsTheBoxesThatBruteForceFinds) {
+TEST(BodyTree, FindsTheBoxesThatBruteForceFindsAfterARefitToo) {
     SeededRandom random(kSeed);
     for (const std::size_t count : {0u, 1u, 2u, 3u, 50u, 500u}) {
-        SCOPED_TRACE(testing::Message() << count << " boxes");
-        const std::vector<Aabb> boxes = random_boxes(random, count);
-        BodyTree tree;
-        tree.build(boxes);
-        EXPECT_EQ(tree.slot_count(), count);
-        ASSERT_NO_FATAL_FAILURE(expect_answers_of_brute_force(tree, boxes, random));
-    }
-}
-
-TEST(BodyTree, FindsThemAfterARefitToo) {
-    SeededRandom random(kSeed + 1);
-    for (const std::size_t count : {0u, 1u, 2u, 50u, 500u}) {
         SCOPED_TRACE(testing::Message() << count << " boxes");
         std::vector<Aabb> boxes = random_boxes(random, count);
         BodyTree tree;
         tree.build(boxes);
+        EXPECT_EQ(tree.slot_count(), count);
+        ASSERT_NO_FATAL_FAILURE(expect_answers_of_brute_force(tree, boxes, random));
         for (int step = 0; step < 4; ++step) {
             for (Aabb& box : boxes) {
                 // Boxes are added, removed and moved, by small and large distances.
@@ -271,19 +249,14 @@ TEST(BodyTree, FindsNothingAmongBoxesThatAreAllEmpty) {
     for (int i = 0; i < 20; ++i) boxes.push_back(no_box(i));
     BodyTree tree;
     tree.build(boxes);
-    int found = 0;
-    const auto count = [&](std::uint32_t) { ++found; };
-    const auto count_to = [&](double limit) {
-        return [&found, limit](std::uint32_t) {
-            ++found;
-            return limit;
-        };
+    const auto fail = [](std::uint32_t slot) {
+        ADD_FAILURE() << "slot " << slot;
+        return 1.0;
     };
     const Aabb all{{-1e100, -1e100, -1e100}, {1e100, 1e100, 1e100}};
-    tree.visit_overlaps(all, count);
-    tree.visit_near(all, kInfinity, count_to(kInfinity));
-    tree.visit_along(BoxSweep{.displacement = {1.0, 2.0, 3.0}, .reach = all}, 1.0, count_to(1.0));
-    EXPECT_EQ(found, 0);
+    tree.visit_overlaps(all, fail);
+    tree.visit_near(all, kInfinity, fail);
+    tree.visit_along(BoxSweep{.displacement = {1.0, 2.0, 3.0}, .reach = all}, 1.0, fail);
 }
 
 TEST(BodyTree, LooksAtFewBoxesOfMany) {
@@ -319,7 +292,7 @@ TEST(BodyTree, KeepsItsMemory) {
     const std::vector<Aabb> boxes = random_boxes(random, 500);
     BodyTree tree;
     tree.build(boxes);
-    const test::AllocationCounter counter;
+    const AllocationCounter counter;
     tree.refit(boxes);
     tree.build(boxes);
     tree.build(std::span(boxes).first(100));

@@ -25,31 +25,6 @@ double distance_to(const Vec& p, const std::array<Vec, 3>& t) {
     return is_inside ? std::abs((p - t[0]).dot(n)) : edges;
 }
 
-struct Builder {
-    SolidTriangles solid;
-    /// A rectangle spanned by u and v from a corner; u x v points out of the solid.
-    void add(const Vec& corner, const Vec& u, const Vec& v, int parts) {
-        for (int i = 0; i < parts; ++i) {
-            for (int j = 0; j < parts; ++j) {
-                const Vec a = corner + u * (double(i) / parts) + v * (double(j) / parts);
-                const Vec du = u / parts, dv = v / parts;
-                const auto first = static_cast<std::uint32_t>(solid.vertices_world.size());
-                for (const Vec& p : {a, Vec(a + du), Vec(a + du + dv), Vec(a + dv)}) {
-                    solid.vertices_world.push_back(p);
-                }
-                if ((i + j) % 2 == 0) {
-                    solid.triangles.push_back({first, first + 1, first + 2});
-                    solid.triangles.push_back({first, first + 2, first + 3});
-                } else {
-                    solid.triangles.push_back({first, first + 1, first + 3});
-                    solid.triangles.push_back({first + 1, first + 2, first + 3});
-                }
-                solid.parts.insert(solid.parts.end(), 2, SolidPart::cavity);
-            }
-        }
-    }
-};
-
 struct RoundPoint {
     Vec p;
     double radius;
@@ -96,6 +71,28 @@ double depth_in(const Shape& shape, const Vec& p) {
 }
 
 }  // namespace
+
+void add_rectangle(SolidTriangles& solid, const Vec& corner, const Vec& u, const Vec& v,
+                   int parts) {
+    const Vec du = u / parts, dv = v / parts;
+    for (int i = 0; i < parts; ++i) {
+        for (int j = 0; j < parts; ++j) {
+            const Vec a = corner + u * (double(i) / parts) + v * (double(j) / parts);
+            const auto first = static_cast<std::uint32_t>(solid.vertices_world.size());
+            for (const Vec& p : {a, Vec(a + du), Vec(a + du + dv), Vec(a + dv)}) {
+                solid.vertices_world.push_back(p);
+            }
+            if ((i + j) % 2 == 0) {
+                solid.triangles.push_back({first, first + 1, first + 2});
+                solid.triangles.push_back({first, first + 2, first + 3});
+            } else {
+                solid.triangles.push_back({first, first + 1, first + 3});
+                solid.triangles.push_back({first + 1, first + 2, first + 3});
+            }
+            solid.parts.insert(solid.parts.end(), 2, SolidPart::cavity);
+        }
+    }
+}
 
 bool CaveScene::is_air(const Vec& p) const {
     return p.z() > kTop || std::any_of(air.begin(), air.end(), [&](const AirBox& box) {
@@ -145,35 +142,37 @@ CaveScene make_cave(double shift, bool is_closed) {
     const Vec x = Vec::UnitX(), y = Vec::UnitY(), z = Vec::UnitZ();
     // Cavern of 20 x 20 x 10 m, shaft of 6 x 6 m.
     const double low = 40.0, high = 60.0, floor = 10.0, roof = 20.0, a = 46.0, b = 52.0;
-    Builder builder;
-    builder.add(o + Vec(low, low, floor), 20.0 * x, 20.0 * y, 10);  // floor
-    builder.add(o + Vec(low, low, floor), 20.0 * y, 10.0 * z, 5);   // west
-    builder.add(o + Vec(high, low, floor), 10.0 * z, 20.0 * y, 5);  // east
-    builder.add(o + Vec(low, low, floor), 10.0 * z, 20.0 * x, 5);   // south
-    builder.add(o + Vec(low, high, floor), 20.0 * x, 10.0 * z, 5);  // north
+    SolidTriangles solid;
+    const auto add = [&](const Vec& corner, const Vec& u, const Vec& v, int parts) {
+        add_rectangle(solid, o + corner, u, v, parts);
+    };
+    add(Vec(low, low, floor), 20.0 * x, 20.0 * y, 10);  // floor
+    add(Vec(low, low, floor), 20.0 * y, 10.0 * z, 5);   // west
+    add(Vec(high, low, floor), 10.0 * z, 20.0 * y, 5);  // east
+    add(Vec(low, low, floor), 10.0 * z, 20.0 * x, 5);   // south
+    add(Vec(low, high, floor), 20.0 * x, 10.0 * z, 5);  // north
     if (is_closed) {
-        builder.add(o + Vec(low, low, roof), 20.0 * y, 20.0 * x, 10);
+        add(Vec(low, low, roof), 20.0 * y, 20.0 * x, 10);
     } else {
-        builder.add(o + Vec(low, low, roof), (a - low) * y, 20.0 * x, 6);   // roof, south
-        builder.add(o + Vec(low, b, roof), (high - b) * y, 20.0 * x, 6);    // north
-        builder.add(o + Vec(low, a, roof), (b - a) * y, (a - low) * x, 3);  // west
-        builder.add(o + Vec(b, a, roof), (b - a) * y, (high - b) * x, 3);   // east
+        add(Vec(low, low, roof), (a - low) * y, 20.0 * x, 6);   // roof, south
+        add(Vec(low, b, roof), (high - b) * y, 20.0 * x, 6);    // north
+        add(Vec(low, a, roof), (b - a) * y, (a - low) * x, 3);  // west
+        add(Vec(b, a, roof), (b - a) * y, (high - b) * x, 3);   // east
         const double up = CaveScene::kTop - roof;
-        builder.add(o + Vec(a, a, roof), (b - a) * y, up * z, 4);
-        builder.add(o + Vec(b, a, roof), up * z, (b - a) * y, 4);
-        builder.add(o + Vec(a, a, roof), up * z, (b - a) * x, 4);
-        builder.add(o + Vec(a, b, roof), (b - a) * x, up * z, 4);
+        add(Vec(a, a, roof), (b - a) * y, up * z, 4);
+        add(Vec(b, a, roof), up * z, (b - a) * y, 4);
+        add(Vec(a, a, roof), up * z, (b - a) * x, 4);
+        add(Vec(a, b, roof), (b - a) * x, up * z, 4);
         for (int row = int(a); row < int(b); ++row) {
             for (int column = int(a); column < int(b); ++column) {
                 const int cell = row * 128 + column;
-                builder.solid.replaced.push_back(static_cast<std::uint16_t>(2 * cell));
-                builder.solid.replaced.push_back(static_cast<std::uint16_t>(2 * cell + 1));
+                solid.replaced.push_back(static_cast<std::uint16_t>(2 * cell));
+                solid.replaced.push_back(static_cast<std::uint16_t>(2 * cell + 1));
             }
         }
     }
     TableGroundSettings settings;
     settings.origin_x = settings.origin_y = shift;
-    const SolidTriangles solid = builder.solid;
     settings.solid = [&](const Chunk&) { return std::make_shared<const SolidSurface>(solid); };
     CaveScene scene{
         make_test_ground([](double, double) { return CaveScene::kTop; }, settings), {}, {}};

@@ -13,6 +13,10 @@
 // Hand-made scenes of triangles and a depth oracle that shares no code with the library.
 namespace terrane::test {
 
+/// Adds a rectangle of parts x parts squares, spanned by u and v from a corner; u x v points out of the solid.
+void add_rectangle(SolidTriangles& solid, const Eigen::Vector3d& corner, const Eigen::Vector3d& u,
+                   const Eigen::Vector3d& v, int parts);
+
 /// An axis-aligned box of air below the ground.
 struct AirBox {
     Eigen::Vector3d low, high;

@@ -2,19 +2,62 @@
 #pragma once
 
 #include "collision/shapes/point_clouds.h"
-#include "ground_oracle.h"
+#include "support/grounds.h"
+#include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
 #include <ostream>
 #include <span>
 #include <string>
 #include <vector>
 
-// Poses, motions and grounds of random tests.
+// Poses, motions, grounds and shapes of random tests.
 namespace terrane::test {
+
+/// Pseudorandom height of a lattice point, in [0, 1).
+inline double hash_height(double x, double y) {
+    auto h = static_cast<std::uint32_t>(static_cast<std::int64_t>(x) * 73856093 ^
+                                        static_cast<std::int64_t>(y) * 19349663);
+    h = (h ^ (h >> 16)) * 0x7feb352du;
+    h = (h ^ (h >> 15)) * 0x846ca68bu;
+    return static_cast<double>(h ^ (h >> 16)) / 4294967296.0;
+}
+
+struct Scene {
+    const char* name;
+    Ground ground;
+};
+
+/// Grounds over [0, 128]^2 with 1 m cells, each difficult in a different way. Made once.
+inline const std::vector<Scene>& scenes() {
+    static const auto make = [](auto height) { return make_test_ground(height, 1.0, 1); };
+    static const std::vector<Scene> made{
+        {"plane", make([](double x, double y) { return 0.25 * x - 0.5 * y; })},
+        {"stairs", make([](double x, double) { return std::floor(x / 4.0) * 0.5; })},
+        {"spikes", make([](double x, double y) {
+             return std::fmod(x, 5.0) == 0.0 && std::fmod(y, 5.0) == 0.0 ? 3.0 : 0.0;
+         })},
+        {"ridges", make([](double x, double) { return std::abs(std::fmod(x, 4.0) - 2.0); })},
+        {"walls", make([](double x, double) { return std::fmod(x, 8.0) == 0.0 ? 5.0 : 0.0; })},
+        {"pits", make([](double x, double y) {
+             return std::fmod(x, 6.0) == 0.0 && std::fmod(y, 6.0) == 0.0 ? -4.0 : 0.0;
+         })},
+        {"rough", make(hash_height)}};
+    return made;
+}
+
+inline std::vector<Shape> make_shapes() {
+    return {Sphere{0.5}, Capsule{0.4, 0.8}, Box{Eigen::Vector3d(1.0, 1.5, 0.5)}};
+}
 
 inline Pose pose_at(double x, double y, double z) { return Pose{.translation = {x, y, z}}; }
 
@@ -50,22 +93,51 @@ inline Motion random_motion(Random& random, const Ground& ground, int i) {
                          kSpins[static_cast<std::size_t>(i % 4)]);
 }
 
-/// The shortest translation that satisfies all contacts, by Dykstra's projection algorithm.
+/// The shortest translation that resolves all contacts: the most violated one is added to a set, for which every choice
+/// of up to three contacts is tried, until none is violated.
 inline Eigen::Vector3d resolve(std::span<const Contact> contacts) {
-    Eigen::Vector3d d = Eigen::Vector3d::Zero();
-    std::vector<double> corrections(contacts.size(), 0.0);
-    for (int round = 0; round < 20000; ++round) {
-        double change = 0.0;
-        for (std::size_t i = 0; i < contacts.size(); ++i) {
-            const double rest = contacts[i].depth - contacts[i].normal.dot(d);
-            const double correction = std::max(-corrections[i], rest);
-            corrections[i] += correction;
-            d += correction * contacts[i].normal;
-            change = std::max(change, std::abs(correction));
+    using Vec = Eigen::Matrix<long double, 3, 1>;
+    std::vector<Vec> n;
+    std::vector<long double> b;
+    Vec best = Vec::Zero();
+    const auto consider = [&](const Vec& d) {
+        if (!(d.squaredNorm() < best.squaredNorm())) return;
+        for (std::size_t i = 0; i < n.size(); ++i) {
+            if (n[i].dot(d) - b[i] < -1e-13L * (1 + d.norm())) return;
         }
-        if (change < 1e-13) break;
+        best = d;
+    };
+    for (std::size_t round = 0; round < contacts.size(); ++round) {
+        const Contact* worst = nullptr;
+        long double least = -1e-12L * (1 + best.norm());
+        for (const Contact& contact : contacts) {
+            const long double over = contact.normal.cast<long double>().dot(best) - contact.depth;
+            if (over < least) {
+                least = over;
+                worst = &contact;
+            }
+        }
+        if (worst == nullptr) break;
+        n.push_back(worst->normal.cast<long double>());
+        b.push_back(worst->depth);
+        best = Vec::Constant(1e30L);
+        for (std::size_t i = 0; i < n.size(); ++i) {
+            consider(b[i] * n[i] / n[i].squaredNorm());
+            for (std::size_t j = i + 1; j < n.size(); ++j) {
+                const Vec c = n[i].cross(n[j]);
+                const long double square = c.squaredNorm();
+                if (square < 1e-24L) continue;
+                consider((b[i] * n[j].cross(c) + b[j] * c.cross(n[i])) / square);
+                for (std::size_t k = j + 1; k < n.size(); ++k) {
+                    const long double volume = c.dot(n[k]);
+                    if (std::abs(volume) < 1e-12L) continue;
+                    consider((b[i] * n[j].cross(n[k]) + b[j] * n[k].cross(n[i]) + b[k] * c) /
+                             volume);
+                }
+            }
+        }
     }
-    return d;
+    return best.cast<double>();
 }
 
 /// Identical rough ground at the origin and 1e7 m east and north of it, shifted by whole root squares.
@@ -83,8 +155,6 @@ private:
             [](double x, double y) { return hash_height(x - kShift, y - kShift); }, settings);
     }
 };
-
-// Hulls and compounds for ground queries, and oracles that share no method with the library.
 
 inline ConvexHull make_hull(const Points& points) { return ConvexHull::create(points).value(); }
 
@@ -119,49 +189,6 @@ inline std::vector<NamedHull> make_hulls(Random& random) {
         {"segment", turned({{0.9, 0, 0}, {-0.9, 0, 0}})},
         {"point", turned({{0, 0, 0}})},
     };
-}
-
-/// Triangles that cover the hull of a few points: every triple with all other points on one side. Fewer than three
-/// points are returned as they are.
-inline std::vector<Points> cover_hull(const Points& points) {
-    if (points.size() < 3) return {points};
-    std::vector<Points> cover;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        for (std::size_t j = i + 1; j < points.size(); ++j) {
-            for (std::size_t k = j + 1; k < points.size(); ++k) {
-                const Eigen::Vector3d n = (points[j] - points[i]).cross(points[k] - points[i]);
-                double low = 0.0, high = 0.0;
-                for (std::size_t m = 0; m < points.size(); ++m) {
-                    if (m == i || m == j || m == k) continue;
-                    low = std::min(low, n.dot(points[m] - points[i]));
-                    high = std::max(high, n.dot(points[m] - points[i]));
-                }
-                if (low < -1e-9 && high > 1e-9) continue;
-                cover.push_back({points[i], points[j], points[k]});
-            }
-        }
-    }
-    return cover;
-}
-
-/// Lift by clipping: surface polygons of the shape over the triangles of the ground.
-inline double clip_hull_lift(const std::vector<Points>& cover, const Pose& pose,
-                             std::span<const Corners> soup) {
-    double lift = -std::numeric_limits<double>::infinity();
-    for (const Points& polygon : cover) {
-        Points placed;
-        for (const Eigen::Vector3d& p : polygon) placed.push_back(pose * p);
-        for (const Corners& triangle : soup) {
-            lift = std::max(lift, clip_polygon_lift(placed, triangle));
-        }
-    }
-    return lift;
-}
-
-/// The triangles of the ground under the AABB of a sphere around a pose.
-inline std::vector<Corners> soup_around(const Ground& ground, const Pose& pose, double radius) {
-    const Eigen::Vector3d& p = pose.translation;
-    return make_soup(ground, p.x() - radius, p.y() - radius, p.x() + radius, p.y() + radius);
 }
 
 /// A named shape for parametrised tests.

@@ -71,11 +71,6 @@ Long drop(const Shape& shape, const LongMat& rotation, const LongVec& n) {
     return std::get<Box>(shape).half_extents.cast<Long>().dot(m.cwiseAbs());
 }
 
-const std::array<Shape, 3>& shapes() {
-    static const std::array<Shape, 3> made{Sphere{0.5}, Capsule{0.4, 0.8}, Box{{1.0, 1.5, 0.5}}};
-    return made;
-}
-
 LongMat turned(const LongVec& rotation_vector, const Eigen::Matrix3d& start) {
     const Long angle = rotation_vector.norm();
     if (angle == 0) return start.cast<Long>();
@@ -114,7 +109,7 @@ TEST(ExactPlane, DepthIsWithinTheDerivedBound) {
     SeededRandom random(kSeed);
     Long worst = 0, worst_share = 0;
     for (const Plane& plane : planes()) {
-        for (const Shape& shape : shapes()) {
+        for (const Shape& shape : make_shapes()) {
             for (int i = 0; i < 300; ++i) {
                 const double wanted = std::pow(10.0, random.between(-8.0, -1.0));
                 Motion still{.start = pose_with_gap(random, plane, shape, -wanted)};
@@ -156,7 +151,7 @@ TEST(ExactPlane, TimeOfContactIsWithinTheDerivedBound) {
     for (const double tolerance : {1e-4, 1e-6}) {
         Long earliest = 0, latest = -1;
         for (const Plane& plane : planes()) {
-            for (const Shape& shape : shapes()) {
+            for (const Shape& shape : make_shapes()) {
                 for (int i = 0; i < 100; ++i) {
                     const Motion motion = random_motion(random, plane, shape, 0.0);
                     const Long closing = -plane.normal.dot(motion.translation.cast<Long>());
@@ -184,7 +179,7 @@ TEST(ExactPlane, TurningShapesStopWithinTheDerivedBound) {
     const CastSettings settings;
     Long widest = 0;
     for (const Plane& plane : planes()) {
-        for (const Shape& shape : shapes()) {
+        for (const Shape& shape : make_shapes()) {
             long hits = 0;
             for (int i = 0; i < 60; ++i) {
                 const Motion motion = random_motion(random, plane, shape, i % 2 == 0 ? 1.0 : 10.0);

@@ -47,13 +47,15 @@ Pose pose_near_walls(Random& random, const Shape& shape, double gap, double shif
     return pose;
 }
 
-class MeshQueries : public ::testing::TestWithParam<double> {};
-
-TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
+/// In a closed chamber whose shift from the origin is the parameter.
+class MeshQueries : public ::testing::TestWithParam<double> {
+protected:
     const double shift = GetParam();
     const CaveScene scene = make_cave(shift, true);
-    Random random(11);
-    SCOPED_TRACE("seed 11");
+};
+
+TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
+    SeededRandom random(11);
     for (const Shape& shape : all_shapes()) {
         for (int i = 0; i < 200; ++i) {
             const double gap = std::pow(10.0, random.between(-6.0, 0.0));
@@ -64,12 +66,9 @@ TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
             ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_TRUE(answer.has_ground);
             ASSERT_NEAR(answer.distance, *least, 1e-9 + 1e-15 * shift) << name_of(shape) << i;
-            const auto second = [&] {
-                auto sorted = gaps;
-                std::sort(sorted.begin(), sorted.end());
-                return sorted[1];
-            }();
-            if (second - *least < 1e-6) continue;
+            auto sorted = gaps;
+            std::ranges::sort(sorted);
+            if (sorted[1] - sorted[0] < 1e-6) continue;
             const auto wall = least - gaps.begin();
             Eigen::Vector3d n = Eigen::Vector3d::Unit(wall / 2);
             if (wall % 2 == 1) n = -n;
@@ -80,10 +79,7 @@ TEST_P(MeshQueries, DistancesApartAreThoseOfTheNearestWall) {
 }
 
 TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
-    const double shift = GetParam();
-    const CaveScene scene = make_cave(shift, true);
-    Random random(12);
-    SCOPED_TRACE("seed 12");
+    SeededRandom random(12);
     constexpr double kMargin = 0.05;
     for (const Shape& shape : all_shapes()) {
         long compared = 0;
@@ -116,10 +112,7 @@ TEST_P(MeshQueries, ContactsAreThoseOfTheWallsWithinTheMargin) {
 }
 
 TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
-    const double shift = GetParam();
-    const CaveScene scene = make_cave(shift, true);
-    Random random(13);
-    SCOPED_TRACE("seed 13");
+    SeededRandom random(13);
     for (const Shape& shape : simple_shapes()) {
         long overlapping = 0;
         for (int i = 0; i < 100; ++i) {
@@ -144,10 +137,7 @@ TEST_P(MeshQueries, OverlapsAreResolvedByTheSumOfTheWalls) {
 }
 
 TEST_P(MeshQueries, CastsStopWithinTheToleranceAndNeverLate) {
-    const double shift = GetParam();
-    const CaveScene scene = make_cave(shift, true);
-    Random random(14);
-    SCOPED_TRACE("seed 14");
+    SeededRandom random(14);
     constexpr double kTolerance = 1e-4;
     for (const Shape& shape : all_shapes()) {
         long hits = 0;
@@ -296,8 +286,7 @@ class BodiesInACave : public ::testing::TestWithParam<Fall> {};
 TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
     const auto [speed, dt] = GetParam();
     const CaveScene scene = make_cave();
-    Random random(21);
-    SCOPED_TRACE("seed 21");
+    SeededRandom random(21);
     constexpr double kSeconds = 4.0;
     for (const Shape& shape : all_shapes(0.6)) {
         WorldSettings settings{.collide_bodies = false};
@@ -318,7 +307,7 @@ TEST_P(BodiesInACave, NeverGetDeeperThanTheirTolerance) {
             }
             state.pose.rotation = random.rotation();
             state.angular_velocity = 10.0 * random.direction();
-            bodies.push_back(world.add({.shape = shape}, state).value());
+            bodies.push_back(add(world, {.shape = shape}, state));
         }
         const double tolerance = default_contact_tolerance(shape);
         int in_cavern = 0;
@@ -355,7 +344,7 @@ TEST(BodiesOnAMesh, ComeToRestOnTheFloor) {
     for (const Shape& shape : all_shapes(0.6)) {
         World world = make_world();
         const BodyId body =
-            world.add({.shape = shape, .restitution = 0.0}, at({55.3, 43.2, 12.0})).value();
+            add(world, {.shape = shape, .restitution = 0.0}, at({55.3, 43.2, 12.0}));
         for (int i = 0; i < 1200; ++i) world.step(scene.ground, 1.0 / 60.0);
         EXPECT_EQ(world.state(body).condition, BodyCondition::asleep) << name_of(shape);
         EXPECT_LT(std::abs(scene.depth(world.settings(body).shape, world.state(body).pose)),
@@ -368,10 +357,8 @@ TEST(BodiesOnAMesh, ABoxSlidesOverInnerEdgesWithoutTurning) {
     const CaveScene scene = make_cave();
     World world = make_world();
     const Box box{{0.5, 0.4, 0.3}};
-    const BodyId body = world
-                            .add({.shape = box, .friction = 0.0, .restitution = 0.0},
-                                 at({42.0, 55.1, 10.3}, {3.0, 0.37, 0.0}))
-                            .value();
+    const BodyId body = add(world, {.shape = box, .friction = 0.0, .restitution = 0.0},
+                            at({42.0, 55.1, 10.3}, {3.0, 0.37, 0.0}));
     for (int i = 0; i < 240; ++i) {
         world.step(scene.ground, 1.0 / 60.0);
         const BodyState& state = world.state(body);
@@ -385,9 +372,8 @@ TEST(BodiesOnAMesh, ABoxSlidesOverInnerEdgesWithoutTurning) {
 TEST(BodiesOnAMesh, ASphereRollsOverTheRimAndFalls) {
     const CaveScene scene = make_cave();
     World world = make_world();
-    const BodyId body =
-        world.add({.shape = Sphere{0.5}}, at({43.0, 49.2, 40.5}, {2.0, 0.0, 0.0}, {0.0, 4.0, 0.0}))
-            .value();
+    const BodyId body = add(world, {.shape = Sphere{0.5}},
+                            at({43.0, 49.2, 40.5}, {2.0, 0.0, 0.0}, {0.0, 4.0, 0.0}));
     for (int i = 0; i < 600; ++i) {
         ASSERT_EQ(world.step(scene.ground, 1.0 / 60.0).too_deep, 0u);
         const Pose& pose = world.state(body).pose;
@@ -405,7 +391,7 @@ TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
     const CaveScene scene = make_cave();
     for (const Shape& shape : all_shapes(0.5)) {
         World world = make_world();
-        const BodyId body = world.add({.shape = shape}, at({55.0, 43.0, 8.0})).value();
+        const BodyId body = add(world, {.shape = shape}, at({55.0, 43.0, 8.0}));
         double deepest = scene.depth(world.settings(body).shape, world.state(body).pose);
         for (int i = 0; i < 400; ++i) {
             world.step(scene.ground, 1.0 / 60.0);
@@ -419,20 +405,24 @@ TEST(BodiesOnAMesh, PlacedInTheSolidComeOut) {
     }
 }
 
+/// Adds bodies of all shapes in the cavern, moving in any direction.
+void add_random_bodies(World& world, std::uint64_t seed, int count, double speed) {
+    Random random(seed);
+    const std::vector<Shape> shapes = all_shapes(0.4);
+    for (int i = 0; i < count; ++i) {
+        BodyState state = at(
+            {random.between(42.0, 58.0), random.between(42.0, 58.0), random.between(12.0, 18.0)});
+        state.pose.rotation = random.rotation();
+        state.velocity = speed * random.direction();
+        add(world, {.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state);
+    }
+}
+
 TEST(BodiesOnAMesh, GiveTheSameBitsWithAnyNumberOfWorkers) {
     const CaveScene scene = make_cave();
     const auto run = [&](int workers) {
         World world = make_world({.worker_count = workers});
-        Random random(22);
-        const std::vector<Shape> shapes = all_shapes(0.4);
-        for (int i = 0; i < 40; ++i) {
-            BodyState state = at({random.between(42.0, 58.0), random.between(42.0, 58.0),
-                                  random.between(12.0, 18.0)});
-            state.pose.rotation = random.rotation();
-            state.velocity = 20.0 * random.direction();
-            EXPECT_TRUE(
-                world.add({.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state));
-        }
+        add_random_bodies(world, 22, 40, 20.0);
         for (int i = 0; i < 120; ++i) world.step(scene.ground, 1.0 / 60.0);
         std::vector<double> numbers;
         for (const BodyState& state : world.states()) {
@@ -450,16 +440,8 @@ TEST(BodiesOnAMesh, AStepAllocatesNothing) {
     if (!AllocationCounter::kCounts) GTEST_SKIP() << "this sanitizer replaces operator new";
     const CaveScene scene = make_cave();
     World world = make_world(WorldSettings{.allow_sleep = false});
-    Random random(23);
-    const std::vector<Shape> shapes = all_shapes(0.4);
-    for (int i = 0; i < 20; ++i) {
-        BodyState state = at(
-            {random.between(42.0, 58.0), random.between(42.0, 58.0), random.between(12.0, 18.0)});
-        state.velocity = 5.0 * random.direction();
-        ASSERT_TRUE(
-            world.add({.shape = shapes[static_cast<std::size_t>(i) % shapes.size()]}, state));
-    }
-    for (int i = 0; i < 300; ++i) world.step(scene.ground, 1.0 / 60.0);
+    add_random_bodies(world, 23, 20, 5.0);
+    for (int i = 0; i < 600; ++i) world.step(scene.ground, 1.0 / 60.0);
     const AllocationCounter counter;
     for (int i = 0; i < 100; ++i) world.step(scene.ground, 1.0 / 60.0);
     EXPECT_EQ(counter.count(), 0u);
@@ -468,18 +450,8 @@ TEST(BodiesOnAMesh, AStepAllocatesNothing) {
 TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
     // A chamber that ends at the chunk's border, beyond which the ground is not resident.
     SolidTriangles solid;
-    const auto quad = [&](Eigen::Vector3d p, Eigen::Vector3d u, Eigen::Vector3d v) {
-        const auto first = static_cast<std::uint32_t>(solid.vertices_world.size());
-        for (const Eigen::Vector3d& corner :
-             {p, Eigen::Vector3d(p + u), Eigen::Vector3d(p + u + v), Eigen::Vector3d(p + v)}) {
-            solid.vertices_world.push_back(corner);
-        }
-        solid.triangles.push_back({first, first + 1, first + 2});
-        solid.triangles.push_back({first, first + 2, first + 3});
-        solid.parts.insert(solid.parts.end(), 2, SolidPart::cavity);
-    };
-    quad({100.0, 60.0, 5.0}, {28.0, 0.0, 0.0}, {0.0, 8.0, 0.0});
-    quad({100.0, 60.0, 9.0}, {0.0, 8.0, 0.0}, {28.0, 0.0, 0.0});
+    add_rectangle(solid, {100.0, 60.0, 5.0}, {28.0, 0.0, 0.0}, {0.0, 8.0, 0.0}, 1);
+    add_rectangle(solid, {100.0, 60.0, 9.0}, {0.0, 8.0, 0.0}, {28.0, 0.0, 0.0}, 1);
     TableGroundSettings settings{
         .roots = 2,
         .is_resident = [](int column, int) { return column == 0; },
@@ -491,8 +463,7 @@ TEST(BodiesOnAMesh, ParkBesideGroundThatIsNotResident) {
     for (const Shape& shape : all_shapes(0.5)) {
         World world = make_world();
         const BodyId body =
-            world.add({.shape = shape, .friction = 0.0}, at({110.0, 64.0, 6.5}, {20.0, 0.0, 0.0}))
-                .value();
+            add(world, {.shape = shape, .friction = 0.0}, at({110.0, 64.0, 6.5}, {20.0, 0.0, 0.0}));
         bool is_parked = false;
         for (int i = 0; i < 120; ++i) {
             is_parked = world.step(ground, 1.0 / 60.0).parked > 0;

@@ -18,16 +18,8 @@ constexpr std::uint64_t kSeed = 20260308;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-using Named = std::pair<const char*, Shape>;
-
-std::vector<LawShape> make_all(std::initializer_list<Named> list) {
-    std::vector<LawShape> made;
-    for (const auto& [name, shape] : list) made.push_back({name, shape, make_oracle(shape)});
-    return made;
-}
-
 std::vector<LawShape> small_shapes() {
-    return make_all({
+    return make_law_shapes({
         {"point", Sphere{0.0}},
         {"capsule without a core", Capsule{0.4, 0.0}},
         {"segment", Capsule{0.0, 0.8}},
@@ -38,11 +30,14 @@ std::vector<LawShape> small_shapes() {
         {"box of a millimetre", Box{{0.0005, 0.0005, 0.0005}}},
         {"sphere of a millimetre", Sphere{0.0005}},
         {"needle", Box{{1e-6, 1e-6, 2.0}}},
+        {"hull of a point", make_hull({{0.3, -0.2, 0.4}})},
+        {"hull of a segment", make_hull({{1.0, 0.0, 0.3}, {-0.5, 0.4, 0.0}})},
+        {"hull of a triangle", make_hull({{1.0, 0.0, 0.0}, {-0.5, 1.0, 0.0}, {-0.5, -1.0, 0.0}})},
     });
 }
 
 std::vector<LawShape> large_shapes() {
-    return make_all({
+    return make_law_shapes({
         {"box larger than a chunk", Box{{90.0, 100.0, 1.0}}},
         {"box of ten kilometres", Box{{5000.0, 5000.0, 5000.0}}},
         {"sphere of ten kilometres", Sphere{5000.0}},
@@ -60,12 +55,11 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
             for (const double lift : lifts) {
                 const Pose pose = random_pose(random, scene, shape, lift);
                 SCOPED_TRACE(describe(scene, shape, pose));
-                const double expected = true_lift(scene, shape, pose);
                 // 1e-9 plus the rounding of coordinates of 5 km
                 const double slack = 1e-9 + 1e-13 * bounding_radius(shape.shape);
                 const LiftAnswer answer = compute_lift(shape.shape, pose, scene.ground);
                 EXPECT_EQ(answer.status, QueryStatus::ok);
-                EXPECT_NEAR(answer.lift, expected, slack);
+                EXPECT_NEAR(answer.lift, lift, slack);
                 const DistanceAnswer distance =
                     signed_distance(shape.shape, pose, scene.ground, 1.0);
                 EXPECT_EQ(distance.status, QueryStatus::ok);
@@ -74,7 +68,7 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 EXPECT_NE(found.status, QueryStatus::invalid);
                 if (lift > 0.0) {
                     EXPECT_LT(distance.distance, 0.0);
-                    EXPECT_GE(distance.distance, -expected - slack);
+                    EXPECT_GE(distance.distance, -lift - slack);
                     EXPECT_GT(found.count, 0u);
                     EXPECT_FALSE(
                         is_deeper<long double>(scene.soup, shape.oracle, pose,
@@ -85,7 +79,7 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                     EXPECT_NEAR(distance.distance, 0.0, slack);
                 } else {
                     EXPECT_GT(distance.distance, 0.0);
-                    EXPECT_LE(distance.distance, -expected + slack);
+                    EXPECT_LE(distance.distance, -lift + slack);
                 }
                 const bool is_touching = test_contact(shape.shape, pose, scene.ground).is_touching;
                 EXPECT_EQ(is_touching, lift >= 0.0);
@@ -94,7 +88,9 @@ void expect_right_answers(std::uint64_t seed, const std::vector<const LawScene*>
                 const CastAnswer hit = cast(shape.shape, motion, scene.ground);
                 EXPECT_TRUE(hit.hit);
                 EXPECT_LE(2.0 * hit.fraction, 1.0 + slack);
-                EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), slack);
+                EXPECT_FALSE(is_deeper<long double>(
+                    scene.soup, shape.oracle, motion.at(hit.fraction), Vec<long double>::Zero(),
+                    static_cast<long double>(slack)));
             }
         }
     }
@@ -107,13 +103,14 @@ TEST(Extremes, SmallAndFlatShapesHaveTheRightAnswers) {
 }
 
 TEST(Extremes, ShapesLargerThanTheGroundHaveTheRightAnswers) {
-    expect_right_answers(kSeed + 2, {&scene_named("level plane"), &scene_named("rough")},
-                         large_shapes(), {-0.3, 0.5});
+    expect_right_answers(kSeed + 2, {&scene_named("level plane")}, large_shapes(), {0.5});
+    expect_right_answers(kSeed + 3, {&scene_named("rough")}, large_shapes(), {-0.3, 0.5});
 }
 
-void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>& shapes) {
+void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>& shapes,
+                                std::initializer_list<const char*> scenes) {
     SeededRandom random(seed);
-    for (const char* name : {"level plane", "rough"}) {
+    for (const char* name : scenes) {
         const LawScene& scene = scene_named(name);
         for (const LawShape& shape : shapes) {
             Motion motion{.start = random_pose(random, scene, shape, -1.0),
@@ -122,17 +119,18 @@ void expect_right_turning_casts(std::uint64_t seed, const std::vector<LawShape>&
             SCOPED_TRACE(describe(scene, shape, motion.start));
             const CastAnswer hit = cast(shape.shape, motion, scene.ground);
             EXPECT_EQ(hit.status, QueryStatus::ok);
-            EXPECT_LE(true_lift(scene, shape, motion.at(hit.fraction)), 1e-8);
+            EXPECT_FALSE(is_deeper<long double>(scene.soup, shape.oracle, motion.at(hit.fraction),
+                                                Vec<long double>::Zero(), 1e-8L));
         }
     }
 }
 
 TEST(Extremes, CastsOfSmallTurningShapesStopWhereTheyTouch) {
-    expect_right_turning_casts(kSeed + 3, small_shapes());
+    expect_right_turning_casts(kSeed + 3, small_shapes(), {"level plane", "rough"});
 }
 
 TEST(Extremes, CastsOfLargeTurningShapesStopWhereTheyTouch) {
-    expect_right_turning_casts(kSeed + 4, large_shapes());
+    expect_right_turning_casts(kSeed + 4, large_shapes(), {"rough"});
 }
 
 // Over the noise.
@@ -281,7 +279,7 @@ LawScene shifted_scene(const LawScene& scene, double shift, std::int32_t first_r
 
 TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(15, 4'000);
+    const long count = count_of_cases(8, 4'000);
     long cases = 0, contacts = 0, distances = 0, hits = 0;
     for (const std::int32_t roots : {3, -1000, 78125}) {
         for (const LawScene& near : law_scenes()) {
@@ -330,45 +328,40 @@ TEST(LawsOfInvariance, ShiftedByWholeChunksNoBitChanges) {
     EXPECT_GT(hits, cases / 2);
 }
 
-void expect_the_same_after_a_shift(bool is_overlapping) {
+// Every second case overlaps.
+TEST(LawsOfInvariance, ShiftedByAnythingDistancesChangeByLessThan10Nanometres) {
     SeededRandom random(kSeed + 1);
-    const long count = count_of_cases(40, 4'000);
+    const long count = count_of_cases(40, 8'000);
     for (const double shift : {0.3, -1234.567, 1e7 / 3.0, 1e7 + 0.1}) {
         for (const LawScene& near : law_scenes()) {
             const LawScene far = shifted_scene(near, shift, 0);
             for (const LawShape& shape : law_shapes()) {
-                long compared = 0;
+                std::array<long, 2> compared{};
                 for (long i = 0; i < count; ++i) {
                     const double deepest = shallow_depth(shape);
-                    const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
+                    const double lift = random.between(0.0, i % 2 == 1 ? deepest : -0.5);
                     const Pose here = random_pose(random, near, shape, lift);
                     const Pose there = moved(here, {shift, shift, 0.0});
                     SCOPED_TRACE(describe(near, shape, here));
                     const double a = signed_distance(shape.shape, here, near.ground, 2.0).distance;
                     const double b = signed_distance(shape.shape, there, far.ground, 2.0).distance;
                     if (a < -deepest || b < -deepest) continue;
-                    ++compared;
+                    ++compared[static_cast<std::size_t>(i % 2)];
                     ASSERT_NEAR(a, b, 1e-8) << shift;
                 }
-                EXPECT_GT(compared, count / 20) << near.name << ", " << shape.name;
+                for (const long each : compared) {
+                    EXPECT_GT(each, count / 40) << near.name << ", " << shape.name;
+                }
             }
         }
     }
 }
 
-TEST(LawsOfInvariance, ShiftedByAnythingDistancesChangeByLessThan10Nanometres) {
-    expect_the_same_after_a_shift(false);
-}
-
-TEST(LawsOfInvariance, ShiftedByAnythingDepthsChangeByLessThan10Nanometres) {
-    expect_the_same_after_a_shift(true);
-}
-
 // Cell diagonals alternate like the squares of a chess board: a reflection or 90 degree rotation about a lattice point
-// maps diagonals to diagonals.
-void expect_the_same_turned(bool is_overlapping) {
+// maps diagonals to diagonals. Every second case overlaps.
+TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDistancesStay) {
     SeededRandom random(kSeed + 2);
-    const long count = count_of_cases(60, 6'000);
+    const long count = count_of_cases(60, 12'000);
     Eigen::Matrix3d quarter, mirror;
     quarter << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
     mirror << -1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0;
@@ -389,11 +382,11 @@ void expect_the_same_turned(bool is_overlapping) {
                 const bool is_symmetric = shape.shape.index() < 3;  // sphere, capsule, box
                 if (turn == mirror && !is_symmetric) continue;
                 // any overlap of a flat shape is deep, so its result depends on rounding
-                if (is_overlapping && shape.name == "flat hull") continue;
-                long compared = 0;
-                for (long i = 0; i < count; ++i) {
+                const long kinds = shape.name == "flat hull" ? 1 : 2;
+                std::array<long, 2> compared{};
+                for (long i = 0; i < count; i += 3 - kinds) {
                     const double deepest = shallow_depth(shape);
-                    const double lift = random.between(0.0, is_overlapping ? deepest : -0.5);
+                    const double lift = random.between(0.0, i % 2 == 1 ? deepest : -0.5);
                     const Pose here = random_pose(random, scene, shape, lift);
                     Pose there{turn * here.rotation, turn * (here.translation - centre) + centre};
                     if (turn == mirror) there.rotation = there.rotation * mirror;
@@ -407,18 +400,17 @@ void expect_the_same_turned(bool is_overlapping) {
                     const double b =
                         signed_distance(shape.shape, there, turned.ground, 2.0).distance;
                     if (a < -deepest || b < -deepest) continue;
-                    ++compared;
+                    ++compared[static_cast<std::size_t>(i % 2)];
                     ASSERT_NEAR(a, b, 1e-9);
                 }
-                EXPECT_GT(compared, count / 20) << scene.name << ", " << shape.name;
+                for (long kind = 0; kind < kinds; ++kind) {
+                    EXPECT_GT(compared[static_cast<std::size_t>(kind)], count / 40)
+                        << scene.name << ", " << shape.name;
+                }
             }
         }
     }
 }
-
-TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDistancesStay) { expect_the_same_turned(false); }
-
-TEST(LawsOfInvariance, MirroredAndTurnedBy90DegreesDepthsStay) { expect_the_same_turned(true); }
 
 }  // namespace terrane::invariance_test
 
@@ -432,10 +424,11 @@ constexpr std::uint64_t kSeed = 20260309;
 
 TEST(LawsOfMemory, NoQueryAllocates) {
     SeededRandom random(kSeed);
+    const long count = count_of_cases(8, 20);
     std::array<Contact, 256> contacts;
     for (const LawScene& scene : law_scenes()) {
         for (const LawShape& shape : law_shapes()) {
-            for (int i = 0; i < 20; ++i) {
+            for (long i = 0; i < count; ++i) {
                 const Pose pose = random_pose(random, scene, shape, random.between(-2.0, 2.0));
                 Motion motion{.start = pose,
                               .translation = 50.0 * random.direction(),

@@ -14,6 +14,11 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260306;
 
+const LawShape& random_shape(Random& random) {
+    const int count = static_cast<int>(law_shapes().size());
+    return law_shapes()[static_cast<std::size_t>(random.below(count))];
+}
+
 // Starts separated, 0.01 to 8 m up; steep, level or grazing translations of up to 200 m, half of them with rotation.
 Motion random_motion(Random& random, const LawScene& scene, const LawShape& shape) {
     Motion motion;
@@ -96,14 +101,12 @@ void judge(const LawScene& scene, const LawShape& shape, const Motion& motion, C
 
 TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(8'000, 10'000'000);
+    const long count = count_of_cases(5'000, 10'000'000);
     CastScore score;
     constexpr long kMany = 20;  // failures after which the test stops
     for (long i = 0; i < count && score.through + score.late < kMany; ++i) {
-        const LawScene& scene = law_scenes()[static_cast<std::size_t>(
-            random.below(static_cast<int>(law_scenes().size())))];
-        const LawShape& shape = law_shapes()[static_cast<std::size_t>(
-            random.below(static_cast<int>(law_shapes().size())))];
+        const LawScene& scene = scene_of(random.below(static_cast<int>(law_scenes().size())));
+        const LawShape& shape = random_shape(random);
         judge(scene, shape, random_motion(random, scene, shape), score);
         if ((i + 1) % 100'000 == 0 || i + 1 == count) {
             std::printf("%ld of %ld casts, %ld hits, %ld through, %ld too early\n", i + 1, count,
@@ -115,14 +118,15 @@ TEST(LawsOfCasts, NeverThroughTheGroundAndNeverLate) {
     EXPECT_LT(score.hits, score.casts);
 }
 
-// Regressions from long runs that hit too early: an escape direction that rounding tilted downwards, and, on a high
-// cliff, the rounding of a direction.
-TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
+// Regressions from long runs. Hits that were too early: an escape direction that rounding tilted downwards, and, on a
+// high cliff, the rounding of a direction. A miss: the corner of the rod passes below the rim.
+TEST(LawsOfCasts, HitNoEarlierThanTheyTouchAndAtTheSideOfTheGround) {
     struct Case {
         const char *scene, *shape;
         Eigen::Vector3d position;
         std::array<double, 9> rotation_by_rows;
         Eigen::Vector3d translation, rotation_vector;
+        bool must_hit;
     };
     const Case cases[] = {
         {"rough",
@@ -132,7 +136,8 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
           0x1.e5ae55942b608p-4, 0x1.a2c9b28e65d6ep-3, -0x1.d71dc651a04c9p-3, 0x1.19eca3182394p-2,
           0x1.dde9f93a35cf7p-1},
          {0x1.16363c537a635p+3, 0x1.ed63786c8a328p+1, -0x1.f669a821001e2p-4},
-         {0x1.5923d037c2919p-4, 0x1.5372dd07ce636p-3, -0x1.fe8880dfc08e9p-4}},
+         {0x1.5923d037c2919p-4, 0x1.5372dd07ce636p-3, -0x1.fe8880dfc08e9p-4},
+         false},
         {"contact terrain",
          "hull",
          {0x1.f465998cb0315p+4, 0x1.56ada26164561p+7, 0x1.3920b7003a1d2p+4},
@@ -140,7 +145,8 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
           -0x1.0ee22f8f33ec6p-1, 0x1.20f341abecb28p-1, -0x1.0f3a55ca42412p-1, 0x1.e0f40b98a24b7p-3,
           0x1.a1478dc198c4cp-1},
          {-0x1.e0ba62e2ef402p+3, 0x1.0249c856c2c6dp+0, -0x1.99afa20be9652p-2},
-         {0x1.67b7841705038p-2, 0x1.ea74b4eb737bfp-3, 0x1.b8cfffae54c1ep-6}},
+         {0x1.67b7841705038p-2, 0x1.ea74b4eb737bfp-3, 0x1.b8cfffae54c1ep-6},
+         false},
         {"cliffs",
          "flat hull",
          {0x1.fff9338a7630ap+2, 0x1.d7d12e4718011p+2, 0x1.e848fb49029f9p+16},
@@ -148,7 +154,8 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
           0x1.0474af0e1cecep-1, -0x1.50b96c55edc35p-2, -0x1.c91397b73afep-2, -0x1.b801fbb74a696p-1,
           -0x1.fecd69e126eb8p-3},
          {-0x1.d9d7f145c7b2ep+0, -0x1.660551872a1ecp-5, -0x1.cc368334e138p-5},
-         {0x0p+0, -0x0p+0, 0x0p+0}},
+         {0x0p+0, -0x0p+0, 0x0p+0},
+         false},
         {"cliffs",
          "hull",
          {0x1.76cf4481945eap+3, 0x1.002c1b337129fp+3, 0x1.e848aea0f2adcp+16},
@@ -156,66 +163,38 @@ TEST(LawsOfCasts, HullsHitNoEarlierThanTheyTouch) {
           0x1.a536df76cbb6p-6, 0x1.3fd16022fb0d3p-2, 0x1.0995474437d2dp-5, 0x1.ffa9a69dcf506p-1,
           0x1.0b448cc2aec6p-6},
          {-0x1.5b8c2c12e9512p-1, 0x1.e559c33d23684p-3, -0x1.23ef9afcb900ap-1},
-         {0x0p+0, -0x0p+0, 0x0p+0}},
+         {0x0p+0, -0x0p+0, 0x0p+0},
+         false},
+        {"sloped plane",
+         "rod",
+         {0x1.f2707b368c392p+6, 0x1.f0383824d7153p+5, 0x1.01174a7367657p+3},
+         {0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+         {0x1.70f20cd11f394p+2, -0x1.128772f53d0c1p+4, -0x1.61212016bcd73p-3},
+         {0x1.b1bfa4492e34ap+2, 0x1.852c55b3b7423p+2, 0x1.ba892b5d1aadep+1},
+         true},
+        {"cliffs",
+         "flat hull",
+         {0x1.e8d388098efbcp+2, 0x1.8527b92787c34p+2, 0x1.e84884954c5ccp+16},
+         {-0x1.129003a1de7ecp-2, 0x1.ad4acb4368918p-1, 0x1.e5d2c8e7f681p-2, 0x1.53bbf6a40c8e1p-2,
+          -0x1.8725d2741e3acp-2, 0x1.b9a223d028654p-1, 0x1.cf1475bb98228p-1, 0x1.8e02b32b7df85p-2,
+          -0x1.67f3fb5bff108p-3},
+         {-0x1.b98964b8ff412p+4, 0x1.1b5f0772eecc5p+2, -0x1.36dce9c1017ebp-2},
+         {-0x1.ff7b882ffa09fp+0, -0x1.fac0f47527385p+0, 0x1.5df995995f898p+1},
+         true},
     };
     CastScore score;
     for (const Case& each : cases) {
-        Motion motion{.start = {.translation = each.position}};
-        for (int i = 0; i < 9; ++i) {
-            motion.start.rotation(i / 3, i % 3) =
-                each.rotation_by_rows[static_cast<std::size_t>(i)];
-        }
-        motion.translation = each.translation;
-        motion.rotation_vector = each.rotation_vector;
+        const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(
+            each.rotation_by_rows.data());
+        const Motion motion{.start = {rotation, each.position},
+                            .translation = each.translation,
+                            .rotation_vector = each.rotation_vector};
+        const long hits = score.hits;
         judge(scene_named(each.scene), shape_named(each.shape), motion, score);
+        EXPECT_TRUE(!each.must_hit || score.hits > hits) << each.scene << ", " << each.shape;
     }
     EXPECT_EQ(score.late, 0);
-    EXPECT_GE(score.hits, 3);
-}
-
-// Regression from a long run: the corner of the rod passes below the rim.
-TEST(LawsOfCasts, ATurningRodHitsTheSideOfTheGround) {
-    const LawScene& scene = scene_named("sloped plane");
-    Motion motion;
-    motion.start.rotation << 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
-    motion.start.translation = {0x1.f2707b368c392p+6, 0x1.f0383824d7153p+5, 0x1.01174a7367657p+3};
-    motion.translation = {0x1.70f20cd11f394p+2, -0x1.128772f53d0c1p+4, -0x1.61212016bcd73p-3};
-    motion.rotation_vector = {0x1.b1bfa4492e34ap+2, 0x1.852c55b3b7423p+2, 0x1.ba892b5d1aadep+1};
-    CastScore score;
-    judge(scene, shape_named("rod"), motion, score);
-    EXPECT_EQ(score.hits, 1);
-}
-
-TEST(LawsOfCasts, AFlatHullHitsACliffNoEarlierThanItTouches) {
-    Motion motion;
-    motion.start.rotation << -0x1.129003a1de7ecp-2, 0x1.ad4acb4368918p-1, 0x1.e5d2c8e7f681p-2,
-        0x1.53bbf6a40c8e1p-2, -0x1.8725d2741e3acp-2, 0x1.b9a223d028654p-1, 0x1.cf1475bb98228p-1,
-        0x1.8e02b32b7df85p-2, -0x1.67f3fb5bff108p-3;
-    motion.start.translation = {0x1.e8d388098efbcp+2, 0x1.8527b92787c34p+2, 0x1.e84884954c5ccp+16};
-    motion.translation = {-0x1.b98964b8ff412p+4, 0x1.1b5f0772eecc5p+2, -0x1.36dce9c1017ebp-2};
-    motion.rotation_vector = {-0x1.ff7b882ffa09fp+0, -0x1.fac0f47527385p+0, 0x1.5df995995f898p+1};
-    CastScore score;
-    judge(scene_named("cliffs"), shape_named("flat hull"), motion, score);
-    EXPECT_EQ(score.hits, 1);
-}
-
-TEST(LawsOfCasts, ABoxAtThreeHundredMetresASecondHitsAWallOneCellThick) {
-    SeededRandom random(kSeed + 1);
-    const LawScene& walls = scene_named("walls");
-    const LawShape& box = shape_named("box");
-    CastScore score;
-    for (int i = 0; i < 300; ++i) {
-        Motion motion{.start = {random.rotation(), {60.0, random.between(20.0, 100.0), 2.5}},
-                      .translation = {300.0 * (i % 2 == 0 ? 1.0 : 1.0 / 60.0),
-                                      random.between(-10.0, 10.0), 0.0},
-                      .rotation_vector = random.between(0.0, 10.0) * random.direction()};
-        if (true_lift(walls, box, motion.start) >= -1e-6) continue;
-        const CastAnswer answer = cast(box.shape, motion, walls.ground);
-        ASSERT_TRUE(answer.hit) << describe(walls, box, motion);
-        EXPECT_LT(motion.at(answer.fraction).translation.x(), 64.0);
-        judge(walls, box, motion, score);
-    }
-    EXPECT_GT(score.casts, 100);
+    EXPECT_GE(score.hits, 5);
 }
 
 TEST(LawsOfCasts, OfNoLengthAndOfAThousandKilometresAnswer) {
@@ -266,6 +245,9 @@ TEST(LawsOfCasts, StartingInContactOrAKilometreBelowHitAtFractionZero) {
                 if (lift > 1e-6) {
                     EXPECT_GT(answer.contact.depth, 0.0);
                 }
+                if (scene.name == "level plane") {
+                    EXPECT_NEAR(answer.contact.depth, lift, 1e-9);
+                }
             }
         }
     }
@@ -292,11 +274,10 @@ TEST(LawsOfCasts, SkippedContactsAreIgnoredUpwardsAndHitDownwards) {
 
 TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
     SeededRandom random(kSeed + 5);
-    const long count = count_of_cases(400, 40'000);
+    const long count = count_of_cases(200, 40'000);
     for (long i = 0; i < count; ++i) {
         const LawScene& scene = scene_of(i);
-        const LawShape& shape = law_shapes()[static_cast<std::size_t>(
-            random.below(static_cast<int>(law_shapes().size())))];
+        const LawShape& shape = random_shape(random);
         Motion motion = random_motion(random, scene, shape);
         motion.translation *= std::min(1.0, 5.0 / motion.translation.norm());
         SCOPED_TRACE(describe(scene, shape, motion));
@@ -314,13 +295,10 @@ TEST(LawsOfCasts, AgreeWithDistanceAlongTheMotion) {
 
 // Whether a shape overlaps by more than a touch: its lift is positive after small horizontal offsets too.
 bool is_inside(const Shape& shape, const Pose& pose, const Ground& ground) {
-    constexpr double kOffset = 1e-6;
-    for (const Eigen::Vector3d& d :
-         {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(kOffset, 1.1 * kOffset, 0.0),
-          Eigen::Vector3d(-kOffset, 1.1 * kOffset, 0.0),
-          Eigen::Vector3d(kOffset, -1.1 * kOffset, 0.0),
-          Eigen::Vector3d(-kOffset, -1.1 * kOffset, 0.0)}) {
-        if (!(compute_lift(shape, moved(pose, d), ground).lift > 1e-6)) return false;
+    for (const auto& [x, y] :
+         {std::pair(0.0, 0.0), std::pair(1e-6, 1.1e-6), std::pair(-1e-6, 1.1e-6),
+          std::pair(1e-6, -1.1e-6), std::pair(-1e-6, -1.1e-6)}) {
+        if (!(compute_lift(shape, moved(pose, {x, y, 0.0}), ground).lift > 1e-6)) return false;
     }
     return true;
 }
@@ -331,9 +309,6 @@ TEST(LawsOfCasts, ShapesWithoutThicknessThatMoveAlongSeamsAreStoppedAtTheBorder)
     SeededRandom random(kSeed + 7);
     const LawScene slope = make_scene(
         "slope", [](double x, double y) { return 0.25 * x - 0.5 * y; }, TableGroundSettings{});
-    const auto make_hull = [](std::initializer_list<Eigen::Vector3d> points) {
-        return ConvexHull::create(std::vector<Eigen::Vector3d>(points)).value();
-    };
     const auto half = [&](double low, double high) {
         return 0.5 * std::round(2.0 * random.between(low, high));
     };

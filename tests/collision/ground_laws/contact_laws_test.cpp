@@ -11,7 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <map>
+#include <utility>
 
 namespace terrane::lift_laws_test {
 
@@ -19,10 +19,21 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260302;
 
+// Hulls of every dimension, none centred on its origin.
+std::vector<LawShape> oracle_hulls(Random& random) {
+    std::vector<LawShape> made;
+    for (const auto& [name, points] : make_hulls(random)) {
+        made.push_back({name, make_hull(points), make_hull_oracle(points)});
+    }
+    return made;
+}
+
 TEST(LawsOfLift, IsTheLargestOverEveryTriangle) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(3'000, 1'000'000);
-    for (const LawShape& shape : law_shapes()) {
+    const long count = count_of_cases(700, 500'000);
+    std::vector<LawShape> shapes = law_shapes();
+    for (LawShape& hull : oracle_hulls(random)) shapes.push_back(std::move(hull));
+    for (const LawShape& shape : shapes) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = random.between(-1.0, 1.0);
@@ -31,6 +42,47 @@ TEST(LawsOfLift, IsTheLargestOverEveryTriangle) {
             ASSERT_EQ(answer.status, QueryStatus::ok);
             ASSERT_NEAR(answer.lift, lift, 1e-9) << describe(scene, shape, pose);
             ASSERT_EQ(pseudodistance(shape.shape, pose, scene.ground).pseudodistance, -answer.lift);
+        }
+    }
+}
+
+TEST(HullLift, OfANeedleIsTheLargestOverEveryTriangle) {
+    SeededRandom random(kSeed + 4);
+    const long count = count_of_cases(2, 300);
+    for (const char* name : {"spikes", "walls", "pits", "rough"}) {
+        const LawScene& scene = scene_named(name);
+        for (const double reach : {6.0, 60.0, 600.0, 3e4}) {
+            for (long i = 0; i < count; ++i) {
+                const Points points = transformed({{0.3, 0.0, 0.0},
+                                                   {-0.2, 0.25, 0.0},
+                                                   {-0.2, -0.2, 0.1},
+                                                   {reach, random.between(-0.2, 0.2), 0.0}},
+                                                  1.0, random.rotation());
+                const LawShape needle{"needle", make_hull(points), make_hull_oracle(points)};
+                const double lift = random.between(-1.0, 1.0);
+                const Pose pose = random_pose(random, scene, needle, lift);
+                // Coordinates of 3e4 m are rounded by 4e-12 m; the needle's slope multiplies that.
+                EXPECT_NEAR(compute_lift(needle.shape, pose, scene.ground).lift, lift, 1e-8)
+                    << describe(scene, needle, pose);
+            }
+        }
+    }
+}
+
+TEST(HullLift, IsAccurateOnCliffs) {
+    SeededRandom random(kSeed + 5);
+    const LawScene cliff = make_scene(
+        "cliff", [](double x, double) { return x >= 64.0 ? 1e5 : 0.0; },
+        TableGroundSettings{.quantum = 0x1p-10});
+    for (const LawShape& shape : oracle_hulls(random)) {
+        for (int i = 0; i < 40; ++i) {
+            const Pose pose{random.rotation(),
+                            {random.between(60.0, 66.0), random.between(10.0, 118.0),
+                             random.between(-1.0, 1e5)}};
+            // On the cliff a rounding error in x is amplified 1e5 times in z.
+            EXPECT_NEAR(compute_lift(shape.shape, pose, cliff.ground).lift,
+                        true_lift(cliff, shape, pose), 1e-8)
+                << describe(cliff, shape, pose);
         }
     }
 }
@@ -60,7 +112,7 @@ TEST(LawsOfLift, LiesBetweenThoseOfShapesGrownAndShrunkByRounding) {
     static_assert(std::numeric_limits<long double>::digits >= 64);
     constexpr double kUnit = 0x1p-53, kRounding = 40.0;
     SeededRandom random(kSeed + 3);
-    const long count = count_of_cases(150, 100'000);
+    const long count = count_of_cases(75, 100'000);
     for (const double far : {0.0, 128.0 * 7812, 1e9}) {
         for (const double size : {1.0, 1e5}) {
             const LawScene scene = rounding_scene(far, size);
@@ -93,7 +145,7 @@ TEST(LawsOfLift, LiesBetweenThoseOfShapesGrownAndShrunkByRounding) {
 
 TEST(LawsOfSign, DistanceAndTestHaveTheSignOfTheLift) {
     SeededRandom random(kSeed + 1);
-    const long count = count_of_cases(400, 200'000);
+    const long count = count_of_cases(200, 200'000);
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -121,7 +173,7 @@ TEST(LawsOfSign, DistanceAndTestHaveTheSignOfTheLift) {
 
 TEST(LawsOfSign, DistanceIsZeroWhereTheShapeTouches) {
     SeededRandom random(kSeed + 2);
-    const long count = count_of_cases(400, 200'000);
+    const long count = count_of_cases(200, 200'000);
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -143,23 +195,24 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20260304;
 
-TEST(LawsOfContacts, ExistWhereverBruteForceOverlaps) {
+TEST(LawsOfContacts, ExistWhereverBruteForceOverlapsAndNoneIsAGap) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(1'000, 100'000);
+    const long count = count_of_cases(500, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
-        std::map<std::string, long> missed;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = 1e-6 + std::pow(10.0, random.between(-6.0, 0.5));
             const Pose pose = random_pose(random, scene, shape, lift);
             const ContactAnswer answer =
                 find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-            ASSERT_EQ(answer.status, QueryStatus::ok) << describe(scene, shape, pose);
-            EXPECT_NEAR(answer.lift, lift, 1e-9) << describe(scene, shape, pose);
-            missed[scene.name] += answer.count == 0 || !(contacts[0].depth > 0.0);
+            SCOPED_TRACE(describe(scene, shape, pose));
+            ASSERT_EQ(answer.status, QueryStatus::ok);
+            EXPECT_NEAR(answer.lift, lift, 1e-9);
+            ASSERT_GT(answer.count, 0u);
+            EXPECT_GT(contacts[0].depth, 0.0);
+            for (std::size_t k = 0; k < answer.count; ++k) EXPECT_GE(contacts[k].depth, -1e-8);
         }
-        for (const auto& [scene, lost] : missed) EXPECT_EQ(lost, 0) << shape.name << ", " << scene;
     }
 }
 
@@ -250,11 +303,9 @@ bool lies_on_feature(const LawShape& shape, const Pose& pose, const Contact& con
 
 TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
     SeededRandom random(kSeed + 1);
-    const long count = count_of_cases(600, 100'000);
+    const long count = count_of_cases(300, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
-        std::map<std::string, long> strange;
-        std::string example;
         long compared = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -274,16 +325,7 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
                     ASSERT_GE(contacts[k - 1].depth, contact.depth);
                 }
                 ASSERT_TRUE(lies_on_feature(shape, pose, contact)) << k;
-                if (!is_normal_of_ground(scene.soup, contact, reach)) {
-                    ++strange[scene.name];
-                    char text[160];
-                    std::snprintf(
-                        text, sizeof text,
-                        ": contact %zu of %zu, normal %.12g %.12g %.12g, depth %.12g, lift %.12g",
-                        k, answer.count, contact.normal.x(), contact.normal.y(), contact.normal.z(),
-                        contact.depth, answer.lift);
-                    example = describe(scene, shape, pose) + text;
-                }
+                ASSERT_TRUE(is_normal_of_ground(scene.soup, contact, reach)) << k;
                 // At most four contacts on one plane.
                 int same = 0;
                 for (std::size_t j = 0; j < answer.count; ++j) {
@@ -295,19 +337,16 @@ TEST(LawsOfContacts, HaveNormalsInTheGroundsConeAndDepthsAlongThem) {
                 ASSERT_LE(same, 4);
             }
         }
-        for (const auto& [scene, times] : strange) {
-            EXPECT_EQ(times, 0) << shape.name << ", " << scene << "; " << example;
-        }
         EXPECT_GT(compared, count / 20) << shape.name;
     }
 }
 
 TEST(LawsOfContacts, AgreeWithTestAndDistance) {
     SeededRandom random(kSeed + 2);
-    const long count = count_of_cases(500, 100'000);
+    const long count = count_of_cases(800, 100'000);
     std::array<Contact, 256> contacts;
     for (const LawShape& shape : law_shapes()) {
-        long touching = 0;
+        long touching = 0, single = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
             const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
@@ -322,83 +361,31 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
             if (std::abs(distance) > 1e-9) {
                 ASSERT_EQ(answer.count > 0, is_touching);
             }
+            // No contact is deeper than the minimum translation.
+            if (answer.count > 0) {
+                EXPECT_LE(contacts[0].depth, -distance + 1e-9);
+            }
             if (!is_touching) continue;
             ++touching;
             ASSERT_LT(distance, 0.0);
             ASSERT_GT(contacts[0].depth, 0.0);
+            // Any overlap of a flat shape is deep: the minimum translation may be shorter than the contact's depth.
+            if (answer.count != 1 || shape.name == "flat hull") continue;
+            ++single;
+            EXPECT_NEAR(contacts[0].depth, -distance, 1e-9);
         }
         EXPECT_GT(touching, count / 20) << shape.name;
         EXPECT_LT(touching, count - count / 20) << shape.name;
-    }
-}
-
-TEST(LawsOfContacts, NoneIsDeeperThanTheMinimumTranslation) {
-    SeededRandom random(kSeed + 2);
-    const long count = count_of_cases(800, 100'000);
-    std::array<Contact, 256> contacts;
-    for (const LawShape& shape : law_shapes()) {
-        std::map<std::string, long> deeper;
-        double deepest = 0.0;
-        std::string example;
-        long compared = 0;
-        for (long i = 0; i < count; ++i) {
-            const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
-            const Pose pose = random_pose(random, scene, shape, lift);
-            const ContactAnswer answer =
-                find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-            if (answer.count == 0) continue;
-            ++compared;
-            const double over =
-                contacts[0].depth + signed_distance(shape.shape, pose, scene.ground, 1.0).distance;
-            deeper[scene.name] += over > 1e-9;
-            if (over > deepest) {
-                deepest = over;
-                example = describe(scene, shape, pose);
-            }
-        }
-        for (const auto& [scene, times] : deeper) {
-            EXPECT_EQ(times, 0) << shape.name << ", " << scene << ", by up to " << deepest << " m, "
-                                << example;
-        }
-        EXPECT_GT(compared, count / 20) << shape.name;
-    }
-}
-
-TEST(LawsOfContacts, ASingleContactIsAsDeepAsTheDistance) {
-    SeededRandom random(kSeed + 2);
-    const long count = count_of_cases(1'200, 100'000);
-    std::array<Contact, 256> contacts;
-    for (const LawShape& shape : law_shapes()) {
-        // Any overlap of a flat shape is deep: the minimum translation may be shorter than the contact's depth.
-        if (shape.name == "flat hull") continue;
-        long compared = 0;
-        for (long i = 0; i < count; ++i) {
-            const LawScene& scene = scene_of(i);
-            const double lift = shallow_depth(shape) * random.between(-1.0, 1.0);
-            const Pose pose = random_pose(random, scene, shape, lift);
-            const ContactAnswer answer =
-                find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-            if (lift <= 0.0 || answer.count != 1) continue;
-            ++compared;
-            EXPECT_NEAR(contacts[0].depth,
-                        -signed_distance(shape.shape, pose, scene.ground, 1.0).distance, 1e-9)
-                << describe(scene, shape, pose);
-        }
-        EXPECT_GT(compared, 0) << shape.name;
+        EXPECT_GT(single, shape.name == "flat hull" ? -1 : 0) << shape.name;
     }
 }
 
 // Round shapes, whose gap follows from the core's, have a contact at the closest feature.
 TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
     SeededRandom random(kSeed + 4);
-    const long count = count_of_cases(2'000, 100'000);
+    const long count = count_of_cases(1'000, 100'000);
     std::array<Contact, 256> contacts;
-    for (const LawShape& shape : law_shapes()) {
-        if (!std::holds_alternative<Sphere>(shape.shape) &&
-            !std::holds_alternative<Capsule>(shape.shape)) {
-            continue;
-        }
+    for (const LawShape& shape : {shape_named("sphere"), shape_named("capsule")}) {
         long near = 0, apart = 0;
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -419,26 +406,6 @@ TEST(LawsOfContacts, TheFirstOfASeparatedRoundShapeIsItsGap) {
         }
         EXPECT_GT(near, count / 20) << shape.name;
         EXPECT_GT(apart, count / 50) << shape.name;
-    }
-}
-
-TEST(LawsOfContacts, ReportNoGapsBeyondTheMargin) {
-    SeededRandom random(kSeed + 3);
-    const long count = count_of_cases(200, 20'000);
-    std::array<Contact, 256> contacts;
-    for (const LawShape& shape : law_shapes()) {
-        long compared = 0;
-        for (long i = 0; i < count; ++i) {
-            const LawScene& scene = scene_of(i);
-            const Pose pose = random_pose(random, scene, shape, random.between(0.0, 5.0));
-            const ContactAnswer answer =
-                find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
-            for (std::size_t k = 0; k < answer.count; ++k) {
-                ++compared;
-                EXPECT_GE(contacts[k].depth, -1e-8) << describe(scene, shape, pose);
-            }
-        }
-        EXPECT_GT(compared, count / 20) << shape.name;
     }
 }
 

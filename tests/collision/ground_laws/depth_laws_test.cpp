@@ -132,8 +132,6 @@ using namespace test;
 
 constexpr std::uint64_t kSeed = 20261124;
 
-Pose pose_at(double x, double y, double z) { return Pose{.translation = {x, y, z}}; }
-
 // Expects this depth and a lower bound equal to it.
 void expect_depth(const Shape& shape, const Pose& pose, const Ground& ground, double depth) {
     const DistanceAnswer answer = signed_distance(shape, pose, ground, 1.0);
@@ -281,7 +279,7 @@ TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirLowestPoint) {
     const LawScene ramp = make_scene(
         "ramp", [](double x, double) { return 0.75 * x; }, TableGroundSettings{});
     for (const auto& [shape, below] : std::initializer_list<std::pair<Shape, double>>{
-             {Sphere{0.0}, 1.0}, {Capsule{0.0, 0.5}, 0.5}}) {
+             {Sphere{0.0}, 1.0}, {Capsule{0.0, 0.5}, 0.5}, {make_hull({{0, 0, 0}}), 1.0}}) {
         const DistanceAnswer answer =
             signed_distance(shape, pose_at(64.3, 64.2, 0.75 * 64.3 - below), ramp.ground, 1.0);
         ASSERT_EQ(answer.status, QueryStatus::ok);
@@ -289,15 +287,6 @@ TEST(ShortestTranslation, OfShapesWithoutVolumeIsThatOfTheirLowestPoint) {
         EXPECT_GE(answer.distance_lower_bound, 0.0);
         EXPECT_LE(answer.distance_lower_bound, 0.8 + 1e-9);
     }
-}
-
-TEST(ShortestTranslation, OfInvalidInputIsInvalid) {
-    const LawScene flat = make_scene(
-        "flat", [](double, double) { return 0.0; }, TableGroundSettings{});
-    const DistanceAnswer answer =
-        signed_distance(Sphere{0.5}, pose_at(std::nan(""), 0.0, 0.0), flat.ground, 1.0);
-    EXPECT_EQ(answer.status, QueryStatus::invalid);
-    EXPECT_EQ(answer.distance_lower_bound, 0.0);
 }
 
 }  // namespace terrane::depth_extremes_test
@@ -312,7 +301,7 @@ constexpr std::uint64_t kSeed = 20260303;
 
 TEST(LawsOfDistance, ApartIsTheDistanceToTheNearestTriangle) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(400, 250'000);
+    const long count = count_of_cases(200, 250'000);
     for (const LawShape& shape : law_shapes()) {
         for (long i = 0; i < count; ++i) {
             const LawScene& scene = scene_of(i);
@@ -338,7 +327,7 @@ TEST(LawsOfDistance, ApartIsTheDistanceToTheNearestTriangle) {
 
 TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
     SeededRandom random(kSeed + 1);
-    const long count = count_of_cases(300, 30'000);
+    const long count = count_of_cases(150, 30'000);
     for (const LawShape& shape : law_shapes()) {
         long compared = 0;
         for (long i = 0; i < count; ++i) {
@@ -374,69 +363,27 @@ TEST(LawsOfDistance, GrowsUpwardsAndNoFasterThanTheDisplacement) {
     }
 }
 
-// Comparison with brute force at depths up to a tenth of the smallest extent.
-struct DepthScore {
-    long shallow = 0;
-    long not_separated = 0;  // lift above 1e-9 after the translation
-    long too_short = 0;      // shorter than the minimum by more than 1e-9
-    long too_long = 0;       // longer than the minimum by more than 1e-9
-    double longest_m = 0.0;
-    std::string example;
-};
-
-DepthScore judge_depths(const LawShape& shape, long count, std::uint64_t seed) {
-    Random random(seed);
-    DepthScore score;
-    for (long i = 0; i < count; ++i) {
-        const LawScene& scene = scene_of(i);
-        const double lift = shallow_depth(shape) * random.between(0.0, 1.3);
-        const Pose pose = random_pose(random, scene, shape, lift);
-        const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 1.0);
-        const double depth = -answer.distance;
-        if (depth > shallow_depth(shape)) continue;
-        ++score.shallow;
-        const Vec<long double> translation =
-            static_cast<long double>(depth) * answer.normal.cast<long double>();
-        if (is_deeper<long double>(scene.soup, shape.oracle, pose, translation, 1e-9L)) {
-            ++score.not_separated;
-        }
-        const auto expected = static_cast<double>(
-            brute_depth(scene.soup, shape.oracle, pose, static_cast<long double>(depth) + 1e-9L));
-        score.too_short += depth < expected - 1e-9;
-        score.too_long += depth > expected + 1e-9;
-        if (depth - expected > score.longest_m) {
-            score.longest_m = depth - expected;
-            char numbers[80];
-            std::snprintf(numbers, sizeof numbers, ": %.17g instead of %.17g", depth, expected);
-            score.example = describe(scene, shape, pose) + numbers;
-        }
-    }
-    std::printf(
-        "%s: %ld shallow of %ld; not separated %ld, too short %ld, too long %ld, by up to %g "
-        "m%s%s\n",
-        shape.name.c_str(), score.shallow, count, score.not_separated, score.too_short,
-        score.too_long, score.longest_m, score.example.empty() ? "" : ", ", score.example.c_str());
-    return score;
-}
-
-TEST(LawsOfDepth, ShallowSeparatesAndIsNoShorterThanTheMinimum) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    const long count = count_of_cases(33, 50'000);
+TEST(LawsOfDepth, ShallowSeparatesAndIsTheMinimumTranslation) {
+    SeededRandom random(kSeed + 4);
+    const long count = count_of_cases(33, 100'000);
     for (const LawShape& shape : law_shapes()) {
-        const DepthScore score = judge_depths(shape, count, kSeed + 2);
-        EXPECT_GT(score.shallow, count / 4) << shape.name;
-        EXPECT_EQ(score.not_separated, 0) << shape.name;
-        EXPECT_EQ(score.too_short, 0) << shape.name;
-    }
-}
-
-TEST(LawsOfDepth, ShallowIsTheMinimumTranslation) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-    const long count = count_of_cases(33, 50'000);
-    for (const LawShape& shape : law_shapes()) {
-        const DepthScore score = judge_depths(shape, count, kSeed + 4);
-        EXPECT_GT(score.shallow, count / 20) << shape.name;
-        EXPECT_EQ(score.too_long, 0) << shape.name << ", " << score.example;
+        long shallow = 0;
+        for (long i = 0; i < count; ++i) {
+            const LawScene& scene = scene_of(i);
+            const double lift = shallow_depth(shape) * random.between(0.0, 1.3);
+            const Pose pose = random_pose(random, scene, shape, lift);
+            SCOPED_TRACE(describe(scene, shape, pose));
+            const DistanceAnswer answer = signed_distance(shape.shape, pose, scene.ground, 1.0);
+            const double depth = -answer.distance;
+            if (depth > shallow_depth(shape)) continue;
+            ++shallow;
+            const auto size = static_cast<long double>(depth);
+            EXPECT_FALSE(is_deeper<long double>(scene.soup, shape.oracle, pose,
+                                                size * answer.normal.cast<long double>(), 1e-9L));
+            const long double least = brute_depth(scene.soup, shape.oracle, pose, size + 1e-9L);
+            EXPECT_NEAR(depth, static_cast<double>(least), 1e-9);
+        }
+        EXPECT_GT(shallow, count / 4) << shape.name;
     }
 }
 

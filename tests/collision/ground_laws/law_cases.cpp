@@ -97,6 +97,12 @@ LawScene make_scene(const std::string& name, std::function<double(double, double
     return {name, std::move(height), settings.roots, std::move(ground), std::move(soup)};
 }
 
+std::vector<LawShape> make_law_shapes(std::initializer_list<std::pair<const char*, Shape>> named) {
+    std::vector<LawShape> made;
+    for (const auto& [name, shape] : named) made.push_back({name, shape, make_oracle(shape)});
+    return made;
+}
+
 const LawScene& scene_of(long i) {
     return law_scenes()[static_cast<std::size_t>(i) % law_scenes().size()];
 }
@@ -146,15 +152,12 @@ const std::vector<LawScene>& law_scenes() {
 
 const std::vector<LawShape>& law_shapes() {
     static const std::vector<LawShape> shapes = [] {
-        std::vector<LawShape> made;
-        for (const auto& [name, shape] : std::initializer_list<std::pair<const char*, Shape>>{
-                 {"sphere", Sphere{0.5}},
-                 {"capsule", Capsule{0.4, 0.8}},
-                 {"box", Box{{1.0, 1.5, 0.5}}},
-                 {"rod", Box{{0.05, 0.07, 1.5}}},
-             }) {
-            made.push_back({name, shape, make_oracle(shape)});
-        }
+        std::vector<LawShape> made = make_law_shapes({
+            {"sphere", Sphere{0.5}},
+            {"capsule", Capsule{0.4, 0.8}},
+            {"box", Box{{1.0, 1.5, 0.5}}},
+            {"rod", Box{{0.05, 0.07, 1.5}}},
+        });
         made.push_back(make_irregular_hull());
         made.push_back(make_flat_hull());
         made.push_back(make_compound());

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "collision/ground/ground_cases.h"
 #include "collision/ground_laws/brute_force.h"
-#include "support/grounds.h"
-#include "support/random.h"
-
-#include <terrane/terrain/ground.h>
 
 #include <functional>
 #include <string>
@@ -36,6 +33,9 @@ struct LawShape {
     OracleShape oracle;
 };
 
+/// Each shape with make_oracle().
+std::vector<LawShape> make_law_shapes(std::initializer_list<std::pair<const char*, Shape>> named);
+
 /// The shapes that every law is tested with. A new kind of shape is added here.
 const std::vector<LawShape>& law_shapes();
 
@@ -54,11 +54,6 @@ Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, d
 
 /// Identifies a case in messages, with hexadecimal numbers that reproduce it exactly.
 std::string describe(const LawScene& scene, const LawShape& shape, const Pose& pose);
-
-inline Pose moved(Pose pose, const Eigen::Vector3d& d) {
-    pose.translation += d;
-    return pose;
-}
 
 /// Brute-force lift in long double.
 inline double true_lift(const LawScene& scene, const LawShape& shape, const Pose& pose) {

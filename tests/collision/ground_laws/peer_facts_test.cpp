@@ -17,16 +17,6 @@ constexpr std::uint64_t kSeed = 20260311;
 using Real = long double;
 using V = Vec<Real>;
 
-TEST(PeerFacts, ASphereCastThirtyMetresHitsWhereItShould) {
-    const LawScene& plane = scene_named("level plane");
-    Motion motion{.start = {.translation = {60.3, 60.4, 1.5 + 15.0}},
-                  .translation = {0.0, 0.0, -30.0}};
-    const CastAnswer answer = cast(Sphere{0.2}, motion, plane.ground);
-    ASSERT_TRUE(answer.hit);
-    EXPECT_NEAR(answer.fraction, (15.0 - 0.2) / 30.0, 1e-4);
-    EXPECT_NEAR(answer.contact.normal.z(), 1.0, 1e-12);
-}
-
 TEST(PeerFacts, ASquareHolePassesSmallerSpheresAndStopsLargerOnes) {
     TableGroundSettings settings{
         .is_outside = [](double x, double y) { return x == 60.5 && y == 60.5; }};
@@ -88,11 +78,12 @@ Real time_of_impact(const Soup& soup, const Eigen::Vector3d& from,
     return first;
 }
 
-TEST(PeerFacts, TwentyThousandRandomSphereCastsAgreeWithBruteForce) {
+TEST(PeerFacts, RandomSphereCastsAgreeWithBruteForce) {
     SeededRandom random(kSeed);
     CastSettings settings{.tolerance = 1e-6};
+    const long count = count_of_cases(8'000, 20'000);
     long hits = 0, within_tolerance = 0;
-    for (long i = 0; i < 20'000; ++i) {
+    for (long i = 0; i < count; ++i) {
         const LawScene& scene = scene_of(i);
         const double radius = i % 5 == 0 ? 0.0 : random.between(0.0, 1.0);
         const LawShape sphere{"sphere", Sphere{radius}, make_oracle(Sphere{radius})};
@@ -118,28 +109,10 @@ TEST(PeerFacts, TwentyThousandRandomSphereCastsAgreeWithBruteForce) {
         ASSERT_LE(static_cast<double>(gap), settings.tolerance + 1e-9);
         within_tolerance += !is_hit;
     }
-    std::printf("%ld of 20000 hit, %ld of them by passing within the tolerance\n", hits,
+    std::printf("%ld of %ld hit, %ld of them by passing within the tolerance\n", hits, count,
                 within_tolerance);
-    EXPECT_GT(hits, 5'000);
+    EXPECT_GT(hits, count / 4);
     EXPECT_LT(within_tolerance, 20);
-}
-
-TEST(PeerFacts, AThousandPointsHaveTheDistancesOfBruteForce) {
-    SeededRandom random(kSeed + 1);
-    const LawShape point{"point", Sphere{0.0}, make_oracle(Sphere{0.0})};
-    for (long i = 0; i < 1'000; ++i) {
-        const LawScene& scene = scene_of(i);
-        const Pose pose = random_pose(random, scene, point, -random.between(0.0, 10.0));
-        SCOPED_TRACE(describe(scene, point, pose));
-        const DistanceAnswer answer = signed_distance(point.shape, pose, scene.ground, 20.0);
-        const auto gap =
-            static_cast<double>(brute_gap<Real>(scene.soup, point.oracle, pose, 20.0L));
-        ASSERT_TRUE(answer.has_ground);
-        ASSERT_NEAR(answer.distance, gap, 1e-9);
-        Pose at{.translation = pose.translation - answer.distance * answer.normal};
-        ASSERT_NEAR(static_cast<double>(brute_gap<Real>(scene.soup, point.oracle, at, 1.0L)), 0.0,
-                    1e-9);
-    }
 }
 
 }  // namespace terrane::peer_facts_test

@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace terrane::sliding_test {
@@ -50,6 +49,24 @@ Ground make_paged_ground(const Height& height) {
     return pager.ground();
 }
 
+// A pose in which a shape touches a plane, with an axis along a direction in the plane. For a capsule that is its own
+// axis, the worst case.
+Pose pose_on_plane(const Soup& soup, const LawShape& shape, const Eigen::Vector2d& at,
+                   const Eigen::Vector3d& normal, const Eigen::Vector3d& along) {
+    Pose pose{.translation = {at.x(), at.y(), 0.0}};
+    const Eigen::Vector3d side = normal.cross(along);
+    if (std::holds_alternative<Capsule>(shape.shape)) {
+        pose.rotation << side, normal, along;
+    } else {
+        pose.rotation << along, side, normal;
+    }
+    for (int round = 0; round < 3; ++round) {
+        pose.translation.z() +=
+            static_cast<double>(brute_lift<long double>(soup, shape.oracle, pose));
+    }
+    return pose;
+}
+
 // Slides from 10 m before a seam to 10 m beyond it along x, y or both, with and without gravity towards the plane.
 void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
                     const LawShape& shape) {
@@ -65,19 +82,8 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
             BodySettings body{.shape = shape.shape};
             body.friction = body.restitution = 0.0;
             BodyState state;
-            // in the plane; a capsule with its axis along the motion, the worst case
-            const Eigen::Vector3d side = n.cross(along);
-            if (std::holds_alternative<Capsule>(shape.shape)) {
-                state.pose.rotation << side, n, along;
-            } else {
-                state.pose.rotation << along, side, n;
-            }
-            const Eigen::Vector3d to = along * (10.0 / along.head<2>().norm());
-            state.pose.translation = {seam - to.x(), seam - to.y(), 0.0};
-            for (int round = 0; round < 3; ++round) {
-                state.pose.translation.z() +=
-                    static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
-            }
+            const Eigen::Vector2d to = along.head<2>() * (10.0 / along.head<2>().norm());
+            state.pose = pose_on_plane(soup, shape, Eigen::Vector2d::Constant(seam) - to, n, along);
             state.velocity = 20.0 * along;
             const BodyId id = world.add(body, state).value();
             double worst = 0.0;
@@ -97,24 +103,15 @@ void expect_no_kick(const DyadicPlane& plane, const Ground& ground, double seam,
     }
 }
 
-TEST(LawsOfSliding, SeamsOfRootSquaresGiveNoImpulse) {
+TEST(LawsOfSliding, SeamsOfRootSquaresAndChunksGiveNoImpulseWhateverTheirParents) {
     for (const DyadicPlane& plane : kPlanes) {
-        const Ground ground =
-            make_test_ground([&](double x, double y) { return plane.height(x, y); }, 1.0, 2);
+        const auto height = [&](double x, double y) { return plane.height(x, y); };
+        const Ground roots = make_test_ground(height, 1.0, 2);
+        const Ground chunks = make_paged_ground(height);
         for (const char* name : {"box", "capsule", "sphere"}) {
-            expect_no_kick(plane, ground, 128.0, shape_named(name));
-        }
-    }
-}
-
-TEST(LawsOfSliding, SeamsOfChunksGiveNoImpulseWhateverTheirParents) {
-    for (const DyadicPlane& plane : kPlanes) {
-        const Ground ground =
-            make_paged_ground([&](double x, double y) { return plane.height(x, y); });
-        for (const double seam : {128.0, 256.0}) {
-            for (const char* name : {"box", "capsule", "sphere"}) {
-                expect_no_kick(plane, ground, seam, shape_named(name));
-            }
+            expect_no_kick(plane, roots, 128.0, shape_named(name));
+            expect_no_kick(plane, chunks, 128.0, shape_named(name));
+            expect_no_kick(plane, chunks, 256.0, shape_named(name));
         }
     }
 }
@@ -159,21 +156,10 @@ public:
         : ground_(std::move(ground)), inertia_(solid_inertia(shape.shape)) {
         BodySettings settings{.shape = shape.shape};
         settings.friction = settings.restitution = 0.0;
-        BodyState state;
         const Eigen::Vector3d level(along.x(), along.y(), 0.0);
         const Eigen::Vector3d down = (level - level.dot(normal) * normal).normalized();
-        const Eigen::Vector3d side = normal.cross(down);
-        if (std::holds_alternative<Capsule>(shape.shape)) {
-            state.pose.rotation << side, normal, down;
-        } else {
-            state.pose.rotation << down, side, normal;
-        }
-        state.pose.translation = {start.x(), start.y(), 0.0};
-        const Soup soup(ground_);
-        for (int round = 0; round < 3; ++round) {
-            state.pose.translation.z() +=
-                static_cast<double>(brute_lift<long double>(soup, shape.oracle, state.pose));
-        }
+        BodyState state;
+        state.pose = pose_on_plane(Soup(ground_), shape, start, normal, down);
         world_.emplace(*World::create(WorldSettings{.allow_sleep = false}));
         id_ = world_->add(settings, state).value();
         energy_ = energy();
@@ -285,8 +271,12 @@ TEST(LawsOfSliding, CastsAlongATouchedPlaneHitNoSeam) {
                 motion.start.translation.z() = 1e-5 + static_cast<double>(brute_lift<long double>(
                                                           soup, shape.oracle, motion.start));
                 motion.translation = {16.0, 16.0, 16.0 * (plane.slope_x + plane.slope_y)};
-                EXPECT_FALSE(cast(shape.shape, motion, ground, settings).hit)
-                    << shape.name << ", slopes " << plane.slope_x << " " << plane.slope_y;
+                SCOPED_TRACE(testing::Message()
+                             << shape.name << ", slopes " << plane.slope_x << " " << plane.slope_y);
+                EXPECT_FALSE(cast(shape.shape, motion, ground, settings).hit);
+                Motion beyond_tolerance = motion;
+                beyond_tolerance.start.translation += 1.01e-4 * plane.normal();
+                EXPECT_FALSE(cast(shape.shape, beyond_tolerance, ground).hit);
                 std::array<Contact, 64> contacts;
                 const ContactAnswer found =
                     find_contacts(shape.shape, motion.at(0.6), ground, 1e-3, contacts);
@@ -310,63 +300,9 @@ using namespace test;
 constexpr std::uint64_t kSeed = 20260305;
 constexpr int kRounds = 8;
 
-using V = Vec<long double>;
-
-// The shortest d with n.d >= depth for all contacts, by trying every set of up to three of them.
-V shortest_for(const std::vector<const Contact*>& some) {
-    V best = V::Constant(1e30L);
-    const auto consider = [&](const V& d) {
-        if (!(d.squaredNorm() < best.squaredNorm())) return;
-        for (const Contact* contact : some) {
-            const long double over = contact->normal.cast<long double>().dot(d) - contact->depth;
-            if (over < -1e-13L * (1 + d.norm())) return;
-        }
-        best = d;
-    };
-    const auto n = [&](std::size_t i) { return V(some[i]->normal.cast<long double>()); };
-    const auto b = [&](std::size_t i) { return static_cast<long double>(some[i]->depth); };
-    consider(V::Zero());
-    for (std::size_t i = 0; i < some.size(); ++i) {
-        consider(b(i) * n(i) / n(i).squaredNorm());
-        for (std::size_t j = i + 1; j < some.size(); ++j) {
-            const V c = n(i).cross(n(j));
-            const long double square = c.squaredNorm();
-            if (square < 1e-24L) continue;
-            consider((b(i) * n(j).cross(c) + b(j) * c.cross(n(i))) / square);
-            for (std::size_t k = j + 1; k < some.size(); ++k) {
-                const long double volume = c.dot(n(k));
-                if (std::abs(volume) < 1e-12L) continue;
-                consider((b(i) * n(j).cross(n(k)) + b(j) * n(k).cross(n(i)) + b(k) * c) / volume);
-            }
-        }
-    }
-    return best;
-}
-
-// The shortest translation that resolves all contacts, by an active set to which the most violated contact is added.
-Eigen::Vector3d resolve(std::span<const Contact> contacts) {
-    std::vector<const Contact*> some;
-    V d = V::Zero();
-    for (std::size_t round = 0; round < contacts.size(); ++round) {
-        const Contact* worst = nullptr;
-        long double least = -1e-12L * (1 + d.norm());
-        for (const Contact& contact : contacts) {
-            const long double over = contact.normal.cast<long double>().dot(d) - contact.depth;
-            if (over < least) {
-                least = over;
-                worst = &contact;
-            }
-        }
-        if (worst == nullptr) break;
-        some.push_back(worst);
-        d = shortest_for(some);
-    }
-    return d.cast<double>();
-}
-
 TEST(SeparatedFromBelow, WithinEightRoundsFromAnyDepth) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(22, 20'000);
+    const long count = count_of_cases(11, 20'000);
     std::array<Contact, 256> contacts;
     std::printf("rounds:%28s", "");
     for (int round = 0; round <= kRounds; ++round) std::printf("%7d", round);

@@ -3,7 +3,6 @@
 
 #include "collision/pairs/pair_cases.h"
 #include "pair_oracle.h"
-#include "shapes/query_shapes.h"
 
 #include <terrane/collision/shape_pairs.h>
 
@@ -17,9 +16,7 @@ inline Shape as_shape(const ConvexShape& shape) {
 }
 
 inline internal::ConvexView view_of(const ConvexShape& shape) {
-    if (const ConvexHull* hull = std::get_if<ConvexHull>(&shape)) {
-        return internal::HullView{internal::polyhedron(*hull), bounding_radius(*hull)};
-    }
+    if (const ConvexHull* hull = std::get_if<ConvexHull>(&shape)) return view_of(*hull);
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) return *sphere;
     if (const Capsule* capsule = std::get_if<Capsule>(&shape)) return *capsule;
     return std::get<Box>(shape);

@@ -9,11 +9,11 @@ using internal::ConvexCast;
 using namespace test;
 
 constexpr std::uint64_t kSeed = 20261201;
-const int kCases = test::case_count(10'000);
+const int kCases = case_count(10'000);
 
 class PairCasts : public testing::TestWithParam<KindPair> {};
 
-INSTANTIATE_TEST_SUITE_P(All, PairCasts, testing::ValuesIn(test::all_pairs()),
+INSTANTIATE_TEST_SUITE_P(All, PairCasts, testing::ValuesIn(all_pairs()),
                          [](const auto& each) { return each.param.name(); });
 
 ConvexCast cast_convex(const internal::ConvexView& a, const Motion& motion_a,
@@ -34,13 +34,13 @@ TEST_P(PairCasts, StopWhereDenseStepsSayTheyMeet) {
     int hits = 0;
     for (int i = 0; i < kCases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const Case c = test::random_case(random, GetParam(), i);
-        const test::Thrown thrown = test::throw_together(random, c.pose_a, c.pose_b, i);
+        const Case c = random_case(random, GetParam(), i);
+        const Thrown thrown = throw_together(random, c.pose_a, c.pose_b, i);
         const auto distance = [&](double t) { return distance_at(c, thrown.a, thrown.b, t); };
         if (distance(0.0) <= 1e-3) continue;
         const ConvexCast answer = cast_convex(c.a, thrown.a, c.b, thrown.b, settings);
         hits += answer.hit;
-        test::expect_stops_where_they_meet(answer, distance, kSteps, settings, 0.0);
+        expect_stops_where_they_meet(answer, distance, kSteps, settings, 0.0);
     }
     EXPECT_GT(hits, kCases / 5);
 }
@@ -51,7 +51,7 @@ TEST_P(PairCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
     long touching = 0;
     for (int i = 0; i < kCases / 10 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        Case c = test::random_case(random, GetParam(), i);
+        Case c = random_case(random, GetParam(), i);
         if (i % 2 == 0) {  // moved to touch
             const PlacedCase before(c);
             c.pose_a.translation -= before.gap.distance * before.gap.normal;
@@ -139,52 +139,51 @@ constexpr std::uint64_t kSeed = 20261211;
 class CompoundCasts : public testing::TestWithParam<int> {};
 
 INSTANTIATE_TEST_SUITE_P(All, CompoundCasts, testing::Range(0, 6), [](const auto& each) {
-    return std::string("compound_") + test::kOtherNames[static_cast<std::size_t>(each.param)];
+    return std::string("compound_") + kOtherNames[static_cast<std::size_t>(each.param)];
 });
 
 double distance_at(const CompoundCase& c, const Motion& a, const Motion& b, double t) {
-    return test::least_distance(c.a, a.at(t), c.b, b.at(t));
+    return least_distance(c.a, a.at(t), c.b, b.at(t));
 }
 
 TEST_P(CompoundCasts, StopWhereDenseStepsSayTheyMeet) {
     SeededRandom random(kSeed);
     constexpr int kSteps = 20;
-    const int cases = test::case_count(1'000);
+    const int cases = case_count(1'000);
     const CastSettings settings;
     int hits = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const CompoundCase c = test::random_compound_case(random, GetParam(), i);
-        const test::Thrown thrown = test::throw_together(random, c.pose_a, c.pose_b, i);
+        const CompoundCase c = random_compound_case(random, GetParam(), i);
+        const Thrown thrown = throw_together(random, c.pose_a, c.pose_b, i);
         const auto distance = [&](double t) { return distance_at(c, thrown.a, thrown.b, t); };
         if (distance(0.0) <= 1e-3) continue;
         const PairCastAnswer answer = cast(c.a, thrown.a, c.b, thrown.b, settings);
         ASSERT_EQ(answer.status, QueryStatus::ok);
         hits += answer.hit;
-        test::expect_stops_where_they_meet(answer, distance, kSteps, settings, 1e-12);
+        expect_stops_where_they_meet(answer, distance, kSteps, settings, 1e-12);
     }
     EXPECT_GT(hits, cases / 5);
 }
 
 TEST_P(CompoundCasts, AreTheEarliestOfTheirParts) {
     SeededRandom random(kSeed + 1);
-    const int cases = test::case_count(10'000);
+    const int cases = case_count(10'000);
     CastSettings settings{.tolerance = 1e-9};
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const CompoundCase c = test::random_compound_case(random, GetParam(), i);
+        const CompoundCase c = random_compound_case(random, GetParam(), i);
         settings.skip_separating = i % 3 == 0;
         // Without rotation a part has the motion of its body.
         const Motion a = motion_of(c.pose_a, 5.0 * random.direction());
         const Motion b = motion_of(c.pose_b, random.direction());
         const PairCastAnswer answer = cast(c.a, a, c.b, b, settings);
         PairCastAnswer expected;
-        for (const test::Piece& p : test::pieces_of(c.a, c.pose_a)) {
-            for (const test::Piece& q : test::pieces_of(c.b, c.pose_b)) {
+        for (const Piece& p : pieces_of(c.a, c.pose_a)) {
+            for (const Piece& q : pieces_of(c.b, c.pose_b)) {
                 const PairCastAnswer one =
-                    cast(test::as_shape(p.shape), motion_of(p.world_from_piece, a.translation),
-                         test::as_shape(q.shape), motion_of(q.world_from_piece, b.translation),
-                         settings);
+                    cast(as_shape(p.shape), motion_of(p.world_from_piece, a.translation),
+                         as_shape(q.shape), motion_of(q.world_from_piece, b.translation), settings);
                 if (one.started_in_contact) expected.started_in_contact = true;
                 if (one.hit && one.fraction < expected.fraction) expected = one;
             }
@@ -230,12 +229,12 @@ TEST(CompoundCast, TurnsPartsAboutTheBodysOrigin) {
 TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
     SeededRandom random(kSeed + 2);
     CastSettings passing{.skip_separating = true};
-    const int cases = test::case_count(1'000);
+    const int cases = case_count(1'000);
     long overlapping = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const CompoundCase c = test::random_compound_case(random, GetParam(), i);
-        const double least = test::least_distance(c.a, c.pose_a, c.b, c.pose_b);
+        const CompoundCase c = random_compound_case(random, GetParam(), i);
+        const double least = least_distance(c.a, c.pose_a, c.b, c.pose_b);
         if (least > -1e-9) continue;
         ++overlapping;
         const Motion still = motion_of(c.pose_b, Eigen::Vector3d::Zero());
@@ -257,24 +256,24 @@ TEST_P(CompoundCasts, StartedInContactAreHitAtOnceUnlessTheyPartAndMayPass) {
 class CompoundRays : public testing::TestWithParam<int> {};
 
 INSTANTIATE_TEST_SUITE_P(All, CompoundRays, testing::Values(4, 5), [](const auto& each) {
-    return std::string(test::kOtherNames[static_cast<std::size_t>(each.param)]);
+    return std::string(kOtherNames[static_cast<std::size_t>(each.param)]);
 });
 
 TEST_P(CompoundRays, MeetTheFirstOfAllParts) {
     SeededRandom random(kSeed + 3);
-    const int cases = test::case_count(10'000);
+    const int cases = case_count(10'000);
     int hits = 0;
     for (int i = 0; i < cases && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const CompoundCase c = test::random_compound_case(random, GetParam(), 2 * i + 1);
+        const CompoundCase c = random_compound_case(random, GetParam(), 2 * i + 1);
         const Eigen::Vector3d from = c.pose_a.translation + 3.0 * random.direction();
         const Eigen::Vector3d to = c.pose_a.translation + 1.5 * random.direction();
         const ShapeRayAnswer answer = cast_ray(c.a, c.pose_a, from, to);
         ShapeRayAnswer expected;
-        const std::vector<test::Piece> pieces = test::pieces_of(c.a, c.pose_a);
+        const std::vector<Piece> pieces = pieces_of(c.a, c.pose_a);
         for (std::size_t k = 0; k < pieces.size(); ++k) {
             const ShapeRayAnswer one =
-                cast_ray(test::as_shape(pieces[k].shape), pieces[k].world_from_piece, from, to);
+                cast_ray(as_shape(pieces[k].shape), pieces[k].world_from_piece, from, to);
             if (one.hit && (!expected.hit || one.fraction < expected.fraction)) expected = one;
         }
         ASSERT_EQ(answer.hit, expected.hit);
@@ -283,7 +282,7 @@ TEST_P(CompoundRays, MeetTheFirstOfAllParts) {
         if (!answer.hit) continue;
         EXPECT_NEAR((answer.point_world - (from + answer.fraction * (to - from))).norm(), 0.0,
                     1e-12);
-        EXPECT_NEAR(cast_ray(test::as_shape(pieces[answer.part].shape),
+        EXPECT_NEAR(cast_ray(as_shape(pieces[answer.part].shape),
                              pieces[answer.part].world_from_piece, from, to)
                         .fraction,
                     answer.fraction, 1e-9);
@@ -304,15 +303,15 @@ class ShapeRays : public testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(All, ShapeRays,
                          testing::Values(Kind::sphere, Kind::capsule, Kind::box, Kind::hull),
-                         [](const auto& each) { return test::name_of(each.param); });
+                         [](const auto& each) { return name_of(each.param); });
 
 // A ray is a hull of two points.
 TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
     SeededRandom random(kSeed);
     int hits = 0;
-    for (int i = 0; i < test::case_count(10'000) && !HasFailure(); ++i) {
+    for (int i = 0; i < case_count(10'000) && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
-        const internal::ConvexView shape = test::random_shape(random, GetParam(), i % 5 == 3);
+        const internal::ConvexView shape = random_shape(random, GetParam(), i % 5 == 3);
         Pose pose{.rotation = random.rotation()};
         const double reach = internal::reach_of(shape) + 0.1;
         const Eigen::Vector3d from = random.between(0.0, 2.0) * reach * random.direction();
@@ -322,10 +321,8 @@ TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
             internal::place(shape, orthonormalized(pose.rotation), Eigen::Vector3d::Zero()), from,
             to - from);
         const auto distance_up_to = [&](double share) {
-            const test::TestHull segment({from, from + std::max(share, 1e-9) * (to - from)});
-            return i % 7 == 0
-                       ? test::oracle_distance(test::TestHull({from}).view(), Pose{}, shape, pose)
-                       : test::oracle_distance(segment.view(), Pose{}, shape, pose);
+            const ConvexHull up_to = make_hull({from, from + std::max(share, 1e-9) * (to - from)});
+            return oracle_distance(view_of(up_to), Pose{}, shape, pose);
         };
         const double distance = distance_up_to(1.0);
         if (std::abs(distance) > 1e-9) {
@@ -336,7 +333,7 @@ TEST_P(ShapeRays, MeetWhatASegmentMeetsAndWhereItFirstDoes) {
         EXPECT_NEAR(ray.normal.norm(), i % 7 == 0 ? ray.normal.norm() : 1.0, 1e-9);
         EXPECT_LE(ray.normal.dot(to - from), 1e-9);
         Pose at{.translation = from + ray.fraction * (to - from)};
-        const double there = test::oracle_distance(Sphere{0.0}, at, shape, pose);
+        const double there = oracle_distance(Sphere{0.0}, at, shape, pose);
         if (ray.fraction > 0.0) {
             EXPECT_NEAR(there, 0.0, 1e-9);
             if (ray.fraction > 1e-6) {

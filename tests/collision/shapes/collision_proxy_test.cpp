@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "collision/shapes/proxy_meshes.h"
 #include "shapes/proxy_parts.h"
+#include "support/random.h"
 
 #include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -28,20 +28,18 @@ double extent_of(const TriangleMesh& mesh) {
 }
 
 std::uint64_t bits_of(const Compound& compound) {
-    std::uint64_t hash = 1469598103934665603U;
+    Hash hash;
     for (const CompoundPart& part : compound.parts()) {
         for (const Eigen::Vector3d& p : std::get<ConvexHull>(part.shape).vertices()) {
-            for (int axis = 0; axis < 3; ++axis) {
-                hash = (hash ^ std::bit_cast<std::uint64_t>(p[axis])) * 1099511628211U;
-            }
+            for (const double x : p) hash.add(x);
         }
     }
-    return hash;
+    return hash.value();
 }
 
 class ProxyOfMesh : public testing::TestWithParam<std::size_t> {
 protected:
-    NamedMesh named = test::proxy_meshes()[GetParam()];
+    NamedMesh named = proxy_meshes()[GetParam()];
 };
 
 TEST_P(ProxyOfMesh, DistanceHoldsAgainstDenseSampling) {
@@ -52,7 +50,7 @@ TEST_P(ProxyOfMesh, DistanceHoldsAgainstDenseSampling) {
         const std::uint64_t seed = GetParam() + 10;
         SCOPED_TRACE(named.name + ", share " + std::to_string(share) + ", seed " +
                      std::to_string(seed));
-        const test::ProxyDistance measured = test::measure_proxy(named.mesh, *proxy, 3000, seed);
+        const ProxyDistance measured = measure_proxy(named.mesh, *proxy, 3000, seed);
         const double rounding = 1e-9 * extent_of(named.mesh);
         EXPECT_LE(measured.mesh_to_proxy, proxy->mesh_to_proxy_m + rounding);
         EXPECT_LE(measured.proxy_to_mesh, proxy->proxy_to_mesh_m + rounding);
@@ -79,7 +77,7 @@ TEST_P(ProxyOfMesh, ALargeErrorGivesOneHullAndZeroTheTriangles) {
     EXPECT_EQ(all->shape.parts().size(), named.mesh.triangles.size());
 }
 
-TEST_P(ProxyOfMesh, InsideOutIsAsSolid) {
+TEST_P(ProxyOfMesh, InsideOutIsAsSolidAndRepeatsItsBits) {
     TriangleMesh turned = named.mesh;
     for (auto& t : turned.triangles) std::swap(t[1], t[2]);
     const CollisionProxySettings settings{.proxy_error = 0.1 * extent_of(named.mesh)};
@@ -89,28 +87,16 @@ TEST_P(ProxyOfMesh, InsideOutIsAsSolid) {
     EXPECT_EQ(other->kind, CollisionProxyKind::hulls);
     EXPECT_NEAR(other->mesh_volume, one->mesh_volume, 1e-12);
     EXPECT_TRUE(other->is_within_error);
-}
-
-TEST_P(ProxyOfMesh, RepeatsItsBits) {
-    const CollisionProxySettings settings{.proxy_error = 0.1 * extent_of(named.mesh)};
-    EXPECT_EQ(bits_of(make_collision_proxy(named.mesh, settings)->shape),
-              bits_of(make_collision_proxy(named.mesh, settings)->shape));
-}
-
-TEST_P(ProxyOfMesh, IsABodyOfAWorld) {
-    const Result<CollisionProxy> proxy =
-        make_collision_proxy(named.mesh, {.proxy_error = 0.1 * extent_of(named.mesh)});
-    ASSERT_TRUE(proxy);
+    EXPECT_EQ(bits_of(one->shape), bits_of(make_collision_proxy(named.mesh, settings)->shape));
     World world = World::create({}).value();
-    const Result<BodyId> added = world.add(BodySettings{.shape = proxy->shape}, {});
-    EXPECT_TRUE(added) << added.error().message;
+    EXPECT_TRUE(world.add(BodySettings{.shape = one->shape}, {}));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ProxyOfMesh, testing::Range<std::size_t>(0, 8),
-                         [](const auto& each) { return test::proxy_meshes()[each.param].name; });
+                         [](const auto& each) { return proxy_meshes()[each.param].name; });
 
 TEST(CollisionProxy, AnLIsTwoBoxes) {
-    const Result<CollisionProxy> proxy = make_collision_proxy(test::l_mesh(), {});
+    const Result<CollisionProxy> proxy = make_collision_proxy(l_mesh(), {});
     ASSERT_TRUE(proxy);
     EXPECT_EQ(proxy->shape.parts().size(), 2U);
     EXPECT_NEAR(proxy->parts_volume, 3.0, 1e-12);
@@ -118,7 +104,7 @@ TEST(CollisionProxy, AnLIsTwoBoxes) {
 }
 
 TEST(CollisionProxy, AConvexMeshIsOneExactHullWhateverTheError) {
-    const TriangleMesh box = test::box_mesh({-1.0, 0.0, 2.0}, {3.0, 1.0, 4.0});
+    const TriangleMesh box = box_mesh({-1.0, 0.0, 2.0}, {3.0, 1.0, 4.0});
     for (const double error : {0.0, 0.01, 10.0}) {
         const Result<CollisionProxy> proxy = make_collision_proxy(box, {.proxy_error = error});
         ASSERT_TRUE(proxy);
@@ -130,8 +116,8 @@ TEST(CollisionProxy, AConvexMeshIsOneExactHullWhateverTheError) {
 }
 
 TEST(CollisionProxy, ComponentsFarApartAreTwoHulls) {
-    TriangleMesh mesh = test::box_mesh({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0});
-    const TriangleMesh other = test::box_mesh({5.0, 0.0, 0.0}, {6.0, 1.0, 1.0});
+    TriangleMesh mesh = box_mesh({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0});
+    const TriangleMesh other = box_mesh({5.0, 0.0, 0.0}, {6.0, 1.0, 1.0});
     mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
     for (auto t : other.triangles) mesh.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
     const Result<CollisionProxy> proxy = make_collision_proxy(mesh, {.proxy_error = 0.1});
@@ -141,7 +127,7 @@ TEST(CollisionProxy, ComponentsFarApartAreTwoHulls) {
 }
 
 TEST(CollisionProxy, AnOpenMeshIsASurfaceWithinItsDistance) {
-    TriangleMesh mesh = test::torus_mesh(24, 12, 1.0, 0.3);
+    TriangleMesh mesh = torus_mesh(24, 12, 1.0, 0.3);
     mesh.triangles.pop_back();
     const Result<CollisionProxy> proxy = make_collision_proxy(mesh, {.proxy_error = 0.1});
     ASSERT_TRUE(proxy);
@@ -149,13 +135,13 @@ TEST(CollisionProxy, AnOpenMeshIsASurfaceWithinItsDistance) {
     EXPECT_EQ(proxy->mesh_volume, 0.0);
     EXPECT_LT(proxy->shape.parts().size(), mesh.triangles.size());
     EXPECT_LE(proxy->distance_m, 0.1 + 1e-8);
-    const test::ProxyDistance measured = test::measure_proxy(mesh, *proxy, 3000, 7);
+    const ProxyDistance measured = measure_proxy(mesh, *proxy, 3000, 7);
     EXPECT_LE(measured.mesh_to_proxy, proxy->distance_m);
     EXPECT_LE(measured.proxy_to_mesh, proxy->distance_m);
 }
 
 TEST(CollisionProxy, CornersOfOneTriangleEachAreWelded) {
-    const TriangleMesh mesh = test::l_mesh();
+    const TriangleMesh mesh = l_mesh();
     TriangleMesh soup;
     for (const auto& t : mesh.triangles) {
         const auto first = static_cast<std::uint32_t>(soup.positions.size());
@@ -170,7 +156,7 @@ TEST(CollisionProxy, CornersOfOneTriangleEachAreWelded) {
 
 TEST(CollisionProxy, LimitsAreKeptAndSaid) {
     const Result<CollisionProxy> proxy =
-        make_collision_proxy(test::torus_mesh(24, 12, 1.0, 0.3),
+        make_collision_proxy(torus_mesh(24, 12, 1.0, 0.3),
                              {.proxy_error = 0.02, .max_parts = 5, .max_hull_vertices = 8});
     ASSERT_TRUE(proxy);
     EXPECT_LE(proxy->shape.parts().size(), 5U);
@@ -182,7 +168,7 @@ TEST(CollisionProxy, LimitsAreKeptAndSaid) {
 }
 
 TEST(CollisionProxy, BadInputIsOneClearLine) {
-    const TriangleMesh good = test::l_mesh();
+    const TriangleMesh good = l_mesh();
     const auto message = [](const TriangleMesh& mesh, const CollisionProxySettings& settings = {}) {
         const Result<CollisionProxy> proxy = make_collision_proxy(mesh, settings);
         return proxy ? std::string() : proxy.error().message;
@@ -228,7 +214,7 @@ TEST(CollisionProxy, AnyTrianglesGiveAnAnswer) {
             if (!proxy) continue;
             ++compared;
             closed += seed % 2 == 0;
-            const test::ProxyDistance measured = test::measure_proxy(mesh, *proxy, 200, seed);
+            const ProxyDistance measured = measure_proxy(mesh, *proxy, 200, seed);
             EXPECT_LE(measured.mesh_to_proxy, proxy->mesh_to_proxy_m + 1e-8);
             EXPECT_LE(measured.proxy_to_mesh, proxy->proxy_to_mesh_m + 1e-8);
         }
@@ -247,10 +233,14 @@ std::vector<ProxyPart> cut(const SolidMesh& solid, double error) {
 }
 
 TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
-    int known = 0;
-    for (const NamedMesh& named : test::proxy_meshes()) {
+    // Within a tiny error, proxies of curved meshes, which are the last four, cost most of the time.
+    const int tiny_count = few_or_many(4, 8);
+    int known = 0, index = 0;
+    for (const NamedMesh& named : proxy_meshes()) {
         const SolidMesh solid = internal::make_solid_mesh(named.mesh);
+        const bool can_be_tiny = index++ < tiny_count;
         for (const bool is_tiny : {true, false}) {
+            if (is_tiny && !can_be_tiny) continue;
             const double error = (is_tiny ? 1e-9 : 0.05) * solid.extent;
             const double least = internal::least_error(solid, cut(solid, error));
             known += least > 0.0 ? 1 : 0;
@@ -262,11 +252,11 @@ TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
             EXPECT_LE(least, proxy.distance_m) << named.name << " within " << error;
         }
     }
-    EXPECT_GE(known, 4);
+    EXPECT_GE(known, tiny_count / 4);
 }
 
 TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
-    const TriangleMesh rock = test::rock_mesh(10, 0.3, 1);
+    const TriangleMesh rock = rock_mesh(10, 0.3, 1);
     const SolidMesh solid = internal::make_solid_mesh(rock);
     const std::vector<ProxyPart> parts = cut(solid, 1e-9);
     const double least = internal::least_error(solid, parts);
@@ -286,7 +276,7 @@ TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {
 }
 
 TEST(ErrorReach, IsSaidOfProxiesThatTheLimitOfVerticesKeepsAway) {
-    const TriangleMesh ball = test::rock_mesh(10, 0.0, 1);
+    const TriangleMesh ball = rock_mesh(10, 0.0, 1);
     const CollisionProxySettings settings{
         .proxy_error = 1e-4, .max_hull_vertices = 8, .must_be_within_error = true};
     const Result<CollisionProxy> refused = make_collision_proxy(ball, settings);
@@ -296,7 +286,7 @@ TEST(ErrorReach, IsSaidOfProxiesThatTheLimitOfVerticesKeepsAway) {
 }
 
 TEST(ErrorReach, ChangesNothingWhereTheErrorIsReached) {
-    const TriangleMesh l = test::l_mesh();
+    const TriangleMesh l = l_mesh();
     for (const double error : {0.05, 0.2}) {
         const CollisionProxy one = make_collision_proxy(l, {.proxy_error = error}).value();
         const Result<CollisionProxy> other =
@@ -308,7 +298,7 @@ TEST(ErrorReach, ChangesNothingWhereTheErrorIsReached) {
 }
 
 TEST(SolidMesh, InsideAndDistanceAgreeWithSlowOnes) {
-    for (const auto& [name, mesh] : test::proxy_meshes()) {
+    for (const auto& [name, mesh] : proxy_meshes()) {
         const internal::SolidMesh solid = internal::make_solid_mesh(mesh);
         EXPECT_TRUE(solid.is_closed) << name;
         const std::uint64_t seed = 5;
@@ -330,13 +320,12 @@ TEST(SolidMesh, InsideAndDistanceAgreeWithSlowOnes) {
             }
             double slow = 1e300;
             for (const auto& t : mesh.triangles) {
-                slow =
-                    std::min(slow, test::slow_distance(mesh.positions[t[0]], mesh.positions[t[1]],
-                                                       mesh.positions[t[2]], p));
+                slow = std::min(slow, slow_distance(mesh.positions[t[0]], mesh.positions[t[1]],
+                                                    mesh.positions[t[2]], p));
             }
             EXPECT_NEAR(internal::find_nearest(solid, p).distance, slow, 1e-12);
             if (slow < 1e-9) continue;
-            const bool is_slow_inside = std::abs(test::solid_angle_winding(mesh, p)) > 0.5;
+            const bool is_slow_inside = std::abs(solid_angle_winding(mesh, p)) > 0.5;
             inside += is_slow_inside ? 1 : 0;
             EXPECT_EQ(internal::is_inside(solid, p), is_slow_inside) << p.transpose();
         }

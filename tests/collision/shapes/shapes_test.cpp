@@ -21,9 +21,10 @@
 
 namespace terrane::rotation_test {
 
+using namespace test;
+
 TEST(MotionAt, AgreesWithTheCLibrary) {
-    SCOPED_TRACE("seed 7");
-    test::Random random(7);
+    SeededRandom random(7);
     for (int i = 0; i < 2000; ++i) {
         const Eigen::Vector3d axis = random.direction();
         const double angle = random.between(0.0, i % 2 == 0 ? 6.3 : 1000.0);
@@ -37,8 +38,7 @@ TEST(MotionAt, AgreesWithTheCLibrary) {
 }
 
 TEST(MotionAt, StaysOrthonormal) {
-    SCOPED_TRACE("seed 8");
-    test::Random random(8);
+    SeededRandom random(8);
     for (int i = 0; i < 500; ++i) {
         Motion motion{.start = {.rotation = random.rotation()},
                       .rotation_vector = random.between(0.0, 30.0) * random.direction()};
@@ -50,8 +50,7 @@ TEST(MotionAt, StaysOrthonormal) {
 
 // Equally accurate near and far from orthonormal matrices: the method changes at 1e-8.
 TEST(Orthonormalized, KeepsTheFirstAxisAndThePlaneOfTheSecond) {
-    SCOPED_TRACE("seed 11");
-    test::Random random(11);
+    SeededRandom random(11);
     for (const double off : {0.0, 1e-16, 1e-12, 1e-9, 4.9e-9, 5.1e-9, 1e-8, 1e-6, 0.1, 10.0}) {
         for (int i = 0; i < 200; ++i) {
             const Eigen::Matrix3d exact = random.rotation();
@@ -68,8 +67,7 @@ TEST(Orthonormalized, KeepsTheFirstAxisAndThePlaneOfTheSecond) {
 }
 
 TEST(RotationVectorBetween, IsUndoneByAMotion) {
-    SCOPED_TRACE("seed 9");
-    test::Random random(9);
+    SeededRandom random(9);
     for (int i = 0; i < 2000; ++i) {
         const double angle = i % 3 == 0   ? 3.14159265358979
                              : i % 3 == 1 ? 1e-9
@@ -107,23 +105,25 @@ TEST(SupportDistance, IsTheLargestOverTheShape) {
 
 namespace terrane::compound_test {
 
+using namespace test;
+
 using Parts = std::vector<CompoundPart>;
 
-Pose random_pose(test::Random& random) {
+Pose random_pose(Random& random) {
     Pose pose{random.rotation(), 3.0 * random.direction()};
     return pose;
 }
 
-ConvexShape random_shape(test::Random& random, int kind) {
+ConvexShape random_shape(Random& random, int kind) {
     const double size = random.between(0.1, 2.0);
     if (kind == 0) return Sphere{size};
     if (kind == 1) return Capsule{size, random.between(0.0, 2.0)};
     if (kind == 2) return Box{{size, random.between(0.0, 2.0), random.between(0.0, 2.0)}};
-    return ConvexHull::create(test::ball(random, 30)).value();
+    return ConvexHull::create(ball(random, 30)).value();
 }
 
 // Dense samples of a shape's surface for brute-force checks.
-std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, test::Random& random) {
+std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, Random& random) {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < 20'000; ++i) {
         const Eigen::Vector3d n = random.direction();
@@ -143,8 +143,7 @@ std::vector<Eigen::Vector3d> sample(const ConvexShape& shape, test::Random& rand
 }
 
 TEST(Compound, HasTheBoundsAndReachOfItsPoints) {
-    SCOPED_TRACE("seed 21");
-    test::Random random(21);
+    SeededRandom random(21);
     for (int i = 0; i < 40; ++i) {
         Parts parts;
         for (int k = 0; k < 1 + i % 4; ++k) {
@@ -228,9 +227,8 @@ TEST(Compound, RefusesPartsThatAreNone) {
 }
 
 TEST(Compound, FromTrianglesIsTheirSurface) {
-    SCOPED_TRACE("seed 22");
-    test::Random random(22);
-    const std::vector<Eigen::Vector3d> vertices = test::ball(random, 50);
+    SeededRandom random(22);
+    const std::vector<Eigen::Vector3d> vertices = ball(random, 50);
     std::vector<std::array<std::uint32_t, 3>> triangles{{3, 3, 3},
                                                         {1, 2, 1}};  // and degenerate directions
     for (std::uint32_t i = 0; i + 2 < vertices.size(); ++i) triangles.push_back({i, i + 2, i + 1});
@@ -266,10 +264,10 @@ TEST(Compound, FromTrianglesNamesTheBadOne) {
 
 namespace terrane::extremes_test {
 
-using test::Points;
+using namespace test;
 
 // Difficult directions for a hull: orthogonal to faces and edges, exactly and nearly; along axes; degenerate.
-std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, test::Random& random,
+std::vector<Eigen::Vector3d> make_directions(const internal::Polyhedron& hull, Random& random,
                                              int count) {
     const double nan = std::nan("");
     const double infinity = std::numeric_limits<double>::infinity();
@@ -304,7 +302,7 @@ void expect_same_vertex(const Points& points, const std::string& name, int count
     ASSERT_TRUE(made);
     const internal::Polyhedron& hull = internal::polyhedron(*made);
     ASSERT_NE(hull.climb, nullptr) << hull.vertices.size() << " vertices";
-    test::Random random(points.size());
+    Random random(points.size());
     for (const Eigen::Vector3d& direction : make_directions(hull, random, count)) {
         const std::uint32_t scanned = internal::find_extreme_by_scan(hull.vertices, direction);
         ASSERT_EQ(internal::find_extreme_by_climb(hull.vertices, *hull.climb, direction), scanned)
@@ -314,41 +312,39 @@ void expect_same_vertex(const Points& points, const std::string& name, int count
 }
 
 TEST(FindExtreme, ByClimbIsTheVertexThatAScanFinds) {
-    SCOPED_TRACE("seed 11");
-    test::Random random(11);
+    SeededRandom random(11);
     for (int i = 0; i < 25; ++i) {
         const std::string name = std::to_string(i);
         const Eigen::Matrix3d turn = random.rotation();
-        const Points round = test::sphere(random, 50 + 20 * i);
-        const Points prism = test::prism(100 + 30 * i, 2.0);
+        const Points round = sphere(random, 50 + 20 * i);
+        const Points column = prism(100 + 30 * i, 2.0);
         const int count = 2000;
         expect_same_vertex(round, "sphere " + name, count);
-        expect_same_vertex(test::transformed(round, 1e4, turn), "10 km " + name, count);
-        expect_same_vertex(test::transformed(round, 1e-3, turn, 9e4 * random.direction()),
+        expect_same_vertex(transformed(round, 1e4, turn), "10 km " + name, count);
+        expect_same_vertex(transformed(round, 1e-3, turn, 9e4 * random.direction()),
                            "1 mm far out " + name, count);
-        expect_same_vertex(test::stretched(round, {1, 1e-5, 1e-9}), "needle " + name, count);
-        expect_same_vertex(prism, "prism " + name, count);
-        expect_same_vertex(test::transformed(prism, 1.0, turn, random.direction()),
+        expect_same_vertex(stretched(round, {1, 1e-5, 1e-9}), "needle " + name, count);
+        expect_same_vertex(column, "prism " + name, count);
+        expect_same_vertex(transformed(column, 1.0, turn, random.direction()),
                            "turned prism " + name, count);
-        expect_same_vertex(test::polygon(50 + 40 * i), "polygon " + name, count);
-        expect_same_vertex(test::transformed(test::polygon(50 + 40 * i), 1.0, turn),
-                           "turned polygon " + name, count);
-        Points rough = test::transformed(test::polygon(50 + 40 * i), 1.0, turn);  // nearly flat
+        expect_same_vertex(polygon(50 + 40 * i), "polygon " + name, count);
+        expect_same_vertex(transformed(polygon(50 + 40 * i), 1.0, turn), "turned polygon " + name,
+                           count);
+        Points rough = transformed(polygon(50 + 40 * i), 1.0, turn);  // nearly flat
         for (Eigen::Vector3d& p : rough) p += random.between(0.0, 2e-15) * random.direction();
         expect_same_vertex(rough, "rough polygon " + name, count);
-        Points lens = test::sphere(random, 400);  // rounded to a grid: many coplanar faces
+        Points lens = sphere(random, 400);  // rounded to a grid: many coplanar faces
         for (Eigen::Vector3d& p : lens) p = (6.0 * p).array().round().matrix();
         expect_same_vertex(lens, "lens " + name, count);
-        expect_same_vertex(test::transformed(lens, 0.1, turn), "turned lens " + name, count);
-        Points cluster =
-            test::sphere(random, 300);  // smooth to within rounding, with one distant point
+        expect_same_vertex(transformed(lens, 0.1, turn), "turned lens " + name, count);
+        Points cluster = sphere(random, 300);  // smooth to within rounding, with one distant point
         for (Eigen::Vector3d& p : cluster) p *= 1e-7;
         cluster.emplace_back(0.0, 0.3, -1.0);
-        expect_same_vertex(test::transformed(cluster, 1.0, turn, random.direction()),
-                           "cluster " + name, count);
+        expect_same_vertex(transformed(cluster, 1.0, turn, random.direction()), "cluster " + name,
+                           count);
     }
-    expect_same_vertex(test::sphere(random, 10'000), "sphere 10000", 5000);
-    expect_same_vertex(test::prism(10'000, 1.0), "prism 10000", 2000);
+    expect_same_vertex(sphere(random, 10'000), "sphere 10000", 5000);
+    expect_same_vertex(prism(10'000, 1.0), "prism 10000", 2000);
 }
 
 TEST(FindExtreme, TakesTheLowestIndexOfEqualVertices) {
@@ -364,9 +360,11 @@ TEST(FindExtreme, TakesTheLowestIndexOfEqualVertices) {
 
 namespace terrane::aabb_tree_test {
 
+using namespace test;
+
 using internal::AabbNode;
 
-std::vector<Aabb> random_bounds(test::Random& random, std::size_t count) {
+std::vector<Aabb> random_bounds(Random& random, std::size_t count) {
     std::vector<Aabb> bounds;
     for (std::size_t i = 0; i < count; ++i) {
         const Eigen::Vector3d middle = 10.0 * random.direction();
@@ -387,8 +385,7 @@ bool meets(const Aabb& a, const Eigen::Vector3d& low, const Eigen::Vector3d& hig
 }
 
 TEST(AabbTree, FindsTheBoxesThatBruteForceFinds) {
-    SCOPED_TRACE("seed 31");
-    test::Random random(31);
+    SeededRandom random(31);
     for (const std::size_t count : {1u, 2u, 3u, 7u, 64u, 1000u}) {
         const std::vector<Aabb> bounds = random_bounds(random, count);
         const std::vector<AabbNode> tree = internal::make_aabb_tree(bounds);
@@ -410,8 +407,7 @@ TEST(AabbTree, FindsTheBoxesThatBruteForceFinds) {
 }
 
 TEST(AabbTree, IsTheSameHoweverItIsBuilt) {
-    SCOPED_TRACE("seed 32");
-    test::Random random(32);
+    SeededRandom random(32);
     for (const std::size_t count : {0u, 1u, 2u, 3u, 5u, 64u, 1000u, 20000u}) {
         std::vector<Aabb> bounds = random_bounds(random, count);
         for (std::size_t i = 0; i < count; ++i) {
@@ -444,16 +440,17 @@ TEST(AabbTree, HalvesTheCountAtEveryNode) {
 
 namespace terrane::lattice_test {
 
+using namespace test;
+
 using internal::LatticePoint;
 
-std::int64_t draw(test::Random& random, double size) {
+std::int64_t draw(Random& random, double size) {
     return static_cast<std::int64_t>(random.between(-size, size));
 }
 
 // Points of all magnitudes that are coplanar to within double precision.
 TEST(SideOfPlane, IsExact) {
-    SCOPED_TRACE("seed 31");
-    test::Random random(31);
+    SeededRandom random(31);
     int beyond_doubles = 0;
     for (int i = 0; i < 20'000; ++i) {
         const double size = std::ldexp(1.0, 4 + i % 50);
@@ -493,65 +490,12 @@ TEST(SideOfPlane, IsExact) {
     EXPECT_GT(beyond_doubles, 1000);
 }
 
-// Corners of the whole lattice: the largest possible sums.
-TEST(SideOfPlane, HoldsTheLargestCoordinates) {
-    const std::int64_t m = std::int64_t{1} << 60;
-    for (int mask = 0; mask < 4096; ++mask) {
-        std::array<LatticePoint, 4> p{};
-        std::array<std::array<int, 3>, 4> small{};
-        for (std::size_t i = 0; i < 4; ++i) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                small[i][k] = mask >> (3 * i + k) & 1;
-                p[i][k] = m * small[i][k];
-            }
-        }
-        const auto edge = [&](std::size_t i) {
-            return Eigen::Vector3d(small[i][0] - small[0][0], small[i][1] - small[0][1],
-                                   small[i][2] - small[0][2]);
-        };
-        const double volume = edge(1).cross(edge(2)).dot(edge(3));
-        const int expected = volume > 0.5 ? 1 : volume < -0.5 ? -1 : 0;
-        ASSERT_EQ(internal::side_of_plane(p[0], p[1], p[2], p[3]), expected) << mask;
-    }
-}
-
 TEST(Turn, IsExact) {
     const std::int64_t m = std::int64_t{1} << 60;
     EXPECT_EQ(internal::turn({0, 0, 0}, {m, 1, 0}, {m, 1, 5}, 2), 0);
     EXPECT_EQ(internal::turn({0, 0, 0}, {m, m - 1, 0}, {m - 1, m - 2, 0}, 2), -1);
     EXPECT_EQ(internal::turn({0, 0, 0}, {0, m, m - 1}, {0, m - 1, m - 2}, 0), -1);
     EXPECT_EQ(internal::turn({0, 0, 0}, {m - 1, 0, m}, {m - 2, 0, m - 1}, 1), -1);
-}
-
-TEST(LatticePoints, AreSortedOnceEachAndWithinARoundingOfTheExtent) {
-    SCOPED_TRACE("seed 32");
-    test::Random random(32);
-    for (int i = 0; i < 200; ++i) {
-        test::Points points =
-            test::transformed(test::integers(random, 50, 2), std::pow(10.0, i % 7 - 3),
-                              random.rotation(), 1e4 * random.direction());
-        points.push_back(points[7]);
-        const internal::LatticePoints result = internal::make_lattice_points(points);
-        ASSERT_LE(result.lattice.size(), points.size() - 1);
-        Eigen::Vector3d low = points[0];
-        for (const Eigen::Vector3d& p : points) low = low.cwiseMin(p);
-        for (std::size_t k = 0; k < result.lattice.size(); ++k) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double along = static_cast<double>(result.lattice[k][axis]) * result.spacing;
-                const int a = static_cast<int>(axis);
-                EXPECT_NEAR(along, result.positions[k][a] - low[a], 0x1p-53 * result.extent);
-                EXPECT_GE(result.lattice[k][axis], 0);
-                EXPECT_LE(result.lattice[k][axis], std::int64_t{1} << 60);
-            }
-            if (k > 0) {
-                EXPECT_LT(result.lattice[k - 1], result.lattice[k]);
-            }
-        }
-    }
-    const internal::LatticePoints one =
-        internal::make_lattice_points(test::Points(3, {-0.0, 1, 2}));
-    ASSERT_EQ(one.positions.size(), 1u);
-    EXPECT_FALSE(std::signbit(one.positions[0].x()));
 }
 
 }  // namespace terrane::lattice_test

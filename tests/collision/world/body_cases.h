@@ -10,11 +10,17 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
-// Rough grounds for falling bodies.
+// Rough grounds and shapes for worlds of bodies.
 namespace terrane::test {
+
+inline constexpr double kStep = 1.0 / 60.0;  // seconds
+inline constexpr double kGravity = 9.81;     // m/s^2, of a world's default settings
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Heights by lattice point, for grounds that are not smooth functions.
 inline std::uint64_t scramble(double x, double y) {
@@ -51,9 +57,7 @@ inline Eigen::Matrix3d turned(const Eigen::Vector3d& rotation_vector) {
 }
 
 inline World make_world(const WorldSettings& settings = {}) {
-    Result<World> world = World::create(settings);
-    EXPECT_TRUE(world.has_value());
-    return std::move(*world);
+    return World::create(settings).value();
 }
 
 /// A body state at rest or with given velocities. Random arguments must be drawn beforehand: their order of evaluation
@@ -68,6 +72,15 @@ inline BodyState at(const Eigen::Vector3d& place, const Eigen::Vector3d& velocit
 
 inline BodyId add(World& world, const BodySettings& settings = {}, const BodyState& state = {}) {
     return world.add(settings, state).value();
+}
+
+inline bool is_asleep(const World& world, BodyId body) {
+    return world.state(body).condition == BodyCondition::asleep;
+}
+
+/// Takes steps in which no body may be too deep in the ground.
+inline void take_steps(World& world, const Ground& ground, int count) {
+    for (int i = 0; i < count; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u) << i;
 }
 
 /// A wedge with its centre of mass off its origin and principal axes that differ from its own.

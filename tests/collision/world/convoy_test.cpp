@@ -2,6 +2,7 @@
 //
 // Twenty vehicles drive laps among five hundred crates and between rails, on ground that is paged meanwhile, for
 // TERRANE_CONVOY_SECONDS.
+#include "collision/world/body_cases.h"
 #include "support/random.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -21,7 +22,6 @@
 #include <filesystem>
 #include <memory>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,7 +32,8 @@
 
 namespace terrane::convoy_test {
 
-constexpr double kStep = 1.0 / 60.0;
+using namespace test;
+
 constexpr double kRadius = 300.0;  // of the laps, metres
 constexpr std::size_t kVehicles = 20, kCrates = 500, kRails = 330;
 constexpr double kRailDistance = 9.0;  // beyond the laps, metres
@@ -56,18 +57,17 @@ Eigen::Vector2d on_round(double angle, double outside) {
 class Convoy {
 public:
     explicit Convoy(std::shared_ptr<const HeightSource> source)
-        : source_(std::move(source)), random_(23) {
-        pager_.emplace(
-            Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value());
-        world_.emplace(World::create({.report_contacts = true}).value());
+        : source_(std::move(source)),
+          pager_(Pager::create(source_, {.memory_bytes = 24 << 20, .worker_count = 0}).value()) {
+        Random random(23);
         const double turn = 2.0 * std::numbers::pi;
         for (std::size_t i = 0; i < kVehicles; ++i) {
             const double angle = turn * static_cast<double>(i) / kVehicles;
-            Pose pose = pose_at(on_round(angle, 0.0), 1.6);
+            Pose pose{.translation = place_at(on_round(angle, 0.0), 1.6)};
             pose.rotation << -std::sin(angle), -std::cos(angle), 0.0, std::cos(angle),
                 -std::sin(angle), 0.0, 0.0, 0.0, 1.0;
             const VehicleSettings kinds[] = {make_truck(), make_tracked(), make_six_wheeler()};
-            vehicles_.push_back(world_->add_vehicle(kinds[i % 3], pose).value());
+            vehicles_.push_back(world_.add_vehicle(kinds[i % 3], pose).value());
             std::vector<Eigen::Vector2d> rounds;
             for (int k = 1; k < 600; ++k) rounds.push_back(on_round(angle + 0.05 * k, 0.0));
             drivers_.push_back(
@@ -77,13 +77,12 @@ public:
             // None on a vehicle's start position.
             const double gap = turn / kVehicles;
             const double angle =
-                gap * (static_cast<double>(i % kVehicles) + random_.between(0.2, 0.8));
-            const double half = random_.between(0.2, 0.5);
+                gap * (static_cast<double>(i % kVehicles) + random.between(0.2, 0.8));
+            const double half = random.between(0.2, 0.5);
             const BodySettings crate{.shape = Box{{half, half, half}},
                                      .mass = 150.0 * half * half * half * 8.0};
-            BodyState state{
-                {.pose = pose_at(on_round(angle, random_.between(-3.0, 3.0)), half + 0.1)}};
-            crates_.push_back(world_->add(crate, state).value());
+            const Eigen::Vector2d place = on_round(angle, random.between(-3.0, 3.0));
+            crates_.push_back(add(world_, crate, at(place_at(place, half + 0.1))));
         }
         for (std::size_t i = 0; i < kRails; ++i) {
             rails_.push_back(add_rail(turn * static_cast<double>(i) / kRails));
@@ -91,14 +90,13 @@ public:
     }
 
     StepReport step(double time) {
-        pager_->update({}, world_->needs(), time);
-        const Ground ground = pager_->ground();
+        pager_.update({}, world_.needs(), time);
         for (std::size_t i = 0; i < kVehicles; ++i) {
-            const VehicleState& state = *world_->vehicle(vehicles_[i]);
-            EXPECT_TRUE(world_->set_controls(
-                vehicles_[i], drivers_[i].drive(*world_->vehicle_settings(vehicles_[i]), state)));
+            const VehicleState& state = *world_.vehicle(vehicles_[i]);
+            EXPECT_TRUE(world_.set_controls(
+                vehicles_[i], drivers_[i].drive(*world_.vehicle_settings(vehicles_[i]), state)));
         }
-        const StepReport report = world_->step(ground, kStep);
+        const StepReport report = world_.step(pager_.ground(), kStep);
         watch_rolls(time);
         return report;
     }
@@ -106,6 +104,10 @@ public:
     /// Vehicles that have come to rest on their side or roof, and those of them that had touched no other body.
     std::size_t rolled_over() const { return rolled_over_; }
     std::size_t rolled_over_alone() const { return rolled_over_alone_; }
+    /// Vehicles that have touched a crate or a rail.
+    std::ptrdiff_t touched() const {
+        return std::ranges::count_if(touched_, [](double time) { return time > 0.0; });
+    }
 
     /// Deepest overlap of a vehicle with a rail or a crate, metres.
     double deepest_overlap() const {
@@ -113,17 +115,12 @@ public:
         for (const BodyId vehicle : vehicles_) {
             for (const std::vector<BodyId>* others : {&rails_, &crates_}) {
                 for (const BodyId other : *others) {
-                    const std::size_t a = vehicle.index, b = other.index;
-                    if ((world_->states()[a].pose.translation -
-                         world_->states()[b].pose.translation)
-                            .norm() > 15.0) {
-                        continue;
-                    }
-                    deepest = std::max(
-                        deepest,
-                        -signed_distance(world_->settings()[a].shape, world_->states()[a].pose,
-                                         world_->settings()[b].shape, world_->states()[b].pose)
-                             .distance);
+                    const Pose &a = world_.state(vehicle).pose, &b = world_.state(other).pose;
+                    if ((a.translation - b.translation).norm() > 15.0) continue;
+                    const double distance = signed_distance(world_.settings(vehicle).shape, a,
+                                                            world_.settings(other).shape, b)
+                                                .distance;
+                    deepest = std::max(deepest, -distance);
                 }
             }
         }
@@ -134,7 +131,7 @@ public:
     double farthest() const {
         double farthest = 0.0;
         for (const BodyId vehicle : vehicles_) {
-            farthest = std::max(farthest, world_->state(vehicle).pose.translation.head<2>().norm());
+            farthest = std::max(farthest, world_.state(vehicle).pose.translation.head<2>().norm());
         }
         return farthest;
     }
@@ -143,22 +140,17 @@ private:
     /// Counts vehicles that have rolled over, separately if they touched no other body in the seconds before.
     void watch_rolls(double time) {
         constexpr double kBefore = 5.0;  // seconds
-        std::array<bool, kVehicles> touches{};
-        const auto mark = [&](BodyId body) {
-            const auto found = std::find(vehicles_.begin(), vehicles_.end(), body);
-            if (found != vehicles_.end()) {
-                touches[static_cast<std::size_t>(found - vehicles_.begin())] = true;
-            }
-        };
-        for (const ContactEvent& event : world_->contact_events()) {
-            if (event.is_ground()) continue;
-            mark(event.a);
-            mark(event.b);
-        }
         for (std::size_t i = 0; i < kVehicles; ++i) {
-            const VehicleState& vehicle = *world_->vehicle(vehicles_[i]);
-            for (const WheelState& wheel : vehicle.wheels) touches[i] |= wheel.body.is_valid();
-            if (touches[i]) touched_[i] = time;
+            const VehicleState& vehicle = *world_.vehicle(vehicles_[i]);
+            const bool touches =
+                std::ranges::any_of(
+                    vehicle.wheels,
+                    [](const WheelState& wheel) { return wheel.body.is_valid(); }) ||
+                std::ranges::any_of(world_.contact_events(), [&](const ContactEvent& event) {
+                    return !event.is_ground() &&
+                           (event.a == vehicles_[i] || event.b == vehicles_[i]);
+                });
+            if (touches) touched_[i] = time;
             if (vehicle.is_rolled_over && !was_over_[i]) {
                 ++rolled_over_;
                 if (time - touched_[i] > kBefore) ++rolled_over_alone_;
@@ -171,28 +163,23 @@ private:
     BodyId add_rail(double angle) {
         constexpr double kHalfLength = 3.0, kHalfHeight = 1.0, kAbove = 0.7;
         constexpr double kHalfAngle = kHalfLength / (kRadius + kRailDistance);
-        BodyState state{{.pose = pose_at(on_round(angle, kRailDistance), kAbove)}};
-        const WorldPos before =
-            pose_at(on_round(angle - kHalfAngle, kRailDistance), kAbove).translation;
-        const WorldPos after =
-            pose_at(on_round(angle + kHalfAngle, kRailDistance), kAbove).translation;
+        BodyState state = at(place_at(on_round(angle, kRailDistance), kAbove));
+        const WorldPos before = place_at(on_round(angle - kHalfAngle, kRailDistance), kAbove);
+        const WorldPos after = place_at(on_round(angle + kHalfAngle, kRailDistance), kAbove);
         const Eigen::Vector3d along = (after - before).normalized();
         const Eigen::Vector3d across(std::cos(angle), std::sin(angle), 0.0);
         state.pose.rotation << across, along, across.cross(along);
         const Shape shape = Box{{0.1, kHalfLength + 0.1, kHalfHeight}};
-        return world_->add({.shape = shape, .type = BodyType::static_body}, state).value();
+        return add(world_, {.shape = shape, .type = BodyType::static_body}, state);
     }
 
-    Pose pose_at(const Eigen::Vector2d& place, double above) const {
-        Pose pose{
-            .translation = {place.x(), place.y(), source_->height(place.x(), place.y()) + above}};
-        return pose;
+    WorldPos place_at(const Eigen::Vector2d& p, double above) const {
+        return {p.x(), p.y(), source_->height(p.x(), p.y()) + above};
     }
 
     std::shared_ptr<const HeightSource> source_;
-    test::Random random_;
-    std::optional<Pager> pager_;
-    std::optional<World> world_;
+    Pager pager_;
+    World world_ = make_world({.report_contacts = true});
     std::vector<BodyId> vehicles_, crates_, rails_;
     std::vector<PathDriver> drivers_;
     std::array<double, kVehicles> touched_{};  // time of the last contact with another body, s
@@ -201,7 +188,7 @@ private:
 };
 
 void drive_rounds(std::shared_ptr<const HeightSource> source) {
-    const double seconds = test::number_from("TERRANE_CONVOY_SECONDS", 10.0);
+    const double seconds = number_from("TERRANE_CONVOY_SECONDS", 5.0);
     Convoy convoy(std::move(source));
     std::uint64_t parked = 0, awake = 0;
     double lost = 0.0, lived = 0.0, deepest = 0.0;
@@ -220,6 +207,7 @@ void drive_rounds(std::shared_ptr<const HeightSource> source) {
         seconds, static_cast<unsigned long long>(awake), static_cast<unsigned long long>(parked),
         100.0 * lost / (lost + lived), deepest, convoy.rolled_over(), convoy.farthest());
     EXPECT_EQ(parked, 0u);
+    EXPECT_GE(convoy.touched(), 10) << "vehicles that met a crate";
     EXPECT_EQ(convoy.rolled_over_alone(), 0u);
     EXPECT_LT(convoy.farthest(), kRadius + kRailDistance) << "through a rail";
     EXPECT_LT(deepest, 0.2);

@@ -1,58 +1,52 @@
 // SPDX-License-Identifier: MIT
 //
 // Scans against World::ray() and Ground::ray() for each direction.
-#include "support/grounds.h"
+#include "collision/world/body_cases.h"
 #include "support/random.h"
 
 #include <terrane/collision/lidar.h>
-#include <terrane/collision/world.h>
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
 namespace terrane::lidar_test {
 
-using test::Random;
+using namespace test;
 
 constexpr std::uint64_t kSeed = 21;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr LidarSettings kSettings{.min_range = 0.5, .max_range = 80.0};
 
 std::uint64_t bits_of(double number) { return std::bit_cast<std::uint64_t>(number); }
 
 // 3 x 3 chunks; the north-eastern one is absent.
 Ground make_ground() {
-    return test::make_test_ground(
+    return make_test_ground(
         [](double x, double y) { return 5.0 * std::sin(0.1 * x) + 4.0 * std::cos(0.13 * y); },
         {.roots = 3, .is_resident = [](int x, int y) { return x != 2 || y != 2; }});
 }
 
-World make_world(Random& random, int count) {
-    World world = World::create({}).value();
-    for (int i = 0; i < count; ++i) {
-        BodySettings body{.type = BodyType::static_body};
-        if (i % 3 == 0) body.shape = Box{Eigen::Vector3d(2.0, 1.0, 3.0)};
-        if (i % 3 == 1) body.shape = Capsule{0.5, 2.0};
-        if (i % 3 == 2) body.shape = Sphere{1.5};
+World make_world_of(Random& random, std::size_t count) {
+    World world = make_world();
+    const std::array<Shape, 3> shapes{Box{{2.0, 1.0, 3.0}}, Capsule{0.5, 2.0}, Sphere{1.5}};
+    for (std::size_t i = 0; i < count; ++i) {
+        BodySettings body{.shape = shapes[i % 3], .type = BodyType::static_body};
         body.filter.layers = i % 2 == 0 ? 1u : 2u;
-        BodyState state{
-            {.pose = {.translation = {random.between(90.0, 270.0), random.between(90.0, 270.0),
-                                      random.between(0.0, 14.0)}}}};
+        BodyState state = at(
+            {random.between(90.0, 270.0), random.between(90.0, 270.0), random.between(0.0, 14.0)});
         state.pose.rotation = random.rotation();
-        EXPECT_TRUE(world.add(body, state));
+        add(world, body, state);
     }
     return world;
 }
 
-std::vector<Eigen::Vector3d> make_directions(Random& random, int count) {
-    std::vector<Eigen::Vector3d> directions;
-    for (int i = 0; i < count; ++i) directions.push_back(random.direction());
+std::vector<Eigen::Vector3d> make_directions(Random& random, std::size_t count) {
+    std::vector<Eigen::Vector3d> directions(count);
+    for (Eigen::Vector3d& direction : directions) direction = random.direction();
     return directions;
 }
 
@@ -72,21 +66,18 @@ struct Arrays {
     std::vector<LidarStatus> statuses;
 };
 
-void expect_vector(const std::vector<double>& written, std::size_t i, bool is_hit,
-                   const Eigen::Vector3d& expected) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        ASSERT_EQ(bits_of(written[3 * i + axis]),
-                  bits_of(is_hit ? expected[static_cast<Eigen::Index>(axis)] : kNaN));
-    }
-}
-
 void expect_answer(const Arrays& arrays, std::size_t i, const RayQueryAnswer& expected,
                    const LidarSettings& settings) {
     const double length = settings.max_range - settings.min_range;
     const double range = settings.min_range + expected.fraction * length;
-    ASSERT_EQ(bits_of(arrays.ranges[i]), bits_of(expected.hit ? range : kNaN));
-    expect_vector(arrays.points, i, expected.hit, expected.point_world);
-    expect_vector(arrays.normals, i, expected.hit, expected.normal);
+    ASSERT_EQ(bits_of(arrays.ranges[i]), bits_of(expected.hit ? range : kNan));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        const double point = expected.hit ? expected.point_world[k] : kNan;
+        const double normal = expected.hit ? expected.normal[k] : kNan;
+        ASSERT_EQ(bits_of(arrays.points[3 * i + axis]), bits_of(point));
+        ASSERT_EQ(bits_of(arrays.normals[3 * i + axis]), bits_of(normal));
+    }
     ASSERT_EQ(arrays.bodies[i], expected.body);
     ASSERT_EQ(arrays.parts[i], expected.part);
     const LidarStatus status = arrays.statuses[i];
@@ -102,7 +93,7 @@ void expect_answer(const Arrays& arrays, std::size_t i, const RayQueryAnswer& ex
 TEST(Lidar, HasTheBitsOfSingleRaysOfTheWorldOnAnyNumberOfThreads) {
     const Ground ground = make_ground();
     Random random(kSeed);
-    const World world = make_world(random, 100);
+    const World world = make_world_of(random, 100);
     const std::vector<Eigen::Vector3d> directions = make_directions(random, 1500);
     QueryFilter filter{.layers = 1u};
     std::array<int, 6> counts{};
@@ -124,9 +115,8 @@ TEST(Lidar, HasTheBitsOfSingleRaysOfTheWorldOnAnyNumberOfThreads) {
                                                 << ", scan " << scan << ", ray " << i);
                 const Eigen::Vector3d& d = directions[i];
                 const Eigen::Matrix3d& r = pose.rotation;
-                Eigen::Vector3d direction;
-                for (int axis = 0; axis < 3; ++axis)
-                    direction[axis] = r(axis, 0) * d[0] + r(axis, 1) * d[1] + r(axis, 2) * d[2];
+                const Eigen::Vector3d direction =
+                    r.col(0) * d[0] + r.col(1) * d[1] + r.col(2) * d[2];
                 const WorldPos begin = pose.translation + settings.min_range * direction;
                 const WorldPos end = pose.translation + settings.max_range * direction;
                 expect_answer(arrays, i, world.ray(ground, begin, end, filter), settings);
@@ -149,7 +139,7 @@ TEST(Lidar, HasTheBitsOfSingleRaysOfTheWorldOnAnyNumberOfThreads) {
 TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
     const Ground ground = make_ground();
     Random random(kSeed);
-    const World empty = World::create({}).value();
+    const World empty = make_world();
     const std::vector<Eigen::Vector3d> directions = make_directions(random, 2000);
     Lidar lidar = Lidar::create(kSettings, directions).value();
     Pose pose{.translation = {230.0, 240.0, 14.0}};
@@ -170,25 +160,29 @@ TEST(Lidar, WithoutAWorldSeesTheGroundAsAnEmptyWorldDoes) {
     }
 }
 
+/// Of the error; empty if there is none.
+std::string message_of(const auto& result) {
+    return result ? std::string() : result.error().message;
+}
+
 // Neither the body that carries the sensor nor bodies beyond the largest range are seen.
 TEST(Lidar, SeesNothingNearerOrFartherThanItsRanges) {
     const Ground ground = make_ground();
-    World world = World::create({}).value();
-    BodySettings body{.shape = Sphere{0.4}, .type = BodyType::static_body};
-    BodyState state{{.pose = {.translation = {64.0, 64.0, 40.0}}}};
-    ASSERT_TRUE(world.add(body, state));
-    state.pose.translation.x() = 80.0;
-    const BodyId far_body = world.add(body, state).value();
+    World world = make_world();
+    const BodySettings body{.shape = Sphere{0.4}, .type = BodyType::static_body};
+    const Pose pose = at({64.0, 64.0, 40.0}).pose;
+    add(world, body, at(pose.translation));
+    const BodyId far_body = add(world, body, at({80.0, 64.0, 40.0}));
     const std::array directions{Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(-1.0, 0.0, 0.0)};
-    Pose pose{.translation = {64.0, 64.0, 40.0}};
     for (const double max_range : {15.0, 16.0}) {
+        const bool is_seen = max_range > 15.6;
         Lidar lidar = Lidar::create({.min_range = 0.5, .max_range = max_range}, directions).value();
         Arrays arrays(2);
         ASSERT_TRUE(lidar.scan(ground, &world, pose, arrays.out()));
         EXPECT_EQ(arrays.statuses[1], LidarStatus::miss);
-        EXPECT_EQ(arrays.statuses[0], max_range > 15.6 ? LidarStatus::body : LidarStatus::miss);
-        EXPECT_EQ(arrays.bodies[0], max_range > 15.6 ? far_body : BodyId{});
-        if (max_range > 15.6) {
+        EXPECT_EQ(arrays.statuses[0], is_seen ? LidarStatus::body : LidarStatus::miss);
+        EXPECT_EQ(arrays.bodies[0], is_seen ? far_body : BodyId{});
+        if (is_seen) {
             EXPECT_NEAR(arrays.ranges[0], 15.6, 1e-12);
         }
     }
@@ -199,7 +193,7 @@ TEST(Lidar, IsInvalidFromAPoseThatIsNone) {
     const std::array directions{Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(0.0, 0.0, -1.0)};
     Lidar lidar = Lidar::create(kSettings, directions).value();
     Pose not_finite, scaled, mirrored;
-    not_finite.translation.x() = kNaN;
+    not_finite.translation.x() = kNan;
     scaled.rotation *= 1.1;
     mirrored.rotation(2, 2) = -1.0;
     for (const Pose& pose : {not_finite, scaled, mirrored}) {
@@ -217,18 +211,17 @@ TEST(Lidar, IsInvalidFromAPoseThatIsNone) {
 TEST(Lidar, RefusesSettingsDirectionsAndArraysWithALine) {
     const std::array directions{Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(0.0, 0.0, -1.0)};
     const auto refusal = [&](const LidarSettings& settings) {
-        const auto lidar = Lidar::create(settings, directions);
-        return lidar ? std::string() : lidar.error().message;
+        return message_of(Lidar::create(settings, directions));
     };
     EXPECT_EQ(refusal({.min_range = -1.0}), "min_range must be 0 to 1e+06, got -1");
-    EXPECT_EQ(refusal({.min_range = kNaN}), "min_range must be 0 to 1e+06, got nan");
+    EXPECT_EQ(refusal({.min_range = kNan}), "min_range must be 0 to 1e+06, got nan");
     EXPECT_EQ(refusal({.min_range = 5.0, .max_range = 5.0}),
               "max_range must be above min_range, 5, and at most 1e+06, got 5");
     EXPECT_EQ(refusal({.max_range = 2e6}),
               "max_range must be above min_range, 0.1, and at most 1e+06, got 2e+06");
     EXPECT_EQ(refusal({.worker_count = 0}), "worker_count must be 1 to 64, got 0");
     EXPECT_EQ(refusal({}), "");
-    for (const double x : {0.0, 2.0, kNaN}) {
+    for (const double x : {0.0, 2.0, kNan}) {
         const std::array wrong{Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(x, 0.0, 0.0)};
         const auto lidar = Lidar::create({}, wrong);
         ASSERT_FALSE(lidar);
@@ -257,10 +250,11 @@ TEST(LidarGrid, HasTheDirectionsOfItsAngles) {
     for (int j = 0; j < 17; ++j) {
         for (int i = 0; i < 720; ++i) {
             const double azimuth = -6.2 + 0.02 * i, elevation = -1.57 + 0.19 * j;
+            const Eigen::Vector3d expected(std::cos(elevation) * std::cos(azimuth),
+                                           std::cos(elevation) * std::sin(azimuth),
+                                           std::sin(elevation));
             const Eigen::Vector3d& found = directions[static_cast<std::size_t>(j * 720 + i)];
-            EXPECT_NEAR(found.x(), std::cos(elevation) * std::cos(azimuth), 4e-15);
-            EXPECT_NEAR(found.y(), std::cos(elevation) * std::sin(azimuth), 4e-15);
-            EXPECT_NEAR(found.z(), std::sin(elevation), 4e-15);
+            EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 4e-15);
             EXPECT_NEAR(found.squaredNorm(), 1.0, 4e-15);
         }
     }
@@ -268,15 +262,14 @@ TEST(LidarGrid, HasTheDirectionsOfItsAngles) {
 
 TEST(LidarGrid, RefusesAnglesAndCountsOutOfRangeWithALine) {
     const auto refusal = [](const LidarGridSettings& settings) {
-        const auto grid = make_lidar_grid(settings);
-        return grid ? std::string() : grid.error().message;
+        return message_of(make_lidar_grid(settings));
     };
     EXPECT_EQ(refusal({}), "");
     EXPECT_EQ(refusal({.azimuth_count = 1, .elevation_count = 1}), "");
     EXPECT_EQ(refusal({.azimuth_count = 0}), "azimuth_count must be 1 to 1048576, got 0");
     EXPECT_EQ(refusal({.azimuth_count = 1 << 20, .elevation_count = 65, .elevation_step = 0.0}),
               "azimuth_count * elevation_count must be 1 to 67108864, got 68157440");
-    EXPECT_NE(refusal({.first_azimuth = kNaN}), "");
+    EXPECT_NE(refusal({.first_azimuth = kNan}), "");
     EXPECT_NE(refusal({.azimuth_step = 7.0}), "");
     EXPECT_NE(refusal({.first_elevation = -1.6}), "");
     EXPECT_NE(refusal({.elevation_count = 200}), "");

@@ -10,6 +10,7 @@
 #include <array>
 #include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,28 +20,13 @@ namespace terrane::world_limits_test {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 60.0;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-TEST(WorldLimits, NoMassButAPositiveFiniteOneIsAccepted) {
-    World world = make_world();
-    for (const double mass : {0.0, -1.0, kNan, kInfinite, 1e-10, 1e13}) {
-        const Result<BodyId> body = world.add({.mass = mass}, {});
-        ASSERT_FALSE(body) << mass;
-        EXPECT_EQ(body.error().code, ErrorCode::invalid_argument);
-        EXPECT_NE(body.error().message.find("mass"), std::string::npos);
-    }
-    EXPECT_TRUE(world.states().empty());
-}
-
 TEST(WorldLimits, TheLightestAndTheHeaviestBodyTouch) {
     const Ground ground = make_flat();
     for (const bool is_heavy_above : {false, true}) {
         World world = make_world();
         add(world, {.shape = Box{}, .mass = is_heavy_above ? 1e-9 : 1e12}, at({60.0, 60.0, 5.5}));
         add(world, {.shape = Box{}, .mass = is_heavy_above ? 1e12 : 1e-9}, at({60.0, 60.0, 7.0}));
-        for (int i = 0; i < 300; ++i) ASSERT_EQ(world.step(ground, kStep).too_deep, 0u);
+        take_steps(world, ground, 300);
         for (const BodyState& state : world.states()) {
             EXPECT_TRUE(state.pose.translation.allFinite());
             EXPECT_TRUE(state.velocity.allFinite());
@@ -57,7 +43,7 @@ TEST(WorldLimits, StepsThatAreNoTimeAreRefusedAndNothingMoves) {
     const std::uint64_t hash = world.state_hash();
     const std::vector<std::byte> bytes = world.save();
     for (const double dt :
-         {0.0, -0.0, -kStep, kNan, kInfinite, -kInfinite, 100.0, kMostStep + 1e-14}) {
+         {0.0, -0.0, -kStep, kNan, kInfinity, -kInfinity, 100.0, kMostStep + 1e-14}) {
         EXPECT_EQ(world.step(ground, dt).refused_steps, 1u) << dt;
         EXPECT_EQ(world.state_hash(), hash) << dt;
         EXPECT_EQ(world.save(), bytes) << dt;
@@ -68,14 +54,16 @@ TEST(WorldLimits, StepsThatAreNoTimeAreRefusedAndNothingMoves) {
     }
 }
 
-TEST(WorldLimits, TenThousandBodiesInOnePlaceAreCountedAndComeApartAboveTheGround) {
-    const Ground ground = make_flat();
+TEST(WorldLimits, ThousandsOfBodiesInOnePlaceAreCountedAndComeApartAboveTheGround) {
+    const auto count = static_cast<std::uint64_t>(few_or_many(2'000, 10'000));
     World world = make_world({.report_contacts = true});
-    for (int i = 0; i < 10'000; ++i) add(world, {.shape = Sphere{0.2}}, at({60.0, 60.0, 6.0}));
-    const StepReport report = world.step(ground, kStep);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        add(world, {.shape = Sphere{0.2}}, at({60.0, 60.0, 6.0}));
+    }
+    const StepReport report = world.step(make_flat(), kStep);
     EXPECT_EQ(report.too_deep, 0u);
-    EXPECT_EQ(report.awake, 10'000u);
-    EXPECT_GT(report.skipped_pairs, 10'000'000u);
+    EXPECT_EQ(report.awake, count);
+    EXPECT_GT(report.skipped_pairs, count * count / 10);
 }
 
 TEST(WorldLimits, AStepOfAThousandSleepersAsksAndChangesNothing) {
@@ -95,7 +83,7 @@ TEST(WorldLimits, AStepOfAThousandSleepersAsksAndChangesNothing) {
         add(world, {.shape = Box{}},
             at({20.0 + 2.0 * (i % 25), 20.0 + 2.0 * (i / 50), 5.5 + i / 25 % 2}));
     }
-    for (int i = 0; i < 120; ++i) world.step(ground, kStep);
+    take_steps(world, ground, 120);
     EXPECT_GE(calls, 1500u);
     calls = 0;
     const std::vector<std::byte> bytes = world.save();
@@ -109,7 +97,7 @@ TEST(WorldLimits, AStepOfAThousandSleepersAsksAndChangesNothing) {
 }
 
 TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
-    if (!test::AllocationCounter::kCounts) GTEST_SKIP() << "this build counts no allocations";
+    if (!AllocationCounter::kCounts) GTEST_SKIP() << "this build counts no allocations";
     const Ground ground = make_flat();
     World world = make_world({.report_contacts = true});
     const BodySettings board{.shape = Box{{3.0, 3.0, 0.2}}, .type = BodyType::kinematic_body};
@@ -119,7 +107,7 @@ TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
         add(world, {.shape = Box{{0.4, 0.4, 0.4}}}, at({x, 60.0, 8.6}));
         add(world, {.shape = Sphere{0.4}, .restitution = 1.0}, at({x + 1.5, 60.0, 10.0}));
     }
-    const BodyId pushed = add(world, {.shape = test::make_hammer()}, at({60.0, 80.0, 6.0}));
+    const BodyId pushed = add(world, {.shape = make_hammer()}, at({60.0, 80.0, 6.0}));
     BodySettings gate{.shape = Sphere{2.0}, .type = BodyType::kinematic_body, .is_sensor = true};
     const BodyId sensor = add(world, gate, at({55.0, 60.0, 8.0}));
     const auto step = [&](int number) {
@@ -138,7 +126,7 @@ TEST(WorldLimits, CallsAndStepsWithEventsKinematicsAndSensorsDoNotAllocate) {
         world.ray(ground, {60.0, 60.0, 30.0}, {60.0, 60.0, -9.0});
     };
     for (int i = 0; i < 600; ++i) step(i);
-    const test::AllocationCounter allocations;
+    const AllocationCounter allocations;
     for (int i = 600; i < 900; ++i) step(i);
     EXPECT_EQ(allocations.count(), 0u);
 }
@@ -148,57 +136,50 @@ TEST(WorldLimits, QueriesFindWhatBruteForceFindsAfterEveryChange) {
     SeededRandom random(8);
     const Ground ground = make_flat();
     World world = make_world();
-    const std::vector<Shape> shapes = test::all_shapes(0.7);
+    const std::vector<Shape> shapes = all_shapes(0.7);
     std::vector<BodyId> bodies;
+    const auto any_place = [&] {
+        return at(
+            {random.between(50.0, 75.0), random.between(50.0, 75.0), random.between(6.0, 14.0)});
+    };
     for (int i = 0; i < 400; ++i) {
         const int action = random.below(6);
         if (action < 3 || bodies.empty()) {
-            BodyState state = at({0, 0, 0});
-            for (int axis = 0; axis < 3; ++axis) {
-                state.pose.translation[axis] =
-                    axis < 2 ? random.between(50.0, 75.0) : random.between(6.0, 14.0);
-            }
+            BodyState state = any_place();
             state.pose.rotation = random.rotation();
             const auto type = static_cast<BodyType>(random.below(3));
-            const std::size_t shape = static_cast<std::size_t>(random.below(5));
+            const auto shape = static_cast<std::size_t>(random.below(5));
             bodies.push_back(add(world, {.shape = shapes[shape], .type = type}, state));
-        } else if (action == 3) {
-            const auto victim =
-                static_cast<std::size_t>(random.below(static_cast<int>(bodies.size())));
-            ASSERT_TRUE(world.remove(bodies[victim]));
-            bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(victim));
         } else if (action == 4) {
             world.step(ground, kStep);
         } else {
-            const auto moved =
-                static_cast<std::size_t>(random.below(static_cast<int>(bodies.size())));
-            BodyState state = world.state(bodies[moved]);
-            state.pose.translation.x() = random.between(50.0, 75.0);
-            ASSERT_TRUE(world.teleport(bodies[moved], state));
+            BodyId& any = bodies[static_cast<std::size_t>(i) * 7 % bodies.size()];
+            if (action == 3) {
+                ASSERT_TRUE(world.remove(any));
+                any = bodies.back();
+                bodies.pop_back();
+            } else {
+                BodyState state = world.state(any);
+                state.pose.translation.x() = random.between(50.0, 75.0);
+                ASSERT_TRUE(world.teleport(any, state));
+            }
         }
         const Shape probe = Sphere{random.between(0.5, 3.0)};
-        Pose pose;
-        for (int axis = 0; axis < 3; ++axis) {
-            pose.translation[axis] =
-                axis < 2 ? random.between(50.0, 75.0) : random.between(6.0, 14.0);
-        }
+        const Pose pose = any_place().pose;
         std::vector<BodyId> expected;
-        double nearest = kInfinite;
+        double nearest = kInfinity;
         for (const BodyId body : bodies) {
             const Shape& shape = world.settings(body).shape;
             const Pose& other = world.state(body).pose;
             if (test_contact(probe, pose, shape, other).is_touching) expected.push_back(body);
             nearest = std::min(nearest, signed_distance(probe, pose, shape, other).distance);
         }
-        std::sort(expected.begin(), expected.end());
+        std::ranges::sort(expected);
         std::array<BodyId, 400> found;
         const OverlapQueryAnswer answer = world.overlaps(ground, probe, pose, found);
-        ASSERT_EQ(
-            std::vector(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(answer.count)),
-            expected)
-            << i;
+        ASSERT_TRUE(std::ranges::equal(std::span(found).first(answer.count), expected)) << i;
         const NearestQueryAnswer near =
-            world.nearest(ground, probe, pose, kInfinite, {.include_ground = false});
+            world.nearest(ground, probe, pose, kInfinity, {.include_ground = false});
         ASSERT_EQ(near.is_found, !bodies.empty());
         if (near.is_found) {
             ASSERT_NEAR(near.distance, nearest, 1e-9) << i;
@@ -217,7 +198,6 @@ TEST(WorldIds, OfBodiesThatWereRemovedAreRefusedByEveryFunction) {
     const BodyId kept = add(world), old = add(world, {}, at({9.0, 9.0, 9.0}));
     ASSERT_TRUE(world.remove(old));
     const Ground ground = make_flat();
-    const BodyId beyond{70, 0};
     for (const bool is_slot_used_again : {false, true}) {
         const BodyId next = is_slot_used_again ? add(world, {.mass = 7.0}) : BodyId{};
         if (is_slot_used_again) {
@@ -225,33 +205,30 @@ TEST(WorldIds, OfBodiesThatWereRemovedAreRefusedByEveryFunction) {
             EXPECT_EQ(world.state(next).condition, BodyCondition::awake);
             EXPECT_EQ(world.settings(next).mass, 7.0);
         }
-        for (const BodyId id : {old, BodyId{}, beyond}) {
+        for (const BodyId id : {old, BodyId{}, BodyId{70, 0}}) {
             const std::uint64_t hash = world.state_hash();
             EXPECT_FALSE(world.contains(id));
             EXPECT_EQ(world.state(id).condition, BodyCondition::removed);
             const Eigen::Vector3d v = Eigen::Vector3d::UnitX();
-            std::vector<Result<void>> answers{world.remove(id),
-                                              world.change(id, {}),
-                                              world.teleport(id, {}),
-                                              world.move_kinematic(id, {}, 0.1),
-                                              world.set_velocity(id, v, v),
-                                              world.apply_impulse(id, v, v),
-                                              world.apply_angular_impulse(id, v),
-                                              world.add_force(id, v, v),
-                                              world.add_force(id, v),
-                                              world.add_torque(id, v),
-                                              world.wake(id)};
-            const Result<BodyMove> moved = world.move_to(id, {}, ground);
-            answers.push_back(moved ? Result<void>() : tl::unexpected(moved.error()));
+            const std::vector<Result<void>> answers{
+                world.remove(id),
+                world.change(id, {}),
+                world.teleport(id, {}),
+                world.move_kinematic(id, {}, 0.1),
+                world.set_velocity(id, v, v),
+                world.apply_impulse(id, v, v),
+                world.apply_angular_impulse(id, v),
+                world.add_force(id, v, v),
+                world.add_force(id, v),
+                world.add_torque(id, v),
+                world.move_to(id, {}, ground).map([](BodyMove) {}),
+                world.wake(id)};
             for (std::size_t i = 0; i < answers.size(); ++i) {
                 ASSERT_FALSE(answers[i]) << i;
                 EXPECT_EQ(answers[i].error().code, ErrorCode::invalid_argument);
                 EXPECT_NE(answers[i].error().message.find("body must be"), std::string::npos);
             }
             EXPECT_EQ(world.state_hash(), hash);
-        }
-        if (next.is_valid()) {
-            EXPECT_EQ(next.index, old.index);
         }
     }
     EXPECT_TRUE(world.contains(kept));

@@ -4,13 +4,26 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
-// Brute-force queries of a scene: each body by itself, then the least answer. All ground must be resident.
-namespace terrane::test {
+namespace terrane::world_queries_test {
 
-inline RayQueryAnswer oracle_ray(const internal::QueryScene& scene, const WorldPos& from,
-                                 const WorldPos& to, const QueryFilter& filter) {
+using namespace test;
+
+constexpr std::uint64_t kSeed = 20261124;
+
+// Brute-force queries of a scene: each body by itself, then the least answer. All ground must be resident.
+
+/// The hit with the least fraction, the first of several; none: no hit.
+template <class Answer>
+Answer first_of(const std::vector<Answer>& hits) {
+    if (hits.empty()) return Answer{.status = QueryStatus::ok};
+    return *std::ranges::min_element(hits, {}, &Answer::fraction);
+}
+
+RayQueryAnswer oracle_ray(const internal::QueryScene& scene, const WorldPos& from,
+                          const WorldPos& to, const QueryFilter& filter) {
     std::vector<RayQueryAnswer> hits;  // bodies in ascending order, then the ground
     for (const std::uint32_t i : seen_by(filter, scene)) {
         const internal::QueryBody& body = scene.bodies[i];
@@ -26,13 +39,11 @@ inline RayQueryAnswer oracle_ray(const internal::QueryScene& scene, const WorldP
                 {QueryStatus::ok, true, ray.fraction, BodyId{}, ray.point_world, ray.normal, 0});
         }
     }
-    if (hits.empty()) return RayQueryAnswer{.status = QueryStatus::ok};
-    return *std::min_element(hits.begin(), hits.end(),
-                             [](const auto& a, const auto& b) { return a.fraction < b.fraction; });
+    return first_of(hits);
 }
 
-inline CastQueryAnswer oracle_cast(const internal::QueryScene& scene, const Shape& shape,
-                                   const Motion& motion, const QueryFilter& filter) {
+CastQueryAnswer oracle_cast(const internal::QueryScene& scene, const Shape& shape,
+                            const Motion& motion, const QueryFilter& filter) {
     CastSettings settings{.skip_separating = true};
     std::vector<CastQueryAnswer> hits;
     for (const std::uint32_t i : seen_by(filter, scene)) {
@@ -50,13 +61,11 @@ inline CastQueryAnswer oracle_cast(const internal::QueryScene& scene, const Shap
                             met.contact.normal, 0});
         }
     }
-    if (hits.empty()) return CastQueryAnswer{.status = QueryStatus::ok};
-    return *std::min_element(hits.begin(), hits.end(),
-                             [](const auto& a, const auto& b) { return a.fraction < b.fraction; });
+    return first_of(hits);
 }
 
-inline std::vector<BodyId> oracle_overlaps(const internal::QueryScene& scene, const Shape& shape,
-                                           const Pose& pose, const QueryFilter& filter) {
+std::vector<BodyId> oracle_overlaps(const internal::QueryScene& scene, const Shape& shape,
+                                    const Pose& pose, const QueryFilter& filter) {
     std::vector<BodyId> touched;
     for (const std::uint32_t i : seen_by(filter, scene)) {
         const internal::QueryBody& body = scene.bodies[i];
@@ -67,9 +76,9 @@ inline std::vector<BodyId> oracle_overlaps(const internal::QueryScene& scene, co
     return touched;
 }
 
-inline NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, const Shape& shape,
-                                         const Pose& pose, double max_distance,
-                                         const QueryFilter& filter) {
+NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, const Shape& shape,
+                                  const Pose& pose, double max_distance,
+                                  const QueryFilter& filter) {
     std::vector<NearestQueryAnswer> found;
     for (const std::uint32_t i : seen_by(filter, scene)) {
         const internal::QueryBody& body = scene.bodies[i];
@@ -85,22 +94,10 @@ inline NearestQueryAnswer oracle_nearest(const internal::QueryScene& scene, cons
                              d.point_world - d.distance * d.normal, d.normal, 0});
         }
     }
-    NearestQueryAnswer none{.status = QueryStatus::ok};
-    const auto least =
-        std::min_element(found.begin(), found.end(),
-                         [](const auto& a, const auto& b) { return a.distance < b.distance; });
-    return least == found.end() || least->distance > max_distance ? none : *least;
+    const auto least = std::ranges::min_element(found, {}, &NearestQueryAnswer::distance);
+    if (least == found.end() || least->distance > max_distance) return {.status = QueryStatus::ok};
+    return *least;
 }
-
-}  // namespace terrane::test
-
-// Queries of many bodies against queries of each body by itself.
-
-namespace terrane::world_queries_test {
-
-using namespace test;
-
-constexpr std::uint64_t kSeed = 20261124;
 
 class WorldQueries : public testing::TestWithParam<SceneCase> {
 protected:
@@ -117,6 +114,18 @@ protected:
                 check(scene, random);
             }
         }
+    }
+    /// Whether the answer of a ray or cast is the oracle's.
+    template <class Answer>
+    static void expect_same(const Answer& found, const Answer& expected) {
+        EXPECT_EQ(found.status, expected.status);
+        EXPECT_EQ(found.hit, expected.hit);
+        EXPECT_EQ(found.fraction, expected.fraction);
+        EXPECT_EQ(found.body, expected.body);
+        EXPECT_EQ(found.point_world, expected.point_world);
+        EXPECT_EQ(found.normal, expected.normal);
+        EXPECT_EQ(found.part, expected.part);
+        EXPECT_EQ(found.hits_ground(), expected.hit && expected.body == BodyId{});
     }
     /// With few bodies hardly any query hits one.
     void expect_many(int found) const {
@@ -136,15 +145,7 @@ TEST_P(WorldQueries, FindWhatARayMeetsFirst) {
         const WorldPos to = scene.any_target(random, from);
         const QueryFilter filter = scene.any_filter(random);
         const RayQueryAnswer expected = oracle_ray(scene.scene(), from, to, filter);
-        const RayQueryAnswer found = query_ray(scene.scene(), from, to, filter);
-        EXPECT_EQ(found.status, expected.status);
-        EXPECT_EQ(found.hit, expected.hit);
-        EXPECT_EQ(found.fraction, expected.fraction);
-        EXPECT_EQ(found.body, expected.body);
-        EXPECT_EQ(found.point_world, expected.point_world);
-        EXPECT_EQ(found.normal, expected.normal);
-        EXPECT_EQ(found.part, expected.part);
-        EXPECT_EQ(found.hits_ground(), expected.hit && expected.body == BodyId{});
+        expect_same(query_ray(scene.scene(), from, to, filter), expected);
         bodies += expected.body.is_valid();
     });
     expect_many(bodies);
@@ -157,15 +158,7 @@ TEST_P(WorldQueries, FindWhatAMovingShapeMeetsFirst) {
         const Motion motion = scene.any_motion(random);
         const QueryFilter filter = scene.any_filter(random);
         const CastQueryAnswer expected = oracle_cast(scene.scene(), shape, motion, filter);
-        const CastQueryAnswer found = query_cast(scene.scene(), shape, motion, filter);
-        EXPECT_EQ(found.status, expected.status);
-        EXPECT_EQ(found.hit, expected.hit);
-        EXPECT_EQ(found.fraction, expected.fraction);
-        EXPECT_EQ(found.body, expected.body);
-        EXPECT_EQ(found.point_world, expected.point_world);
-        EXPECT_EQ(found.normal, expected.normal);
-        EXPECT_EQ(found.part, expected.part);
-        EXPECT_EQ(found.hits_ground(), expected.hit && expected.body == BodyId{});
+        expect_same(query_cast(scene.scene(), shape, motion, filter), expected);
         bodies += expected.body.is_valid();
     });
     expect_many(bodies);
@@ -188,9 +181,8 @@ TEST_P(WorldQueries, FindTheBodiesThatAShapeTouchesInAscendingOrder) {
             EXPECT_EQ(found.status, is_whole ? QueryStatus::ok : QueryStatus::truncated);
             EXPECT_EQ(found.touching_count, expected.size());
             ASSERT_EQ(found.count, std::min(room, expected.size()));
-            EXPECT_TRUE(std::equal(written.begin(),
-                                   written.begin() + static_cast<std::ptrdiff_t>(found.count),
-                                   expected.begin()));
+            EXPECT_TRUE(std::ranges::equal(std::span(written).first(found.count),
+                                           std::span(expected).first(found.count)));
             EXPECT_EQ(
                 found.touches_ground,
                 filter.include_ground && test_contact(shape, pose, scene.ground()).is_touching);
@@ -224,24 +216,11 @@ TEST_P(WorldQueries, FindWhatIsNearestToAShape) {
     expect_many(bodies);
 }
 
-}  // namespace terrane::world_queries_test
-
-// No query allocates, and concurrent queries give the same answers.
-
-namespace terrane::query_memory_test {
-
-using namespace test;
-using internal::QueryScene;
-
-constexpr std::uint64_t kSeed = 20261127;
-
-/// The answers of all queries that follow from a seed.
+/// The answers of all queries that follow from the seed.
 class Answers {
 public:
-    explicit Answers(std::uint64_t seed) : random_(seed) {}
-
     void ask(const TestScene& scene, int count) {
-        const QueryScene read = scene.scene();
+        const internal::QueryScene read = scene.scene();
         for (int i = 0; i < count; ++i) {
             const Shape& shape = TestScene::any_shape(random_);
             const Pose pose = scene.any_near_pose(random_);
@@ -249,24 +228,21 @@ public:
             const WorldPos to = scene.any_place(random_, 4.0);
             const QueryFilter filter = scene.any_filter(random_);
             const AllocationCounter counter(AllocationCounter::Of::this_thread);
-            add(query_ray(read, pose.translation, to, filter).fraction);
-            add(query_cast(read, shape, motion, filter).fraction);
-            add(query_nearest(read, shape, pose, 5.0, filter).distance);
-            add(static_cast<double>(
-                query_overlaps(read, shape, pose, filter, bodies_).touching_count));
-            for (const BodyId& body : bodies_) add(static_cast<double>(body.index));
+            hash_.add(query_ray(read, pose.translation, to, filter).fraction);
+            hash_.add(query_cast(read, shape, motion, filter).fraction);
+            hash_.add(query_nearest(read, shape, pose, 5.0, filter).distance);
+            hash_.add(query_overlaps(read, shape, pose, filter, bodies_).touching_count);
+            for (const BodyId& body : bodies_) hash_.add(body.index);
             allocations_ += counter.count();
         }
     }
-    double sum() const { return sum_; }
+    std::uint64_t hash() const { return hash_.value(); }
     std::uint64_t allocations() const { return allocations_; }
 
 private:
-    void add(double value) { sum_ = 0.75 * sum_ + value; }
-
-    Random random_;
+    Random random_{kSeed};
     std::array<BodyId, 4> bodies_{};
-    double sum_ = 0.0;
+    Hash hash_;
     std::uint64_t allocations_ = 0;
 };
 
@@ -276,7 +252,7 @@ TEST(QueryMemory, NoQueryAllocates) {
         SCOPED_TRACE(name_of(c));
         Random random(kSeed);
         const TestScene scene(random, c);
-        Answers answers(kSeed);
+        Answers answers;
         answers.ask(scene, 10);
         EXPECT_EQ(answers.allocations(), 0u);
     }
@@ -285,15 +261,15 @@ TEST(QueryMemory, NoQueryAllocates) {
 TEST(QueryMemory, ThreadsThatAskAtOnceGetTheSameAnswers) {
     SeededRandom random(kSeed + 1);
     const TestScene scene(random, {Layout::spread, 200});
-    Answers alone(kSeed);
+    Answers alone;
     alone.ask(scene, 25);
-    std::vector<Answers> together(3, Answers(kSeed));
+    std::vector<Answers> together(3);
     std::vector<std::thread> threads;
     for (Answers& answers : together) {
         threads.emplace_back([&scene, &answers] { answers.ask(scene, 25); });
     }
     for (std::thread& thread : threads) thread.join();
-    for (const Answers& answers : together) EXPECT_EQ(answers.sum(), alone.sum());
+    for (const Answers& answers : together) EXPECT_EQ(answers.hash(), alone.hash());
 }
 
-}  // namespace terrane::query_memory_test
+}  // namespace terrane::world_queries_test

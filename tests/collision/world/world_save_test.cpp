@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,105 +14,63 @@ namespace terrane::world_save_test {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 60.0;
 constexpr std::size_t kChecksumBytes = 8;
 
 using Bytes = std::vector<std::byte>;
 
 World load(const Bytes& bytes, const WorldCallbacks& callbacks = {}, int worker_count = 1) {
-    Result<World> world = World::load(bytes, callbacks, worker_count);
-    if (!world) {
-        ADD_FAILURE() << world.error().message;
-        std::abort();
-    }
-    return std::move(*world);
+    return World::load(bytes, callbacks, worker_count).value();
 }
 
 /// Updates the checksum to match the bytes.
 void repair_checksum(Bytes& bytes) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
     const std::size_t end = bytes.size() - kChecksumBytes;
-    for (std::size_t i = 0; i < end; ++i) {
-        hash = (hash ^ std::to_integer<std::uint64_t>(bytes[i])) * 0x100000001b3u;
-    }
+    Hash hash;
+    hash.add_all(std::span<const std::byte>(bytes).first(end));
     for (std::size_t i = 0; i < kChecksumBytes; ++i) {
-        bytes[end + i] = std::byte(hash >> (8 * i) & 0xff);
+        bytes[end + i] = std::byte(hash.value() >> (8 * i) & 0xff);
     }
 }
 
-void expect_same_events(const World& a, const World& b) {
-    ASSERT_EQ(a.contact_events().size(), b.contact_events().size());
-    for (std::size_t i = 0; i < a.contact_events().size(); ++i) {
-        const ContactEvent &x = a.contact_events()[i], &y = b.contact_events()[i];
-        EXPECT_EQ(x.a, y.a);
-        EXPECT_EQ(x.b, y.b);
-        EXPECT_EQ(x.phase, y.phase);
-        EXPECT_EQ(x.is_sensor, y.is_sensor);
-        EXPECT_EQ(x.impulse, y.impulse);
-        EXPECT_EQ(x.point_count, y.point_count);
-    }
-}
-
+// A copy that is loaded anew before every step needs all of its state; one that is loaded seldom goes on for long.
 TEST(WorldSave, ALoadedWorldGoesOnWithTheSameBitsAndEvents) {
+    struct Case {
+        BroadphaseKind kind;
+        int steps_between_loads;
+    };
     const Ground ground = make_busy_ground();
-    World world = make_world({.report_contacts = true});
-    const BusyBodies bodies = fill_busy_world(world);
-    std::uint64_t asleep = 0, parked = 0, placed_deep = 0, left = 0, events = 0;
-    for (int step = 0; step < 260; ++step) {
-        act_on_busy_world(world, bodies, step);
-        if (step % 20 == 0 || step == 1 || step == 59 || step == 161) {
-            World loaded = load(world.save(), {}, 1 + step % 3);
-            EXPECT_EQ(loaded.state_hash(), world.state_hash());
-            EXPECT_EQ(loaded.save(), world.save());
-            World original = load(world.save());  // `world` is stepped further below
-            for (int later = step; later < step + 25; ++later) {
-                if (later > step) {
-                    act_on_busy_world(original, bodies, later);
-                    act_on_busy_world(loaded, bodies, later);
-                }
-                original.step(ground, kStep);
-                loaded.step(ground, kStep);
-                ASSERT_EQ(loaded.state_hash(), original.state_hash()) << step << ' ' << later;
-            }
-        }
-        const StepReport report = world.step(ground, kStep);
-        asleep += report.asleep;
-        parked += report.parked;
-        placed_deep += report.placed_deep;
-        left += report.left_world;
-        events += world.contact_events().size();
-    }
-    EXPECT_GT(asleep, 0u);
-    EXPECT_GT(parked, 0u);
-    EXPECT_GT(placed_deep, 0u);
-    EXPECT_GT(left, 0u);
-    EXPECT_GT(events, 0u);
-}
-
-TEST(WorldSave, IsNotNoticedByAWorldThatIsReplacedByItsCopyBeforeEveryStep) {
-    const Ground ground = make_busy_ground();
-    for (const BroadphaseKind kind : {BroadphaseKind::sap, BroadphaseKind::grid}) {
+    for (const auto& [kind, steps_between_loads] :
+         {Case{BroadphaseKind::sap, 1}, Case{BroadphaseKind::grid, 1},
+          Case{BroadphaseKind::sap, 20}}) {
         World world = make_world({.report_contacts = true, .broadphase = kind});
         const BusyBodies bodies = fill_busy_world(world);
         World copy = load(world.save());
+        std::uint64_t asleep = 0, parked = 0, placed_deep = 0, left = 0, events = 0;
         for (int step = 0; step < few_or_many(130, 260); ++step) {
+            SCOPED_TRACE(testing::Message() << to_string(kind) << ", step " << step);
             act_on_busy_world(world, bodies, step);
             act_on_busy_world(copy, bodies, step);
             const StepReport report = world.step(ground, kStep);
-            const StepReport report_of_copy = copy.step(ground, kStep);
-            ASSERT_EQ(copy.state_hash(), world.state_hash()) << step;
-            ASSERT_TRUE(report == report_of_copy) << step;
+            ASSERT_TRUE(report == copy.step(ground, kStep));
+            ASSERT_EQ(copy.state_hash(), world.state_hash());
             expect_same_events(world, copy);
-            ASSERT_EQ(copy.save(), world.save()) << step;
-            copy = load(copy.save(), {}, 1 + step % 2);
+            ASSERT_EQ(copy.save(), world.save());
+            if (step % steps_between_loads == 0) copy = load(copy.save(), {}, 1 + step % 3);
+            asleep += report.asleep;
+            parked += report.parked;
+            placed_deep += report.placed_deep;
+            left += report.left_world;
+            events += world.contact_events().size();
+        }
+        for (const std::uint64_t met : {asleep, parked, placed_deep, left, events}) {
+            EXPECT_GT(met, 0u);
         }
     }
 }
 
 TEST(WorldSave, IsNotNoticedInACrowd) {
-    const Ground ground = test::make_flat();
-    Random random(6);
-    SCOPED_TRACE("seed 6");
+    const Ground ground = make_flat();
+    SeededRandom random(6);
     World world = make_world();
     for (int i = 0; i < 200; ++i) {  // rods: most pairs with overlapping boxes do not touch
         BodyState state = at(Eigen::Vector3d(60.0, 60.0, 9.0) + 0.5 * random.direction());
@@ -132,7 +90,7 @@ TEST(WorldSave, IsNotNoticedInACrowd) {
 }
 
 TEST(WorldSave, KeepsSleepersAsleepAndTheirContacts) {
-    const Ground ground = test::make_flat();
+    const Ground ground = make_flat();
     World world = make_world({.report_contacts = true});
     BodySettings sensor{.shape = Sphere{2.0}, .type = BodyType::static_body, .is_sensor = true};
     add(world, sensor, at({60.0, 60.0, 6.0}));
@@ -194,14 +152,14 @@ TEST(WorldSave, AsksForTheCallbacksThatTheWorldHad) {
 
 TEST(WorldSave, WritesHullsAndCompoundsThatBodiesShareOnce) {
     World world = make_world();
-    const Shape hull = test::make_wedge(), compound = test::make_hammer();
+    const Shape hull = make_wedge(), compound = make_hammer();
     for (const Shape& shape : {hull, compound, hull, compound}) {
         add(world, {.shape = shape}, at({60.0, 60.0, 10.0}));
     }
     World apart = make_world();
     for (int i = 0; i < 2; ++i) {
-        add(apart, {.shape = test::make_wedge()}, at({60.0, 60.0, 10.0}));
-        add(apart, {.shape = test::make_hammer()}, at({60.0, 60.0, 10.0}));
+        add(apart, {.shape = make_wedge()}, at({60.0, 60.0, 10.0}));
+        add(apart, {.shape = make_hammer()}, at({60.0, 60.0, 10.0}));
     }
     EXPECT_LT(world.save().size() + 400, apart.save().size());
     EXPECT_EQ(load(world.save()).save(), world.save());
@@ -221,29 +179,29 @@ Bytes make_bytes() {
 
 TEST(WorldSave, NamesWhatIsWrongWithBytes) {
     const Bytes bytes = make_bytes();
-    const auto expect_error = [](const Bytes& changed, const std::string& what) {
+    struct Case {
+        void (*change)(Bytes&);
+        bool is_checksum_right;
+        const char* what;
+    };
+    for (const auto& [change, is_checksum_right, what] : {
+             Case{[](Bytes& b) { b.clear(); }, false, "too short"},
+             Case{[](Bytes& b) { b.assign(100, std::byte{7}); }, false, "not of a world"},
+             Case{[](Bytes& b) { b[200] ^= std::byte{1}; }, false, "checksum"},
+             Case{[](Bytes& b) { b[8] = std::byte{9}; }, true, "version must be 1, got 9"},
+             Case{[](Bytes& b) { b.insert(b.end() - kChecksumBytes, std::byte{0}); }, true,
+                  "end must come after the last field"},
+             Case{[](Bytes& b) { std::fill_n(b.begin() + 14, 8, std::byte{0xff}); }, true,
+                  "gravity must be"},  // gravity.x: NaN
+         }) {
+        Bytes changed = bytes;
+        change(changed);
+        if (is_checksum_right) repair_checksum(changed);
         const Result<World> world = World::load(changed);
         ASSERT_FALSE(world) << what;
         EXPECT_EQ(world.error().code, ErrorCode::bad_data);
         EXPECT_NE(world.error().message.find(what), std::string::npos) << world.error().message;
-    };
-    expect_error({}, "too short");
-    expect_error(Bytes(100, std::byte{7}), "not of a world");
-    Bytes changed = bytes;
-    changed[8] = std::byte{9};
-    repair_checksum(changed);
-    expect_error(changed, "version must be 1, got 9");
-    changed = bytes;
-    changed[200] ^= std::byte{1};
-    expect_error(changed, "checksum");
-    changed = bytes;
-    changed.insert(changed.end() - kChecksumBytes, std::byte{0});
-    repair_checksum(changed);
-    expect_error(changed, "end must come after the last field");
-    changed = bytes;
-    for (std::size_t i = 0; i < 8; ++i) changed[14 + i] = std::byte{0xff};  // gravity.x: NaN
-    repair_checksum(changed);
-    expect_error(changed, "gravity must be");
+    }
 }
 
 TEST(WorldSave, ReadsTheFormerKindsOfBroadphaseAsSap) {
@@ -279,7 +237,7 @@ TEST(WorldSave, GivesAnErrorOrAWorldThatStepsForBytesWithErrors) {
     const Bytes bytes = make_bytes();
     const Ground ground = make_busy_ground();
     SeededRandom random(4711);
-    const int count = few_or_many(3'000, 10'000);
+    const int count = few_or_many(1'200, 10'000);
     int refused = 0, stepped = 0;
     for (int i = 0; i < count; ++i) {
         Bytes changed = bytes;

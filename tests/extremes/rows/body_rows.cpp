@@ -6,13 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace terrane::extremes {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr const char* kDepthPromise =
     "No body is deeper in the contact surface than its contact_tolerance.";
 constexpr const char* kDepthFigure = "largest depth / contact_tolerance over all steps";

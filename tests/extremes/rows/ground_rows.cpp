@@ -7,13 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 namespace terrane::extremes {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kErrorPromise =
     "The true surface is within error_m of every height that the ground answers.";
 constexpr const char* kErrorFigure = "largest |answer - true height| / error_m over 2000 places";

@@ -131,9 +131,6 @@ double worst_error_share(const HeightSource& source, const Ground& ground,
 
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 double tolerance_of(const BodySettings& settings) {
     return settings.contact_tolerance > 0.0 ? settings.contact_tolerance
                                             : default_contact_tolerance(settings.shape);

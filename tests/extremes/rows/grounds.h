@@ -6,12 +6,16 @@
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/height_source.h>
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 // Grounds of the table, without functions of the C library, so that every compiler measures the same.
 namespace terrane::extremes {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// A source of heights.
 using Source = std::shared_ptr<const HeightSource>;

@@ -7,13 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace terrane::extremes {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr const char* kDepthPromise =
     "No body is deeper in the contact surface than its contact_tolerance, or passes through it.";
 constexpr const char* kDepthFigure = "largest depth / contact_tolerance over all steps";
@@ -67,9 +64,9 @@ ExtremeRow oblique_speed_row() {
     return row;
 }
 
-ExtremeRow spin_row() {
+ExtremeRow long_substep_row() {
     ExtremeRow row = speed_row();
-    row.name = "Spin";
+    row.name = "SpeedInLongSubsteps";
     row.swept = "speed of bodies towards the ground in one step of a second, m/s";
     row.measure = [](double speed) {
         return worst_depth_share(hills(), {.shapes = shapes_of_size(0.5),
@@ -79,7 +76,6 @@ ExtremeRow spin_row() {
                                            .steps = 2,
                                            .max_substep = 1.0});
     };
-    row.name = "SpeedInLongSubsteps";
     return row;
 }
 
@@ -152,7 +148,7 @@ ExtremeRow cast_row() {
 }  // namespace
 
 std::vector<ExtremeRow> motion_rows() {
-    return {speed_row(), oblique_speed_row(), spin_row(), cast_row(), step_row()};
+    return {speed_row(), oblique_speed_row(), long_substep_row(), cast_row(), step_row()};
 }
 
 }  // namespace terrane::extremes

@@ -4,12 +4,10 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace terrane::extremes {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kStep = 1e-3;  // seconds: 1 kHz
 
 /// How far a body that rests on level ground moves in a time, metres. It is placed on the ground and settles for two

@@ -6,7 +6,6 @@
 #include <terrane/terrain/triangulator.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -15,7 +14,6 @@
 namespace terrane::extremes {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kErrorPromise =
     "error_px is at least the frame's error on the screen, and the mesh is watertight.";

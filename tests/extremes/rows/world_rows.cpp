@@ -5,12 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace terrane::extremes {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A fractal of so many chunks of the finest level a side.
 FractalSettings square_settings(double chunks) {

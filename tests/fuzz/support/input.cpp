@@ -86,6 +86,16 @@ std::string_view Input::rest_as_text() {
     return {reinterpret_cast<const char*>(left.data()), left.size()};
 }
 
+std::vector<std::string_view> Input::rest_as_lines(std::size_t most) {
+    std::vector<std::string_view> lines;
+    for (std::string_view text = rest_as_text(); !text.empty() && lines.size() < most;) {
+        const std::size_t end = std::min(text.find('\n'), text.size());
+        lines.push_back(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return lines;
+}
+
 namespace {
 
 constexpr double kMostSize = 8.0;
@@ -188,8 +198,17 @@ const Ground& take_ground(Input& input) {
     return grounds[static_cast<std::size_t>(input.below(kGrounds))];
 }
 
-bool is_finite(const Eigen::Vector3d& v) {
-    return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+std::shared_ptr<const HeightSource> make_square(double amplitude, int spacing_log2) {
+    return FractalHeights::create({.seed = 7,
+                                   .octave_count = 4,
+                                   .amplitude = amplitude,
+                                   .finest_spacing_log2 = spacing_log2,
+                                   .root_size_log2 = spacing_log2 + 7,
+                                   .first_root_x = 0,
+                                   .first_root_y = 0,
+                                   .root_count_x = 1,
+                                   .root_count_y = 1})
+        .value();
 }
 
 bool is_unit(const Eigen::Vector3d& v) { return std::abs(v.norm() - 1.0) <= 1e-6; }

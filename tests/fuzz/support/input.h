@@ -4,12 +4,15 @@
 #include <terrane/base/math.h>
 #include <terrane/collision/query.h>
 #include <terrane/collision/shapes.h>
+#include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/ground.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,6 +33,18 @@ inline void require(bool is_kept, const char* promise) {
 }
 inline void require(bool is_kept, const std::string& promise) { require(is_kept, promise.c_str()); }
 
+/// Whether a result has a value. Aborts where its error has no message.
+template <class AnyResult>
+bool is_accepted(const AnyResult& result) {
+    if (!result) require(!result.error().message.empty(), "a refusal has a message");
+    return result.has_value();
+}
+
+/// Whether a query has an answer, which may lack contacts.
+inline bool is_answer(QueryStatus status) {
+    return status == QueryStatus::ok || status == QueryStatus::truncated;
+}
+
 /// Takes values from the front of the bytes of an input. After the end all bytes are 0.
 class Input {
 public:
@@ -40,6 +55,11 @@ public:
     bool flag() { return (byte() & 1) != 0; }
     /// @param count above 0
     int below(int count) { return byte() % count; }
+    /// One of some values.
+    template <class T, std::size_t kCount>
+    const T& one_of(const std::array<T, kCount>& values) {
+        return values[static_cast<std::size_t>(below(static_cast<int>(kCount)))];
+    }
     /// `width` bytes, little-endian.
     std::uint64_t bits(int width);
     /// Evenly spaced values of 16 bits, low and high included.
@@ -55,6 +75,8 @@ public:
     /// All bytes that are left.
     std::span<const std::uint8_t> rest() { return bytes(bytes_.size()); }
     std::string_view rest_as_text();
+    /// The lines of all that is left, at most `most`.
+    std::vector<std::string_view> rest_as_lines(std::size_t most);
 
 private:
     std::span<const std::uint8_t> bytes_;
@@ -74,8 +96,11 @@ Motion take_motion(Input& input, double low, double high, double reach);
 /// once.
 const Ground& take_ground(Input& input);
 
-/// Whether all components are finite.
-bool is_finite(const Eigen::Vector3d& v);
+/// Fractal ground of one root square of 128 x 128 cells, whose south-west corner is (0, 0).
+///
+/// @param spacing_log2 of the cells, metres
+std::shared_ptr<const HeightSource> make_square(double amplitude, int spacing_log2);
+
 /// Whether a vector has length 1 to 1e-6.
 bool is_unit(const Eigen::Vector3d& v);
 

@@ -10,7 +10,6 @@
 
 #include <cpl_error.h>
 #include <cpl_vsi.h>
-#include <gdal_priv.h>
 
 #include <algorithm>
 #include <array>
@@ -39,10 +38,7 @@ void probe_heights(const std::string& path, DemInfo& info) {
     settings.memory_bytes = kMemoryLimit;
     settings.read_timeout = kNoLimit;
     const auto heights = DemHeights::open(path, settings, &info);
-    if (!heights) {
-        require(!heights.error().message.empty(), "a refused raster has a message");
-        return;
-    }
+    if (!is_accepted(heights)) return;
     const HeightSource& source = **heights;
     require(info.min_m <= info.max_m, "a raster's lowest sample is at most its highest");
     const HeightInterval all = source.interval(source.extent());
@@ -122,6 +118,26 @@ void probe_raster(const std::string& path) {
     if (dem.columns > 0) probe_imagery(path, &dem);
     probe_surface(path, SurfaceNumbers::material);
     probe_surface(path, SurfaceNumbers::friction);
+}
+
+GDALDatasetUniquePtr create_geotiff(const std::string& path, int columns, int rows, int bands,
+                                    GDALDataType type) {
+    GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+    GDALDatasetUniquePtr file(driver->Create(path.c_str(), columns, rows, bands, type, nullptr));
+    require(file != nullptr, "GDAL makes a GeoTIFF");
+    return file;
+}
+
+bool write_samples(GDALDataset& file, std::vector<double>& samples) {
+    const int columns = file.GetRasterXSize(), rows = file.GetRasterYSize();
+    for (int band = 1; band <= file.GetRasterCount(); ++band) {
+        if (file.GetRasterBand(band)->RasterIO(GF_Write, 0, 0, columns, rows, samples.data(),
+                                               columns, rows, GDT_Float64, 0, 0,
+                                               nullptr) != CE_None) {
+            return false;
+        }
+    }
+    return true;
 }
 
 std::string write_memory_file(const std::string& name, std::span<const std::uint8_t> bytes) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <gdal_priv.h>
+
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace terrane::fuzz {
 
@@ -17,6 +20,13 @@ bool names_other_files(std::span<const std::uint8_t> bytes);
 /// Opens a raster as heights, imagery and surface map, and reads some of each. Larger ones than 2^16 samples are left
 /// out, because their cost is that of their samples.
 void probe_raster(const std::string& path);
+
+/// A new GeoTIFF in GDAL's memory.
+GDALDatasetUniquePtr create_geotiff(const std::string& path, int columns, int rows, int bands,
+                                    GDALDataType type);
+
+/// Writes the same samples to all bands; false where GDAL refuses them.
+bool write_samples(GDALDataset& file, std::vector<double>& samples);
 
 /// Writes a file in GDAL's memory. Returns its path.
 std::string write_memory_file(const std::string& name, std::span<const std::uint8_t> bytes);

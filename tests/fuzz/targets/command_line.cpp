@@ -5,8 +5,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-
 using namespace terrane;
 
 namespace {
@@ -29,25 +27,15 @@ void add_commands(CLI::App& app, tools::CommandContext& context) {
     tools::add_trade_command(app, context);
 }
 
-/// A word has no null character, as no argument of a program has.
-std::vector<std::string> words_of(std::string_view text) {
-    constexpr std::size_t kMostWords = 64;
-    std::vector<std::string> words;
-    while (!text.empty() && words.size() < kMostWords) {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        std::string word(text.substr(0, end));
-        word.resize(std::min(word.find('\0'), word.size()));
-        words.push_back(std::move(word));
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return words;
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::Input input(data, size);
-    std::vector<std::string> words = words_of(input.rest_as_text());
+    std::vector<std::string> words;
+    for (const std::string_view line : input.rest_as_lines(64)) {
+        // A word has no null character, as no argument of a program has.
+        words.emplace_back(line.substr(0, line.find('\0')));
+    }
     CLI::App app{"Terrane", "terrane"};
     tools::CommandContext context;
     add_commands(app, context);

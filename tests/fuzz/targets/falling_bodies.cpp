@@ -44,7 +44,7 @@ void check_above(const World& world, const Ground& ground, std::vector<BodyId>& 
         bodies, [&](BodyId id) { return world.state(id).condition == BodyCondition::left_world; });
     for (const BodyId id : bodies) {
         const WorldPos& p = world.state(id).pose.translation;
-        require(fuzz::is_finite(p), "a body's position is finite");
+        require(p.allFinite(), "a body's position is finite");
         const HeightAnswer height = ground.height(p.x(), p.y());
         const double tolerance = default_contact_tolerance(world.settings(id).shape);
         require(height.status != QueryStatus::ok ||

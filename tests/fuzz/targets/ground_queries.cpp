@@ -9,17 +9,13 @@
 #include <cmath>
 
 using namespace terrane;
-using fuzz::is_finite;
+using fuzz::is_answer;
 using fuzz::is_unit;
 using fuzz::require;
 
 namespace {
 
 constexpr double kLow = -8.0, kHigh = 136.0;
-
-bool is_answer(QueryStatus status) {
-    return status == QueryStatus::ok || status == QueryStatus::truncated;
-}
 
 /// A pose over the ground.
 Pose lowered(Pose pose) {
@@ -40,7 +36,7 @@ void ask_contacts(const Shape& shape, const Pose& pose, const Ground& ground, do
     require(!std::isnan(found.lift), "the lift of contacts is a number");
     require(found.count <= contacts.size(), "contacts fit the buffer");
     for (std::size_t i = 0; i < found.count; ++i) {
-        require(is_finite(contacts[i].point_world), "a contact's point is finite");
+        require(contacts[i].point_world.allFinite(), "a contact's point is finite");
         require(is_unit(contacts[i].normal), "a contact's normal is unit");
         require(contacts[i].depth >= -margin - 1e-6, "a gap is at most the margin");
         require(i == 0 || contacts[i].depth <= contacts[i - 1].depth + 1e-9,
@@ -52,7 +48,7 @@ void ask_distances(const Shape& shape, const Pose& pose, const Ground& ground, d
     const DistanceAnswer distance = signed_distance(shape, pose, ground, most);
     if (is_answer(distance.status) && distance.has_ground) {
         require(std::isfinite(distance.distance), "a distance is finite");
-        require(is_finite(distance.point_world), "the nearest point is finite");
+        require(distance.point_world.allFinite(), "the nearest point is finite");
         require(is_unit(distance.normal), "a distance's normal is unit");
         require(distance.distance_lower_bound >= 0.0 &&
                     distance.distance_lower_bound <= std::abs(distance.distance),
@@ -71,7 +67,7 @@ void ask_cast(const Shape& shape, const Motion& motion, const Ground& ground,
     if (!is_answer(hit.status)) return;
     require(hit.fraction >= 0.0 && hit.fraction <= 1.0, "a fraction is 0 to 1");
     if (!hit.hit) return;
-    require(is_finite(hit.contact.point_world) && is_unit(hit.contact.normal),
+    require(hit.contact.point_world.allFinite() && is_unit(hit.contact.normal),
             "the contact of a cast is finite");
     if (hit.started_in_contact || settings.skip_separating) return;
     const LiftAnswer before = compute_lift(shape, motion.at(hit.fraction), ground);
@@ -84,7 +80,7 @@ void ask_ray(const WorldPos& from, const WorldPos& to, const Ground& ground) {
     const RayAnswer ray = ground.ray(from, to);
     if (ray.status != QueryStatus::ok) return;
     require(ray.fraction >= 0.0 && ray.fraction <= 1.0, "a ray's fraction is 0 to 1");
-    require(is_finite(ray.point_world) && is_unit(ray.normal), "a ray's hit is finite");
+    require(ray.point_world.allFinite() && is_unit(ray.normal), "a ray's hit is finite");
     const HeightAnswer height = ground.height(ray.point_world.x(), ray.point_world.y());
     require(height.status == QueryStatus::invalid || std::isfinite(height.height),
             "a height is finite");

@@ -4,28 +4,11 @@
 #include "query/answers.h"
 #include "support/input.h"
 
-#include <terrane/terrain/fractal_heights.h>
-
 #include <cmath>
 
 using namespace terrane;
 
 namespace {
-
-/// One root square of 128 x 128 cells of 64 m.
-tools::QueryGround make_ground() {
-    const FractalSettings settings{.seed = 7,
-                                   .octave_count = 6,
-                                   .finest_spacing_log2 = 6,
-                                   .root_size_log2 = 13,
-                                   .first_root_x = 0,
-                                   .first_root_y = 0,
-                                   .root_count_x = 1,
-                                   .root_count_y = 1};
-    return tools::QueryGround::create(FractalHeights::create(settings).value(),
-                                      {.memory_bytes = std::size_t{64} << 20})
-        .value();
-}
 
 bool is_finite(const nlohmann::ordered_json& value) {
     if (value.is_number_float()) return std::isfinite(value.get<double>());
@@ -49,13 +32,11 @@ void answer(std::string_view line, tools::QueryGround& ground) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static tools::QueryGround ground = make_ground();
+    static tools::QueryGround ground =
+        tools::QueryGround::create(fuzz::make_square(800.0, 6),
+                                   {.memory_bytes = std::size_t{64} << 20})
+            .value();
     fuzz::Input input(data, size);
-    std::string_view text = input.rest_as_text();
-    while (!text.empty()) {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        answer(text.substr(0, end), ground);
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
+    for (const std::string_view line : input.rest_as_lines(size)) answer(line, ground);
     return 0;
 }

@@ -4,11 +4,9 @@
 #include "support/raster_probe.h"
 
 #include <cpl_vsi.h>
-#include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
 #include <array>
-#include <cstdlib>
 #include <vector>
 
 using namespace terrane;
@@ -21,24 +19,16 @@ constexpr int kSide = 9;
 std::vector<std::uint8_t> geotiff(GDALDataType type, int bands, const char* crs,
                                   std::array<double, 6> transform) {
     const char* const path = "/vsimem/valid.tif";
-    GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-    GDALDataset* const file = driver->Create(path, kSide, kSide, bands, type, nullptr);
-    fuzz::require(file != nullptr, "GDAL makes a GeoTIFF");
+    auto file = fuzz::create_geotiff(path, kSide, kSide, bands, type);
     file->SetGeoTransform(transform.data());
     OGRSpatialReference reference;
     reference.SetFromUserInput(crs);
     file->SetSpatialRef(&reference);
     std::vector<double> values;
     for (int i = 0; i < kSide * kSide; ++i) values.push_back(i % 7 + i / kSide);
-    for (int band = 1; band <= bands; ++band) {
-        GDALRasterBand* const to = file->GetRasterBand(band);
-        to->SetNoDataValue(3.0);
-        if (to->RasterIO(GF_Write, 0, 0, kSide, kSide, values.data(), kSide, kSide, GDT_Float64, 0,
-                         0, nullptr) != CE_None) {
-            std::abort();
-        }
-    }
-    GDALClose(GDALDataset::ToHandle(file));
+    for (int band = 1; band <= bands; ++band) file->GetRasterBand(band)->SetNoDataValue(3.0);
+    fuzz::require(fuzz::write_samples(*file, values), "GDAL writes samples");
+    file.reset();
     vsi_l_offset size = 0;
     GByte* const bytes = VSIGetMemFileBuffer(path, &size, FALSE);
     std::vector<std::uint8_t> copy(bytes, bytes + size);

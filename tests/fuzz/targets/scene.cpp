@@ -34,10 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string text(input.rest_as_text());
     if (leaves_folder(text)) return -1;
     const auto options = tools::parse_scene(text, folder.path() + "/scene.json");
-    if (!options) {
-        fuzz::require(!options.error().message.empty(), "a refused scene has a message");
-        return 0;
-    }
+    if (!fuzz::is_accepted(options)) return 0;
     fuzz::require(options->seed || !options->dem.empty(), "a scene names a terrain");
     if (options->volumes != nullptr) {
         const auto placed = tools::place_volumes(*options->volumes, *ground);

@@ -8,17 +8,13 @@
 #include <cmath>
 
 using namespace terrane;
-using fuzz::is_finite;
+using fuzz::is_answer;
 using fuzz::is_unit;
 using fuzz::require;
 
 namespace {
 
 constexpr double kReach = 16.0;  // metres, of the second shape from the first
-
-bool is_answer(QueryStatus status) {
-    return status == QueryStatus::ok || status == QueryStatus::truncated;
-}
 
 void ask_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                   double margin) {
@@ -27,7 +23,7 @@ void ask_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
     if (!is_answer(found.status)) return;
     require(found.count <= contacts.size(), "contacts fit the buffer");
     for (std::size_t i = 0; i < found.count; ++i) {
-        require(is_finite(contacts[i].point_world), "a contact's point is finite");
+        require(contacts[i].point_world.allFinite(), "a contact's point is finite");
         require(is_unit(contacts[i].normal), "a contact's normal is unit");
         require(std::isfinite(contacts[i].depth), "a depth is finite");
     }
@@ -39,7 +35,7 @@ void ask_distances(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
     if (!is_answer(distance.status)) return;
     require(std::isfinite(distance.distance), "a distance is finite");
     require(is_unit(distance.normal), "a distance's normal is unit");
-    require(is_finite(distance.point_a_world) && is_finite(distance.point_b_world),
+    require(distance.point_a_world.allFinite() && distance.point_b_world.allFinite(),
             "witness points are finite");
     const PseudodistanceAnswer cheap = pseudodistance(a, pose_a, b, pose_b);
     require(is_answer(cheap.status) && !std::isnan(cheap.pseudodistance),
@@ -58,7 +54,7 @@ void ask_cast(const Shape& a, const Motion& motion_a, const Shape& b, const Moti
     require(hit.fraction >= 0.0 && hit.fraction <= 1.0, "a fraction is 0 to 1");
     require(hit.count <= hit.contacts.size(), "contacts of a cast fit");
     for (std::size_t i = 0; i < hit.count; ++i) {
-        require(is_finite(hit.contacts[i].point_world) && is_unit(hit.contacts[i].normal),
+        require(hit.contacts[i].point_world.allFinite() && is_unit(hit.contacts[i].normal),
                 "the contacts of a cast are finite");
     }
 }
@@ -67,7 +63,7 @@ void ask_ray(const Shape& shape, const Pose& pose, const WorldPos& from, const W
     const ShapeRayAnswer ray = cast_ray(shape, pose, from, to);
     if (!is_answer(ray.status) || !ray.hit) return;
     require(ray.fraction >= 0.0 && ray.fraction <= 1.0, "a ray's fraction is 0 to 1");
-    require(is_finite(ray.point_world) && is_unit(ray.normal), "a ray's hit is finite");
+    require(ray.point_world.allFinite() && is_unit(ray.normal), "a ray's hit is finite");
 }
 
 }  // namespace

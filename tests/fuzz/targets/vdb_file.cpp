@@ -49,10 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     operation.world_from_shape.translation = {64.0, 64.0, 40.0};
     const auto placed =
         PlacedVolume::create(lattice, 0, operation, {.memory_bytes = std::size_t{32} << 20});
-    if (!placed) {
-        fuzz::require(!placed.error().message.empty(), "a refused file has a message");
-        return 0;
-    }
+    if (!fuzz::is_accepted(placed)) return 0;
     for (const double z : {30.0, 37.5, 40.0, 42.9, 60.0}) {
         fuzz::require(std::isfinite(placed->signed_distance({64.2, 63.9, z})),
                       "a distance is finite");

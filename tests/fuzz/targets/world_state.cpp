@@ -86,8 +86,8 @@ std::vector<std::byte> with_checksum(const std::vector<std::uint8_t>& bytes) {
 void check_states(const World& world) {
     for (const BodyState& state : world.states()) {
         if (state.condition == BodyCondition::removed) continue;
-        require(fuzz::is_finite(state.pose.translation) && fuzz::is_finite(state.velocity) &&
-                    fuzz::is_finite(state.angular_velocity),
+        require(state.pose.translation.allFinite() && state.velocity.allFinite() &&
+                    state.angular_velocity.allFinite(),
                 "states are finite");
     }
 }
@@ -99,10 +99,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::Input input(data, size);
     const int steps = input.below(4);
     Result<World> world = World::load(with_checksum(fuzz::patched(saved, input)));
-    if (!world) {
-        require(!world.error().message.empty(), "refused bytes have a message");
-        return 0;
-    }
+    if (!fuzz::is_accepted(world)) return 0;
     const std::vector<std::byte> again = world->save();
     const Result<World> same = World::load(again);
     if (!same) require(false, "what is saved can be loaded: " + same.error().message);

@@ -27,26 +27,6 @@ Chunks some_chunks(const HeightSource& source) {
     return chunks;
 }
 
-TEST(ResidentSet, OrdersFadesAsItsChunks) {
-    const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
-    const Chunks chunks = some_chunks(source);
-    const std::vector<float> fades{0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.0f};
-    const ResidentSet set(source.lattice(), source.extent(), chunks, fades, 1);
-    ASSERT_EQ(set.fades().size(), chunks.size());
-    for (std::size_t i = 0; i < chunks.size(); ++i) {
-        const std::int32_t at = set.find(chunks[i]->key);
-        ASSERT_NE(at, ResidentSet::kNone);
-        EXPECT_EQ(set.chunks()[static_cast<std::size_t>(at)].get(), chunks[i].get());
-        EXPECT_EQ(set.fade(static_cast<std::size_t>(at)), fades[i]);
-    }
-}
-
-TEST(ResidentSet, HasFadesOfOneByDefault) {
-    const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
-    const ResidentSet set(source.lattice(), source.extent(), some_chunks(source), 1);
-    for (std::size_t i = 0; i < set.chunks().size(); ++i) EXPECT_EQ(set.fade(i), 1.0f);
-}
-
 TEST(ResidentSet, KnowsWhetherAnyChunkHasASolid) {
     const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
     const Chunks plain = some_chunks(source);
@@ -335,19 +315,6 @@ TEST(ResidentSet, SurvivesTheEvictionAndReturnOfThousandsOfChunks) {
     for (const auto& [key, held] : all) again.add(expected, key, held.fade);
     EXPECT_EQ(difference(again.make(none, expected), lattice, expected), "");
     EXPECT_EQ(difference(set, lattice, all), "");
-}
-
-TEST(ResidentSet, IsEqualButSharesNothingAfterAnEmptyChange) {
-    const Lattice lattice = test::small_world(3, 1.0);
-    Random random(1);
-    Expected expected;
-    for (const ChunkKey& key : {ChunkKey{-1, 0, 0}, ChunkKey{-1, 0, 1}, ChunkKey{0, 0, 0}}) {
-        expected[key] = {fake_chunk(key), 0.5f};
-    }
-    const ResidentSet set = from_scratch(lattice, expected, random);
-    const ResidentSet same = Step{}.make(set, expected);
-    EXPECT_EQ(difference(same, lattice, expected), "");
-    EXPECT_FALSE(same.has_same_chunks(set));
 }
 
 // An evicted chunk is freed with the last set that contains it, whatever later sets share with that set.

@@ -68,16 +68,19 @@ TEST(BatchHeights, HaveTheBitsOfSingleCallsInTheCallersOrderOnAnyNumberOfThreads
         SeededRandom random(5);
         const std::vector<double> points = make_batch_points(random, kCount, spacing);
         for (int workers = 1; workers <= 4; ++workers) {
+            SCOPED_TRACE(testing::Message() << "spacing " << spacing << ", workers " << workers);
             GroundBatch batch = make_batch(workers);
-            Arrays arrays(kCount);
-            ASSERT_TRUE(batch.heights(ground, PointArray::interleaved_xyz(points), arrays.out()));
             std::array<int, 6> counts{};
-            for (std::size_t i = 0; i < kCount; ++i) {
-                SCOPED_TRACE(testing::Message() << "spacing " << spacing << ", workers " << workers
-                                                << ", point " << i);
-                expect_answer(arrays, i, ground.height(points[3 * i], points[3 * i + 1]));
-                if (HasFatalFailure()) return;
-                ++counts[static_cast<std::size_t>(arrays.statuses[i])];
+            for (const std::size_t count : {std::size_t{0}, std::size_t{1}, kCount}) {
+                Arrays arrays(count);
+                const std::span<const double> some = std::span(points).first(3 * count);
+                ASSERT_TRUE(batch.heights(ground, PointArray::interleaved_xyz(some), arrays.out()));
+                for (std::size_t i = 0; i < count; ++i) {
+                    SCOPED_TRACE(testing::Message() << "point " << i);
+                    expect_answer(arrays, i, ground.height(points[3 * i], points[3 * i + 1]));
+                    if (HasFatalFailure()) return;
+                    ++counts[static_cast<std::size_t>(arrays.statuses[i])];
+                }
             }
             for (const QueryStatus status : {QueryStatus::ok, QueryStatus::outside,
                                              QueryStatus::not_resident, QueryStatus::invalid}) {
@@ -157,18 +160,6 @@ TEST(BatchHeights, AreThoseOfTheGroundOfThisCall) {
         ASSERT_TRUE(batch.heights(ground, PointArray::interleaved_xyz(points), arrays.out()));
         for (std::size_t i = 0; i < 2000; ++i)
             expect_answer(arrays, i, ground.height(points[3 * i], points[3 * i + 1]));
-    }
-}
-
-TEST(BatchHeights, OfNoneAndOfOnePoint) {
-    const Ground ground = make_batch_ground();
-    for (const int workers : {1, 3}) {
-        GroundBatch batch = make_batch(workers);
-        EXPECT_TRUE(batch.heights(ground, {}, {}));
-        const std::vector<double> one{12.25, 99.5};
-        Arrays arrays(1);
-        ASSERT_TRUE(batch.heights(ground, PointArray::interleaved_xy(one), arrays.out()));
-        expect_answer(arrays, 0, ground.height(12.25, 99.5));
     }
 }
 
@@ -328,22 +319,15 @@ protected:
 
 TEST_F(BatchArrays, AreRefusedWhereAnOutputIsTooShortOrTooLong) {
     const PointArray points = PointArray::separate(ten, ten);
-    HeightArrays out{.heights = written};
-    EXPECT_EQ(refusal(points, out),
+    EXPECT_EQ(refusal(points, {.heights = written}),
               "heights must be empty or have 1 entry for each of 10 items, has 9");
-    out = {};
-    out.normals = written;
-    EXPECT_EQ(refusal(points, out),
+    EXPECT_EQ(refusal(points, {.normals = written}),
               "normals must be empty or have 3 entries for each of 10 items, has 9");
-    EXPECT_EQ(refusal(PointArray::separate(nine, nine), out),
+    EXPECT_EQ(refusal(PointArray::separate(nine, nine), {.normals = written}),
               "normals must be empty or have 3 entries for each of 9 items, has 9");
-    out = {};
-    out.statuses = statuses;
-    EXPECT_EQ(refusal(points, out),
+    EXPECT_EQ(refusal(points, {.statuses = statuses}),
               "statuses must be empty or have 1 entry for each of 10 items, has 9");
-    out = {};
-    out.errors_m = written;
-    EXPECT_EQ(refusal(PointArray{}, out),
+    EXPECT_EQ(refusal(PointArray{}, {.errors_m = written}),
               "errors_m must be empty or have 1 entry for each of 0 items, has 9");
     EXPECT_EQ(written, std::vector<double>(9, -1.0));
 }

@@ -2,11 +2,14 @@
 #include "support/grounds.h"
 #include "support/random.h"
 
+#include <terrane/terrain/fractal_heights.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 
@@ -33,57 +36,21 @@ bool has_hole(double x, double y) {
 
 // Reference: intersects the ray with every triangle of the cells under its bounding box.
 std::optional<double> slow_ray(const Ground& ground, const WorldPos& from, const WorldPos& to) {
-    std::optional<double> best;
-    const Eigen::Vector3d displacement = to - from;
-    const auto meet = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                          const Eigen::Vector3d& c) {
-        const Eigen::Vector3d e1 = b - a, e2 = c - a, s = from - a;
-        const Eigen::Vector3d p(displacement.y() * e2.z() - displacement.z() * e2.y(),
-                                displacement.z() * e2.x() - displacement.x() * e2.z(),
-                                displacement.x() * e2.y() - displacement.y() * e2.x());
-        const double det = e1.dot(p);
-        if (std::abs(det) < 1e-14) return;
-        const double u = s.dot(p) / det;
-        const Eigen::Vector3d q(s.y() * e1.z() - s.z() * e1.y(), s.z() * e1.x() - s.x() * e1.z(),
-                                s.x() * e1.y() - s.y() * e1.x());
-        const double v = displacement.dot(q) / det;
-        const double t = e2.dot(q) / det;
-        if (u < -1e-10 || v < -1e-10 || u + v > 1.0 + 1e-10 || t < 0.0 || t > 1.0) return;
-        if (!best || t < *best) best = t;
-    };
     const auto clamped = [](std::int64_t index) {
         return std::clamp<std::int64_t>(index, -1, 3 * kChunkCells);
     };
-    const std::int64_t west = clamped(ground.column_at(std::min(from.x(), to.x())) - 1);
-    const std::int64_t east = clamped(ground.column_at(std::max(from.x(), to.x())) + 1);
-    const std::int64_t south = clamped(ground.row_at(std::min(from.y(), to.y())) - 1);
-    const std::int64_t north = clamped(ground.row_at(std::max(from.y(), to.y())) + 1);
-    for (std::int64_t row = south; row <= north; ++row) {
-        for (std::int64_t column = west; column <= east; ++column) {
-            const GroundCell cell = ground.cell(column, row);
-            if (cell.status != QueryStatus::ok) continue;
-            const auto corner = [&](int i, int j, std::int32_t height) {
-                return Eigen::Vector3d(ground.cell_x(column + i), ground.cell_y(row + j),
-                                       ground.lattice().quantum * height);
-            };
-            const Eigen::Vector3d sw = corner(0, 0, cell.south_west);
-            const Eigen::Vector3d se = corner(1, 0, cell.south_east);
-            const Eigen::Vector3d nw = corner(0, 1, cell.north_west);
-            const Eigen::Vector3d ne = corner(1, 1, cell.north_east);
-            if (cell.cut_to_north_east) {
-                meet(sw, se, ne);
-                meet(sw, ne, nw);
-            } else {
-                meet(sw, se, nw);
-                meet(se, ne, nw);
-            }
-        }
-    }
-    return best;
+    const CellRange cells{clamped(ground.column_at(std::min(from.x(), to.x())) - 1),
+                          clamped(ground.row_at(std::min(from.y(), to.y())) - 1),
+                          clamped(ground.column_at(std::max(from.x(), to.x())) + 1),
+                          clamped(ground.row_at(std::max(from.y(), to.y())) + 1)};
+    return first_hit(triangles_of(ground, cells), from, to);
 }
 
+using Heights = std::function<double(double, double)>;
+
 // Across and along lattice lines, through vertices; from above and from below; short and long.
-std::array<WorldPos, 2> random_ray(Random& random, int i, double side) {
+std::array<WorldPos, 2> random_ray(Random& random, int i, double side,
+                                   const Heights& height = rough) {
     const double reach = i % 4 == 0 ? 60.0 : 12.0;
     std::array<WorldPos, 2> ends;
     for (std::size_t end = 0; end < 2; ++end) {
@@ -98,35 +65,50 @@ std::array<WorldPos, 2> random_ray(Random& random, int i, double side) {
     }
     if (i % 9 == 0) ends[1].x() = ends[0].x();
     if (i % 90 == 0) ends[1].y() = ends[0].y();
-    ends[0].z() = rough(ends[0].x(), ends[0].y()) + random.between(-12.0, 14.0);
-    ends[1].z() = rough(ends[1].x(), ends[1].y()) + random.between(-14.0, 12.0);
+    ends[0].z() = height(ends[0].x(), ends[0].y()) + random.between(-12.0, 14.0);
+    ends[1].z() = height(ends[1].x(), ends[1].y()) + random.between(-14.0, 12.0);
     return ends;
 }
 
-void expect_slow_answers(const Ground& ground, double side, std::uint64_t seed, int rays) {
+void expect_slow_answers(const Ground& ground, std::uint64_t seed, const Heights& height = rough) {
+    constexpr int kRays = 10'000;
     Random random(seed);
     int hits = 0, misses = 0;
-    for (int i = 0; i < rays; ++i) {
+    for (int i = 0; i < kRays; ++i) {
         SCOPED_TRACE(testing::Message() << "seed " << seed << ", ray " << i);
-        const auto [from, to] = random_ray(random, i, side);
+        const auto [from, to] = random_ray(random, i, 256.0, height);
         const std::optional<double> expected = slow_ray(ground, from, to);
         const RayAnswer answer = ground.ray(from, to);
         ASSERT_EQ(answer.status, expected ? QueryStatus::ok : QueryStatus::miss);
         ++(expected ? hits : misses);
         if (!expected) continue;
         ASSERT_NEAR(answer.fraction, *expected, 1e-8);
+        const WorldPos& hit = answer.point_world;
+        ASSERT_NEAR(hit.z(), ground.height(hit.x(), hit.y()).height, 1e-6);
     }
-    EXPECT_GT(hits, rays / 5);
-    EXPECT_GT(misses, rays / 10);
+    EXPECT_GT(hits, kRays / 5);
+    EXPECT_GT(misses, kRays / 10);
 }
 
 TEST(GroundRay, HitsRoughGroundWhereBruteForceDoes) {
-    expect_slow_answers(make_test_ground(rough, {.roots = 2}), 256.0, 1, 10000);
+    expect_slow_answers(make_test_ground(rough, {.roots = 2}), 1);
 }
 
 TEST(GroundRay, HitsGroundWithHolesWhereBruteForceDoes) {
-    expect_slow_answers(make_test_ground(rough, {.roots = 2, .is_outside = has_hole}), 256.0, 2,
-                        10000);
+    expect_slow_answers(make_test_ground(rough, {.roots = 2, .is_outside = has_hole}), 2);
+}
+
+TEST(GroundRay, HitsTheFinestLevelOfAFractalWhereBruteForceDoes) {
+    const auto source = FractalHeights::create({.seed = 8,
+                                                .octave_count = 9,
+                                                .amplitude = 60.0,
+                                                .wavelength_log2 = 8,
+                                                .root_size_log2 = 9})
+                            .value();
+    const Ground ground(std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                                            all_chunks(*source), 1),
+                        source->lattice().finest_level);
+    expect_slow_answers(ground, 7, [&](double x, double y) { return source->height(x, y); });
 }
 
 // An absent chunk before the first hit gives not_resident.
@@ -275,6 +257,8 @@ TEST(GroundRay, AnswersTheSameTenThousandKilometresAway) {
         ASSERT_EQ(a.status, b.status);
         ASSERT_EQ(a.fraction, b.fraction);
         ASSERT_EQ(a.normal, b.normal);
+        ASSERT_EQ(here.height(from.x(), from.y()).height,
+                  there.height(from.x() + shift.x(), from.y() + shift.y()).height);
     }
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "paging/chunk_tree.h"
 #include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>
-#include <terrane/terrain/ground.h>
+#include <terrane/terrain/pager.h>
 #include <terrane/terrain/scatter.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -67,29 +67,14 @@ TEST(Scatter, HasItsDensityWhereEverythingIsAllowed) {
 TEST(Scatter, StandsOnTheContactSurfaceInsideItsSquare) {
     const auto source = hills(2);
     const Lattice& lattice = source->lattice();
-    std::vector<std::shared_ptr<const Chunk>> chunks;
     const Scatter scatter = make(source, {.per_km2 = 5000.0, .seed = 9});
     const ScatterSquare first = scatter.square_at(0.0, 0.0);
     const WorldRect low = scatter.rect_of({first.x - 1, first.y - 1});
     const WorldRect high = scatter.rect_of({first.x + 1, first.y + 1});
-    const WorldRect squares{low.west, low.south, high.east, high.north};
-    for (std::uint8_t level = 0; level <= lattice.finest_level; ++level) {
-        const std::int32_t first_x = lattice.first_root_x << level;
-        const std::int32_t first_y = lattice.first_root_y << level;
-        for (std::int32_t y = 0; y < lattice.root_count_y << level; ++y) {
-            for (std::int32_t x = 0; x < lattice.root_count_x << level; ++x) {
-                const ChunkKey key{first_x + x, first_y + y, level};
-                const WorldRect rect = internal::rect_of(lattice, key);
-                if (rect.west < squares.east && rect.east > squares.west &&
-                    rect.south < squares.north && rect.north > squares.south) {
-                    chunks.push_back(make_chunk(*source, key).value());
-                }
-            }
-        }
-    }
-    const Ground ground(
-        std::make_shared<const ResidentSet>(lattice, source->extent(), std::move(chunks), 1),
-        lattice.finest_level);
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const RequiredRegion region = pager.require({low.west, low.south, high.east, high.north}, 0.0);
+    pager.update({}, {}, 0.0);
+    const Ground ground = pager.ground();
     std::size_t count = 0;
     for (std::int32_t y = first.y - 1; y <= first.y + 1; ++y) {
         for (std::int32_t x = first.x - 1; x <= first.x + 1; ++x) {
@@ -113,19 +98,18 @@ TEST(Scatter, StandsOnTheContactSurfaceInsideItsSquare) {
 
 TEST(Scatter, KeepsToSlopesAndHeightsAndThinsNothingElse) {
     const auto source = hills(3);
-    const Scatter everywhere = make(source, {.per_km2 = 2000.0, .seed = 4});
     const double steep = 20.0 * std::numbers::pi / 180.0;
-    const Scatter flat = make(source, {.per_km2 = 2000.0, .max_slope = steep, .seed = 4});
-    const Scatter slopes = make(source, {.per_km2 = 2000.0, .min_slope = steep, .seed = 4});
-    const Scatter low = make(source, {.per_km2 = 2000.0, .max_height = 10.0, .seed = 4});
-    const Scatter high = make(source, {.per_km2 = 2000.0, .min_height = 10.0, .seed = 4});
-    const std::size_t all = all_objects(*source, everywhere).size();
-    EXPECT_EQ(all_objects(*source, flat).size() + all_objects(*source, slopes).size(), all);
-    EXPECT_EQ(all_objects(*source, low).size() + all_objects(*source, high).size(), all);
-    EXPECT_GT(all_objects(*source, flat).size(), all / 20);
-    EXPECT_GT(all_objects(*source, slopes).size(), all / 20);
-    EXPECT_GT(all_objects(*source, low).size(), all / 20);
-    EXPECT_GT(all_objects(*source, high).size(), all / 20);
+    const auto count = [&](const ScatterSettings& settings) {
+        return all_objects(*source, make(source, settings)).size();
+    };
+    const std::size_t all = count({.per_km2 = 2000.0, .seed = 4});
+    const std::size_t flat = count({.per_km2 = 2000.0, .max_slope = steep, .seed = 4});
+    const std::size_t slopes = count({.per_km2 = 2000.0, .min_slope = steep, .seed = 4});
+    const std::size_t low = count({.per_km2 = 2000.0, .max_height = 10.0, .seed = 4});
+    const std::size_t high = count({.per_km2 = 2000.0, .min_height = 10.0, .seed = 4});
+    EXPECT_EQ(flat + slopes, all);
+    EXPECT_EQ(low + high, all);
+    EXPECT_GT(std::min({flat, slopes, low, high}), all / 20);
 }
 
 TEST(Scatter, ASquareDoesNotDependOnTheOthersAndAnotherSeedIsAnotherOne) {

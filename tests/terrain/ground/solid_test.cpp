@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -115,58 +116,13 @@ Scene make_scene() {
 }
 
 /// All triangles of the surface over the cells around pit and cave.
-struct Triangles {
-    std::vector<std::array<Eigen::Vector3d, 3>> all;
-};
-
-Triangles list_triangles(const Ground& ground, const SolidSurface& solid, const CellRange& cells) {
-    Triangles triangles;
-    const double quantum = ground.lattice().quantum;
-    for (std::int64_t row = cells.south; row <= cells.north; ++row) {
-        for (std::int64_t column = cells.west; column <= cells.east; ++column) {
-            const GroundCell cell = ground.cell(column, row);
-            const double x = ground.cell_x(column), y = ground.cell_y(row);
-            const Eigen::Vector3d sw(x, y, quantum * cell.south_west),
-                se(x + 1.0, y, quantum * cell.south_east),
-                nw(x, y + 1.0, quantum * cell.north_west),
-                ne(x + 1.0, y + 1.0, quantum * cell.north_east);
-            const std::size_t index = cell_index(static_cast<int>(column), static_cast<int>(row));
-            const bool is_in_chunk = column < kChunkCells && row < kChunkCells;
-            const bool cut = cell.cut_to_north_east;
-            if (!is_in_chunk || !solid.is_replaced(index, false)) {
-                triangles.all.push_back({sw, se, cut ? ne : nw});
-            }
-            if (!is_in_chunk || !solid.is_replaced(index, true)) {
-                triangles.all.push_back({nw, cut ? sw : se, ne});
-            }
-        }
-    }
-    const SolidTriangles& own = solid.triangles();
+std::vector<CornerTriangle> all_triangles(const Scene& scene) {
+    std::vector<CornerTriangle> all = triangles_of(scene.ground, {20, 40, 60, 70});
+    const SolidTriangles& own = scene.solid->triangles();
     for (const auto& [a, b, c] : own.triangles) {
-        triangles.all.push_back(
-            {own.vertices_world[a], own.vertices_world[b], own.vertices_world[c]});
+        all.push_back({own.vertices_world[a], own.vertices_world[b], own.vertices_world[c]});
     }
-    return triangles;
-}
-
-/// Fraction of the first hit of a segment, by determinants; infinity if it hits no triangle.
-double slow_ray(const Triangles& triangles, const Eigen::Vector3d& from,
-                const Eigen::Vector3d& displacement) {
-    constexpr double kSlack = 1e-12;
-    double first = kInfinity;
-    for (const auto& [a, b, c] : triangles.all) {
-        Eigen::Matrix3d columns;
-        columns << b - a, c - a, -displacement;
-        const double determinant = columns.determinant();
-        if (std::abs(determinant) < 1e-14) continue;
-        const Eigen::Vector3d solution = columns.inverse() * (from - a);
-        const bool is_inside = solution.x() >= -kSlack && solution.y() >= -kSlack &&
-                               solution.x() + solution.y() <= 1.0 + kSlack;
-        if (is_inside && solution.z() >= 0.0 && solution.z() <= 1.0) {
-            first = std::min(first, solution.z());
-        }
-    }
-    return first;
+    return all;
 }
 
 TEST(JoinedSolid, AnswersTheHighestSurfaceAndTheNextOneDown) {
@@ -218,7 +174,7 @@ TEST(JoinedSolid, HasAHeightOnEveryEdgeOfItsTriangles) {
 
 TEST(JoinedSolid, RaysMeetTheFirstTriangle) {
     const Scene scene = make_scene();
-    const Triangles triangles = list_triangles(scene.ground, *scene.solid, {20, 40, 60, 70});
+    const std::vector<CornerTriangle> triangles = all_triangles(scene);
     SeededRandom random(kSeed);
     int hits = 0;
     for (int i = 0; i < 4000; ++i) {
@@ -230,13 +186,10 @@ TEST(JoinedSolid, RaysMeetTheFirstTriangle) {
         WorldPos to = point();
         if (i % 5 == 0) to.head<2>() = from.head<2>();
         const RayAnswer answer = scene.ground.ray(from, to);
-        const double expected = slow_ray(triangles, from, to - from);
-        if (expected == kInfinity) {
-            ASSERT_EQ(answer.status, QueryStatus::miss) << i;
-            continue;
-        }
-        ASSERT_EQ(answer.status, QueryStatus::ok) << i;
-        ASSERT_NEAR(answer.fraction, expected, 1e-9) << i;
+        const std::optional<double> expected = first_hit(triangles, from, to);
+        ASSERT_EQ(answer.status, expected ? QueryStatus::ok : QueryStatus::miss) << i;
+        if (!expected) continue;
+        ASSERT_NEAR(answer.fraction, *expected, 1e-9) << i;
         ++hits;
     }
     EXPECT_GT(hits, 1000);

@@ -25,22 +25,9 @@ constexpr std::size_t kBudget = 3'000;
 
 // 2 x 2 roots of three levels, all resident.
 struct World {
-    World() : source(test::small_world(2, 2.0), 25.0, 300.0) {
-        std::vector<std::shared_ptr<const Chunk>> chunks;
-        const Lattice& lattice = source.lattice();
-        for (std::uint8_t level = 0; level <= lattice.finest_level; ++level) {
-            const std::int32_t count = 2 << level;
-            for (std::int32_t y = -count / 2; y < count / 2; ++y) {
-                for (std::int32_t x = -count / 2; x < count / 2; ++x) {
-                    chunks.push_back(make_chunk(source, {x, y, level}).value());
-                }
-            }
-        }
-        resident = std::make_shared<const ResidentSet>(lattice, source.extent(), chunks, 1);
-    }
-
-    test::WaveHeights source;
-    std::shared_ptr<const ResidentSet> resident;
+    test::WaveHeights source{test::small_world(2, 2.0), 25.0, 300.0};
+    std::shared_ptr<const ResidentSet> resident = std::make_shared<const ResidentSet>(
+        source.lattice(), source.extent(), test::all_chunks(source), 1);
 };
 
 const World& world() {
@@ -115,12 +102,18 @@ const std::vector<OddView>& refused_views() {
 TEST(BadInput, IsRefusedInViewsAndTheLastMeshStays) {
     Triangulator triangulator =
         Triangulator::create(world().source, {.triangle_budget = kBudget}).value();
+    Triangulator without_mesh = Triangulator::create(world().source, {}).value();
+    Pager pager =
+        Pager::create(std::make_shared<test::WaveHeights>(world().source.lattice(), 25.0, 300.0),
+                      {.worker_count = 0})
+            .value();
     const TerrainMesh before = triangulator.update(world().resident, good_view());
     ASSERT_GT(before.triangle_count, 100u);
     const std::vector<std::uint16_t> indices(before.indices.begin(), before.indices.end());
     std::uint64_t refused = 0;
     for (const OddView& row : refused_views()) {
         SCOPED_TRACE(row.what);
+        ++refused;
         View view = good_view();
         row.spoil(view);
         const Result<void> good = view.validate();
@@ -128,25 +121,19 @@ TEST(BadInput, IsRefusedInViewsAndTheLastMeshStays) {
         EXPECT_FALSE(good.error().message.empty());
         const TerrainMesh mesh = triangulator.update(world().resident, view);
         EXPECT_EQ(mesh.status, MeshStatus::invalid_view);
-        EXPECT_EQ(mesh.refused_views, ++refused);
+        EXPECT_EQ(mesh.refused_views, refused);
         EXPECT_EQ(std::vector(mesh.indices.begin(), mesh.indices.end()), indices);
         EXPECT_EQ(test::find_flaw(mesh), "");
         EXPECT_LE(mesh.triangle_count, kBudget);
+        const TerrainMesh none = without_mesh.update(world().resident, view);
+        EXPECT_EQ(none.status, MeshStatus::invalid_view);
+        EXPECT_EQ(none.triangle_count, 0u);
+        EXPECT_TRUE(none.chunks.empty());
+        pager.update({{.view = view}}, {}, 0.0);
+        EXPECT_EQ(pager.stats().refused_needs, refused);
     }
     EXPECT_NE(triangulator.update(world().resident, good_view()).status, MeshStatus::invalid_view);
-}
-
-TEST(BadInput, IsRefusedInAVeryFirstView) {
-    for (const OddView& row : refused_views()) {
-        SCOPED_TRACE(row.what);
-        View view = good_view();
-        row.spoil(view);
-        Triangulator triangulator = Triangulator::create(world().source, {}).value();
-        const TerrainMesh mesh = triangulator.update(world().resident, view);
-        EXPECT_EQ(mesh.status, MeshStatus::invalid_view);
-        EXPECT_EQ(mesh.triangle_count, 0u);
-        EXPECT_TRUE(mesh.chunks.empty());
-    }
+    EXPECT_TRUE(pager.resident()->has_roots());
 }
 
 TEST(BadInput, IsRefusedInLookAt) {
@@ -158,20 +145,6 @@ TEST(BadInput, IsRefusedInLookAt) {
     EXPECT_FALSE(look_at(eye, {0, 0, 0}, 1.0, 0, 480));
     EXPECT_FALSE(look_at(eye, {0, 0, 0}, 1.0, 640, -1));
     EXPECT_TRUE(look_at(eye, {0, 0, 0}, 1.0, 640, 480));
-}
-
-TEST(BadInput, DoesNotReachThePager) {
-    const auto source = std::make_shared<test::WaveHeights>(test::small_world(2, 2.0), 25.0, 300.0);
-    Pager pager = Pager::create(source, {.worker_count = 0}).value();
-    std::uint64_t refused = 0;
-    for (const OddView& row : refused_views()) {
-        SCOPED_TRACE(row.what);
-        CameraNeed camera{.view = good_view()};
-        row.spoil(camera.view);
-        pager.update({&camera, 1}, {}, 0.0);
-        EXPECT_EQ(pager.stats().refused_needs, ++refused);
-    }
-    EXPECT_TRUE(pager.resident()->has_roots());
 }
 
 TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
@@ -201,7 +174,7 @@ TEST(OddView, GetsAWholeMeshWithinBudgetAndCertificate) {
     for (const auto& [where, eye] : eyes) {
         for (const auto& [whither, direction] : directions) {
             for (const double fov : {1e-3, 0.01, 1.0, 3.1, kPi - 1e-6}) {
-                for (const std::size_t budget : {std::size_t{8}, std::size_t{9}, kBudget}) {
+                for (const std::size_t budget : {std::size_t{8}, kBudget}) {
                     SCOPED_TRACE(testing::Message()
                                  << where << ", looking " << whither << ", field of view " << fov
                                  << ", budget " << budget);
@@ -309,22 +282,6 @@ private:
 
 using Answer = AbsurdHeights::Answer;
 
-const char* name_of(Answer answer) {
-    switch (answer) {
-        case Answer::height:
-            return "height";
-        case Answer::vertex_bound:
-            return "bound of a vertex";
-        case Answer::cell_bound:
-            return "bound of a cell";
-        case Answer::interval:
-            return "interval";
-        case Answer::rise:
-            return "rise";
-    }
-    return "";
-}
-
 TEST(AbsurdHeights, NeverSpoilAMesh) {
 #if TERRANE_ASSERTS
     GTEST_SKIP() << "builds with asserts end at the first broken promise of a source";
@@ -333,11 +290,17 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
     View pinhole = look_at({30, 40, 0}, {200, 300, 0}, 1.0, 640, 480).value();
     pinhole.near_distance = 1e-30;
     long compared = 0;
-    for (const Answer answer : {Answer::height, Answer::vertex_bound, Answer::cell_bound,
-                                Answer::interval, Answer::rise}) {
+    constexpr std::pair<Answer, const char*> kAnswers[] = {
+        {Answer::height, "height"},
+        {Answer::vertex_bound, "bound of a vertex"},
+        {Answer::cell_bound, "bound of a cell"},
+        {Answer::interval, "interval"},
+        {Answer::rise, "rise"},
+    };
+    for (const auto& [answer, name] : kAnswers) {
         for (const double value : {1e6, 1e11, 1e15, 1e19, 1e20, 1e28, 1e30, 1e33, 3.4e38, -1.0,
                                    -1e30, 1e300, kInfinity, -kInfinity, kNaN}) {
-            SCOPED_TRACE(std::string(name_of(answer)) + " of " + std::to_string(value));
+            SCOPED_TRACE(testing::Message() << name << " of " << value);
             // Coarse quanta, so that they do not limit the heights.
             Lattice lattice = test::small_world(1, 2.0);
             lattice.quantum = 0x1p10;
@@ -345,10 +308,9 @@ TEST(AbsurdHeights, NeverSpoilAMesh) {
             Pager pager = Pager::create(source, {.worker_count = 0}).value();
             Triangulator triangulator =
                 Triangulator::create(*source, {.triangle_budget = kBudget}).value();
-            const CameraNeed camera{.view = view, .threshold_px = 0.1};
             const BodyNeed body{.centre_world = {30, 40, 10}, .velocity = {5, 0, -3}};
             for (int frame = 0; frame < 3; ++frame) {
-                pager.update({&camera, 1}, {&body, 1}, 0.2 * frame);
+                pager.update({{.view = view, .threshold_px = 0.1}}, {&body, 1}, 0.2 * frame);
                 const TerrainMesh mesh = triangulator.update(pager.resident(), view);
                 ASSERT_LE(mesh.triangle_count, kBudget);
                 ASSERT_FALSE(std::isnan(mesh.error_px));

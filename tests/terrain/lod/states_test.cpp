@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// P1 to P3 and P9 in random states: worlds, resident sets, fades, views, budgets and error targets. 10,000 states;
-// TERRANE_STATES_FACTOR times as many in the long variant.
+// P1 to P3 and P9 in random states: worlds, resident sets, fades, views, budgets and error targets. 5,000 states;
+// 100,000 in long runs.
+#include "support/grounds.h"
 #include "support/mesh_checks.h"
 #include "support/random_world.h"
+
+#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -13,11 +16,11 @@
 namespace terrane::test {
 namespace states_test {
 
-constexpr int kShards = 10;
-constexpr int kWorlds = 8 * TERRANE_STATES_FACTOR;  // per shard
-constexpr int kFlights = 5;                         // per world
-constexpr int kFrames = 25;                         // per flight
-constexpr int kPoints = 2000;                       // points measured per frame
+constexpr int kShards = 5;
+const int kWorlds = few_or_many(8, 160);  // per shard
+constexpr int kFlights = 5;               // per world
+constexpr int kFrames = 25;               // per flight
+constexpr int kPoints = 2000;             // points measured per frame
 
 TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
     TriangulatorSettings settings;
@@ -131,4 +134,43 @@ TEST_P(States, KeepBudgetCertificateAndBitsAndAreWatertight) {
 INSTANTIATE_TEST_SUITE_P(Seed, States, testing::Range(1, 1 + kShards));
 
 }  // namespace states_test
+
+namespace large_budget_test {
+
+// The meshes of large budgets are watertight and use them to the last few triangles. One root of three levels, or in
+// long runs of five, all resident: 8,388,608 triangles at the finest level.
+TEST(LargeBudget, IsUsedUpToEightMillionTriangles) {
+    const auto source = FractalHeights::create({.seed = 8,
+                                                .octave_count = 5,
+                                                .amplitude = 100.0,
+                                                .wavelength_log2 = 6,
+                                                .gain = 0.7,
+                                                .root_size_log2 = few_or_many(9, 11),
+                                                .first_root_x = 0,
+                                                .first_root_y = 0,
+                                                .root_count_x = 1,
+                                                .root_count_y = 1})
+                            .value();
+    const auto set = std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
+                                                         all_chunks(*source), 1);
+    const double scale = source->lattice().root_size() / 2048.0;
+    const View view =
+        look_at(scale * WorldPos(-100, -100, 700), scale * WorldPos(1200, 1000, 0), 1.2, 1920, 1080)
+            .value();
+    const int most = few_or_many(300'000, 8'000'000);
+    for (const int triangles : {most / 8, most * 3 / 8, most}) {
+        SCOPED_TRACE(triangles);
+        const auto budget = static_cast<std::size_t>(triangles);
+        Triangulator triangulator =
+            Triangulator::create(*source, {.triangle_budget = budget, .max_error_px = 1e-6})
+                .value();
+        const TerrainMesh mesh = triangulator.update(set, view);
+        EXPECT_LE(mesh.triangle_count, budget);
+        EXPECT_GE(static_cast<double>(mesh.triangle_count), 0.97 * static_cast<double>(budget));
+        EXPECT_EQ(mesh.status, MeshStatus::budget_reached);
+        EXPECT_EQ(find_flaw(mesh), "");
+    }
+}
+
+}  // namespace large_budget_test
 }  // namespace terrane::test

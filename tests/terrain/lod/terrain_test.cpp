@@ -62,8 +62,10 @@ TEST(Terrain, GivesTheFramesOfItsPartsWithTheirFeedbackOfThresholds) {
     EXPECT_GT(triangles, 20u * 1000u) << "the frames were drawn";
 }
 
-TEST(Terrain, MakesAMeshForEachCameraInItsOrder) {
+TEST(Terrain, MakesAMeshForEachCameraInItsOrderAndNoneBeforeTheFirstUpdate) {
     Terrain terrain = Terrain::create(hills(), synchronous(5000)).value();
+    EXPECT_TRUE(terrain.frame().meshes.empty());
+    EXPECT_EQ(terrain.frame().ground.height(0.0, 0.0).status, QueryStatus::not_resident);
     const std::vector<Camera> cameras{{.view = view_from(0.0, 0.0)},
                                       {.view = view_from(-300.0, 100.0)},
                                       {.view = view_from(200.0, -200.0)}};
@@ -76,12 +78,6 @@ TEST(Terrain, MakesAMeshForEachCameraInItsOrder) {
     EXPECT_NE(frame.meshes[0].error_px, frame.meshes[1].error_px);
     EXPECT_NE(frame.meshes[1].error_px, frame.meshes[2].error_px);
     EXPECT_TRUE(terrain.update({}, {}, 0.1).meshes.empty());
-}
-
-TEST(Terrain, IsEmptyBeforeTheFirstUpdateAndAnswersNothing) {
-    const Terrain terrain = Terrain::create(hills(), synchronous(5000)).value();
-    EXPECT_TRUE(terrain.frame().meshes.empty());
-    EXPECT_EQ(terrain.frame().ground.height(0.0, 0.0).status, QueryStatus::not_resident);
 }
 
 TEST(Terrain, LoadsTheGroundOfBodiesAndKeepsItsSnapshotWhenTheTerrainIsGone) {

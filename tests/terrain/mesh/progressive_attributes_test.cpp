@@ -53,6 +53,14 @@ TriangleMesh make_globe(int around, int across) {
     return mesh;
 }
 
+// Appends the positions and triangles of a shape.
+void append(const ShapeMesh& shape, TriangleMesh& mesh) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), shape.vertices.begin(), shape.vertices.end());
+    for (const auto& [a, b, c] : shape.triangles)
+        mesh.triangles.push_back({first + a, first + b, first + c});
+}
+
 // A box of cells whose vertices carry the normal of their side: seams along all edges, three vertices at each corner.
 TriangleMesh make_box(int cells) {
     TriangleMesh mesh;
@@ -66,15 +74,10 @@ TriangleMesh make_box(int cells) {
             p[is_high ? v : u] = y;
             return p;
         });
-        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        append(grid, mesh);
         Eigen::Vector3f normal = Eigen::Vector3f::Zero();
         normal[axis] = is_high ? 1.0f : -1.0f;
-        for (const Eigen::Vector3d& p : grid.vertices) {
-            mesh.positions.push_back(p);
-            mesh.normals.push_back(normal);
-        }
-        for (const auto& t : grid.triangles)
-            mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        mesh.normals.resize(mesh.positions.size(), normal);
     }
     return mesh;
 }
@@ -134,16 +137,13 @@ TEST(ProgressiveAttributes, TrianglesStayInTheirChart) {
                 x, half == 0 ? edge - side * (1.0 - lateral) * 0.5 : edge + side * lateral * 0.5,
                 0.0);
         });
-        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        append(grid, mesh);
         for (const Eigen::Vector3d& p : grid.vertices) {
-            mesh.positions.push_back(p);
             mesh.texture_coordinates.emplace_back(
                 static_cast<float>(p.x() / side),
                 static_cast<float>(p.y() / side) + 5.0f * static_cast<float>(half));
-            chart.push_back(half);
         }
-        for (const auto& t : grid.triangles)
-            mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        chart.resize(mesh.positions.size(), half);
     }
     ProgressiveMesh made = make(mesh);
     made.set_triangle_count(mesh.triangles.size() / 8);
@@ -187,10 +187,7 @@ TEST(ProgressiveAttributes, ColoursOfAPlaneDecideWhatStays) {
         return (x - 17.0) * (x - 17.0) + (y - 21.0) * (y - 21.0) < 100.0 ? 1.0 : 0.0;
     };
     TriangleMesh input;
-    const ShapeMesh grid =
-        make_grid(side, side, [](int x, int y) { return Eigen::Vector3d(x, y, 0.0); });
-    input.positions = grid.vertices;
-    input.triangles = grid.triangles;
+    append(make_grid(side, side, [](int x, int y) { return Eigen::Vector3d(x, y, 0.0); }), input);
     for (const Eigen::Vector3d& p : input.positions)
         input.colours.push_back(
             {static_cast<std::uint8_t>(255.0 * truth(p.x(), p.y())), 0, 0, 255});

@@ -291,11 +291,8 @@ TEST(ProgressiveMesh, RefusesInvalidInputWithOneMessage) {
 
 namespace terrane::shared_levels_test {
 
-using Triangles = std::vector<TriangleMesh::Triangle>;
-
-Triangles triangles_of(const ProgressiveMesh& mesh) {
-    return {mesh.triangles().begin(), mesh.triangles().end()};
-}
+using progressive_mesh_test::Triangles;
+using progressive_mesh_test::triangles_of;
 
 ProgressiveMesh make_rock(std::uint64_t seed) {
     return ProgressiveMesh::create(test::make_rock(3, seed)).value();

@@ -3,6 +3,7 @@
 // A pager over failing storage: resident chunks stay, absent ones are retried.
 #include "pager_scene.h"
 #include "support/faulty_heights.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -15,40 +16,24 @@ namespace terrane::pager_faults_test {
 
 using namespace test;
 
-constexpr double kTarget_px = 6.0;
-// The failing chunk, directly below the camera, in a world of levels 0 to 3.
-constexpr ChunkKey kBad{0, 0, 2}, kGood{1, 0, 2};
-
-std::shared_ptr<const HeightSource> hills(int finest_level) {
-    return std::make_shared<WaveHeights>(test::small_world(finest_level, 1.0), 120.0, 150.0);
-}
-
-std::vector<CameraNeed> cameras() {
-    return {test::camera_at({60, 50, 150}, {260, 240, 0}, kTarget_px)};
-}
-
 // One update and all loads that it causes.
 void play(Pager& pager, double time_s) {
-    pager.update(cameras(), {}, time_s);
+    pager.update({steep_camera()}, {}, time_s);
     pager.finish();
-}
-
-test::Frame draw(const Pager& pager, const HeightSource& ground) {
-    return test::draw(pager.resident(), ground, cameras().front().view, kTarget_px);
 }
 
 void expect_all_there(const Pager& pager, const HeightSource& ground) {
     EXPECT_EQ(pager.stats().late_chunks, 0u);
     EXPECT_EQ(pager.stats().in_flight_bytes, 0u);
-    const test::Frame frame = draw(pager, ground);
+    const Frame frame = draw_steep(pager, ground);
     EXPECT_EQ(frame.status, MeshStatus::error_met);
-    EXPECT_LE(frame.error_px, kTarget_px);
+    EXPECT_LE(frame.error_px, kSteepTarget_px);
 }
 
 void expect_coarser(const Pager& pager, const HeightSource& ground) {
-    const test::Frame frame = draw(pager, ground);
+    const Frame frame = draw_steep(pager, ground);
     EXPECT_EQ(frame.status, MeshStatus::not_resident);
-    EXPECT_GT(frame.error_px, kTarget_px);
+    EXPECT_GT(frame.error_px, kSteepTarget_px);
 }
 
 std::ptrdiff_t tries_of(const FaultyHeights& source, const ChunkKey& key) {
@@ -59,47 +44,48 @@ std::ptrdiff_t tries_of(const FaultyHeights& source, const ChunkKey& key) {
 struct Trouble {
     const char* name;
     Fault fault;
-    test::Question question = test::Question::any;
+    Question question = Question::any;
 };
 constexpr Trouble kTroubles[] = {
     {"read error", Fault::read_error},
     {"permission denied", Fault::permission_denied},
     {"truncated", Fault::truncated},
     {"NaN height", Fault::nan},
-    {"NaN bound", Fault::nan, test::Question::bounds},
-    {"too high", Fault::too_high, test::Question::sample},
+    {"NaN bound", Fault::nan, Question::bounds},
+    {"too high", Fault::too_high, Question::sample},
     {"no memory", Fault::no_memory},
-    {"no memory for bounds", Fault::no_memory, test::Question::bounds},
+    {"no memory for bounds", Fault::no_memory, Question::bounds},
     {"exception", Fault::exception},
-    {"odd exception", Fault::odd_exception, test::Question::flags},
+    {"odd exception", Fault::odd_exception, Question::flags},
 };
 
+// With and without workers by turns; ThreadLoader.ReportsEachFaultAndReleasesItsBytes meets each fault on threads.
 TEST(PagerFaults, AreCountedDrawnCoarserAndRetried) {
+    int workers = 0;
     for (const Trouble& trouble : kTroubles) {
-        for (const int workers : {0, 2}) {
-            SCOPED_TRACE(testing::Message() << trouble.name << ", " << workers << " workers");
-            const auto ground = hills(3);
-            const auto source = std::make_shared<FaultyHeights>(
-                ground, std::vector<FaultRule>{
-                            {.fault = trouble.fault, .question = trouble.question, .chunk = kBad}});
-            Pager pager = Pager::create(source, {.worker_count = workers}).value();
-            play(pager, 0.0);
-            EXPECT_EQ(pager.stats().failed, 1u);
-            EXPECT_EQ(pager.stats().timed_out, 0u);
-            EXPECT_GE(pager.stats().late_chunks, 1u);
-            EXPECT_TRUE(test::holds(*pager.resident(), kBad.parent()));
-            EXPECT_TRUE(test::holds(*pager.resident(), kBad.parent().parent()));
-            EXPECT_TRUE(test::holds(*pager.resident(), kGood));
-            EXPECT_FALSE(test::holds(*pager.resident(), kBad));
-            expect_coarser(pager, *ground);
-            play(pager, 0.05);  // too early
-            EXPECT_EQ(pager.stats().failed, 1u);
-            source->set_plan({});
-            play(pager, 0.15);
-            EXPECT_EQ(pager.stats().failed, 1u);
-            EXPECT_TRUE(test::holds(*pager.resident(), kBad));
-            expect_all_there(pager, *ground);
-        }
+        workers = 2 - workers;
+        SCOPED_TRACE(testing::Message() << trouble.name << ", " << workers << " workers");
+        const auto ground = steep_hills();
+        const auto source = std::make_shared<FaultyHeights>(
+            ground, std::vector<FaultRule>{
+                        {.fault = trouble.fault, .question = trouble.question, .chunk = kBelow}});
+        Pager pager = Pager::create(source, {.worker_count = workers}).value();
+        play(pager, 0.0);
+        EXPECT_EQ(pager.stats().failed, 1u);
+        EXPECT_EQ(pager.stats().timed_out, 0u);
+        EXPECT_GE(pager.stats().late_chunks, 1u);
+        EXPECT_TRUE(holds(*pager.resident(), kBelow.parent()));
+        EXPECT_TRUE(holds(*pager.resident(), kBelow.parent().parent()));
+        EXPECT_TRUE(holds(*pager.resident(), kBeside));
+        EXPECT_FALSE(holds(*pager.resident(), kBelow));
+        expect_coarser(pager, *ground);
+        play(pager, 0.05);  // too early
+        EXPECT_EQ(pager.stats().failed, 1u);
+        source->set_plan({});
+        play(pager, 0.15);
+        EXPECT_EQ(pager.stats().failed, 1u);
+        EXPECT_TRUE(holds(*pager.resident(), kBelow));
+        expect_all_there(pager, *ground);
     }
 }
 
@@ -108,14 +94,14 @@ TEST(PagerFaults, AreRetriedWithBackOff) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers");
         const auto source = std::make_shared<FaultyHeights>(
-            hills(3), std::vector<FaultRule>{{.fault = Fault::read_error, .chunk = kBad}});
+            steep_hills(), std::vector<FaultRule>{{.fault = Fault::read_error, .chunk = kBelow}});
         Pager pager = Pager::create(source, {.worker_count = workers}).value();
         constexpr int kTicks_a_s = 20;
         std::vector<int> tried_at;
         for (int tick = 0; tick < 45 * kTicks_a_s; ++tick) {
-            const std::ptrdiff_t before = tries_of(*source, kBad);
+            const std::ptrdiff_t before = tries_of(*source, kBelow);
             play(pager, static_cast<double>(tick) / kTicks_a_s);
-            const std::ptrdiff_t more = tries_of(*source, kBad) - before;
+            const std::ptrdiff_t more = tries_of(*source, kBelow) - before;
             ASSERT_LE(more, 1) << "tick " << tick;
             if (more == 1) tried_at.push_back(tick);
         }
@@ -138,7 +124,7 @@ TEST(PagerFaults, AreRetriedWithBackOff) {
 TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers");
-        const auto ground = hills(2);
+        const auto ground = steep_hills(2);
         const auto source = std::make_shared<FaultyHeights>(
             ground, std::vector<FaultRule>{{.fault = Fault::exception}});
         Pager pager = Pager::create(source, {.worker_count = workers}).value();
@@ -148,7 +134,7 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
         EXPECT_GE(pager.stats().failed, 4u);
         EXPECT_EQ(pager.stats().resident_bytes, 0u);
         EXPECT_EQ(required.state(), RegionState::failing);
-        EXPECT_EQ(draw(pager, *ground).status, MeshStatus::not_resident);
+        EXPECT_EQ(draw_steep(pager, *ground).status, MeshStatus::not_resident);
         source->set_plan({});
         play(pager, 0.2);
         play(pager, 20.0);
@@ -161,7 +147,7 @@ TEST(PagerFaults, OfTheRootsLeaveAnEmptyPictureUntilTheyArrive) {
 TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingResident) {
     for (const int workers : {0, 2}) {
         SCOPED_TRACE(testing::Message() << workers << " workers, seeds 1 to 3");
-        const auto ground = hills(2);
+        const auto ground = steep_hills(2);
         const auto source = std::make_shared<FaultyHeights>(
             ground, std::vector<FaultRule>{{.fault = Fault::nan, .share = 0.1, .seed = 1},
                                            {.fault = Fault::no_memory, .share = 0.1, .seed = 2},
@@ -170,7 +156,7 @@ TEST(PagerFaults, OfManyKindsAtOnceEndWithEverythingResident) {
         double time_s = 0.0;
         do {
             play(pager, time_s);
-            if (pager.stats().resident_chunks % 4 == 1) draw(pager, *ground);
+            if (pager.stats().resident_chunks % 4 == 1) draw_steep(pager, *ground);
             time_s += 1.0;
             ASSERT_LT(time_s, 1000.0);
         } while (pager.stats().late_chunks > 0);
@@ -209,7 +195,7 @@ protected:
     void write() { ASSERT_TRUE(FileHeights::write(path_, *ground_)); }
 
     const std::string path_ = testing::TempDir() + "terrane_pager_" + std::to_string(getpid());
-    const std::shared_ptr<const HeightSource> ground_ = hills(2);
+    const std::shared_ptr<const HeightSource> ground_ = steep_hills(2);
     const std::shared_ptr<FileHeights> source_ = std::make_shared<FileHeights>(path_, ground_);
 };
 
@@ -255,39 +241,42 @@ TEST_P(PagerOverAFile, RecoversFromDeletion) {
 }
 
 TEST_P(PagerOverAFile, RecoversFromALackOfFileHandles) {
-    std::unique_ptr<test::NoFileHandles> none;
-    expect_mended([&] { none = std::make_unique<test::NoFileHandles>(); }, [&] { none.reset(); });
+    std::unique_ptr<NoFileHandles> none;
+    expect_mended([&] { none = std::make_unique<NoFileHandles>(); }, [&] { none.reset(); });
 }
 
 INSTANTIATE_TEST_SUITE_P(Workers, PagerOverAFile, testing::Values(0, 2));
 
 // A share of all loads fails or hangs; once the camera has been at rest for a while all needs are resident.
 TEST(PagerFaults, OfVirtualStorageDelayAFlightAndEndWithEverythingResident) {
-    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    for (int seed = 1; seed <= few_or_many(1, 3); ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
-        const auto ground = hills(3);
-        auto loader = VirtualLoader::create(
-                          {.failure_share = 0.3, .hang_share = 0.05, .timeout = 0.5, .seed = seed},
-                          [&](const ChunkKey& key) { return make_chunk(*ground, key); })
-                          .value();
+        const auto ground = steep_hills();
+        auto loader =
+            VirtualLoader::create({.failure_share = 0.3,
+                                   .hang_share = 0.05,
+                                   .timeout = 0.5,
+                                   .seed = static_cast<std::uint64_t>(seed)},
+                                  [&](const ChunkKey& key) { return make_chunk(*ground, key); })
+                .value();
         Pager pager = Pager::create(ground, {}, std::move(loader)).value();
         double time_s = 0.0;
         CameraNeed camera;
         for (int frame = 0; frame < 400; ++frame, time_s += 0.02) {
             const WorldPos eye(-600.0 + 2.0 * frame, 100.0 + frame, 150.0);
-            camera = test::camera_at(eye, eye + WorldPos(100, 50, -40), kTarget_px);
+            camera = camera_at(eye, eye + WorldPos(100, 50, -40), kSteepTarget_px);
             camera.velocity = {100, 50, 0};
-            pager.update(std::vector{camera}, {}, time_s);
-            if (frame % 100 == 50) test::draw(pager.resident(), *ground, camera.view, kTarget_px);
+            pager.update({camera}, {}, time_s);
+            if (frame % 100 == 50) draw(pager.resident(), *ground, camera.view, kSteepTarget_px);
         }
         camera.velocity.setZero();
         for (int frame = 0; frame < 1000; ++frame, time_s += 0.02) {
-            pager.update(std::vector{camera}, {}, time_s);
+            pager.update({camera}, {}, time_s);
         }
         EXPECT_EQ(pager.stats().late_chunks, 0u);
         EXPECT_GT(pager.stats().failed, pager.stats().timed_out);
         EXPECT_GT(pager.stats().timed_out, 0u);
-        const test::Frame frame = test::draw(pager.resident(), *ground, camera.view, kTarget_px);
+        const Frame frame = draw(pager.resident(), *ground, camera.view, kSteepTarget_px);
         EXPECT_EQ(frame.status, MeshStatus::error_met);
     }
 }

@@ -92,4 +92,17 @@ inline Frame draw(const std::shared_ptr<const ResidentSet>& set, const HeightSou
     return {mesh.status, mesh.error_px};
 }
 
+/// Steep hills and a camera over them; of the chunks that it needs on level 2, the one below it and one beside that.
+inline constexpr double kSteepTarget_px = 6.0;
+inline constexpr ChunkKey kBelow{0, 0, 2}, kBeside{1, 0, 2};
+inline std::shared_ptr<const HeightSource> steep_hills(int finest_level = 3) {
+    return std::make_shared<WaveHeights>(small_world(finest_level, 1.0), 120.0, 150.0);
+}
+inline CameraNeed steep_camera() {
+    return camera_at({60, 50, 150}, {260, 240, 0}, kSteepTarget_px);
+}
+inline Frame draw_steep(const Pager& pager, const HeightSource& ground) {
+    return draw(pager.resident(), ground, steep_camera().view, kSteepTarget_px);
+}
+
 }  // namespace terrane::test

@@ -14,7 +14,9 @@
 #include <utility>
 #include <vector>
 
-namespace terrane::test {
+namespace terrane::storage_simulation_test {
+
+using namespace test;
 
 /// The random outcome of one request.
 struct KnownRequest {
@@ -108,13 +110,7 @@ private:
     std::map<ChunkKey, End> ends_;
 };
 
-}  // namespace terrane::test
-
 // VirtualLoader on random schedules, against a time-stepped simulation and against runs with other step sizes.
-
-namespace terrane::storage_simulation_test {
-
-using namespace test;
 
 constexpr double kStep = 0x1p-19;  // step of the oracle
 constexpr double kLook = 0x1p-9;   // interval of take_finished()
@@ -208,7 +204,8 @@ std::map<ChunkKey, Seen> play(ChunkLoader& loader, const Loads& loads,
 }
 
 TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
-    for (std::uint64_t seed = 1; seed <= 24; ++seed) {
+    const auto seeds = static_cast<std::uint64_t>(few_or_many(8, 24));
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
         SeededRandom random(seed);
         const VirtualStorage storage = random_storage(random);
         const std::vector<Call> calls = random_calls(random);
@@ -247,7 +244,8 @@ TEST(VirtualLoaderSchedule, EqualsThatOfATimeSteppedSimulation) {
 
 // Bit for bit, except for the time when a load is taken.
 TEST(VirtualLoaderSchedule, IsIndependentOfTheStepSize) {
-    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const auto seeds = static_cast<std::uint64_t>(few_or_many(16, 40));
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
         SeededRandom random(seed);
         const VirtualStorage storage = random_storage(random);
         const std::vector<Call> calls = random_calls(random);

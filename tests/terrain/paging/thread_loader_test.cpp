@@ -22,8 +22,9 @@ std::shared_ptr<FaultyHeights> hills(std::vector<FaultRule> plan = {}) {
 }
 
 std::unique_ptr<ThreadLoader> loader_of(std::shared_ptr<const HeightSource> source,
-                                        int worker_count = 1) {
-    return ThreadLoader::create(std::move(source), {.worker_count = worker_count, .timeout = 1000})
+                                        int worker_count = 1, double timeout = 1000.0) {
+    return ThreadLoader::create(std::move(source),
+                                {.worker_count = worker_count, .timeout = timeout})
         .value();
 }
 
@@ -276,21 +277,13 @@ TEST(ThreadLoader, FinishesEveryLoadOnceUnderRandomCalls) {
 namespace terrane::hung_storage_test {
 
 using namespace test;
+using thread_loader_test::hills;
+using thread_loader_test::kA;
+using thread_loader_test::kB;
+using thread_loader_test::kC;
+using thread_loader_test::loader_of;
 
-constexpr ChunkKey kA{0, 0, 3}, kB{1, 0, 3}, kC{2, 0, 3}, kD{3, 0, 3};
-
-std::shared_ptr<FaultyHeights> hills(std::vector<FaultRule> plan) {
-    return std::make_shared<FaultyHeights>(
-        std::make_shared<test::WaveHeights>(test::small_world(3, 1.0), 20.0, 90.0),
-        std::move(plan));
-}
-
-std::unique_ptr<ThreadLoader> loader_of(std::shared_ptr<const HeightSource> source,
-                                        int worker_count, double timeout = 0.5) {
-    return ThreadLoader::create(std::move(source),
-                                {.worker_count = worker_count, .timeout = timeout})
-        .value();
-}
+constexpr ChunkKey kD{3, 0, 3};
 
 void expect_timed_out(const FinishedLoad& load, const ChunkKey& key) {
     EXPECT_EQ(load.key, key);
@@ -308,7 +301,7 @@ void expect_all_back(const Loads& loads, const std::shared_ptr<FaultyHeights>& s
 TEST(HungStorage, IsReportedAndItsThreadReplaced) {
     const auto source = hills({{.fault = Fault::hang, .chunk = kA}});
     Loads loads;
-    auto loader = loader_of(source, 1);
+    auto loader = loader_of(source, 1, 0.5);
     loader->queue(loads.requests({kA, kB}));
     const std::vector<FinishedLoad> finished = Loads::take(*loader, 2);
     expect_timed_out(finished[0], kA);
@@ -355,7 +348,7 @@ TEST(HungStorage, BlocksAtMostTwiceTheWorkersThenLoadsWait) {
 TEST(HungStorage, DoesNotBlockItsOwner) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
-    const auto loader = loader_of(source, 2, 1000.0);
+    const auto loader = loader_of(source, 2);
     loader->queue(loads.requests({kA, kB, kC}));
     source->wait_for_hung(2);
     for (int i = 0; i < 1000; ++i) {
@@ -386,7 +379,7 @@ TEST(HungStorage, TimesOutCancelledLoads) {
 TEST(HungStorage, IsDetachedWhenItsLoaderIsDestroyed) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
-    auto loader = loader_of(source, 2, 1000.0);
+    auto loader = loader_of(source, 2);
     loader->queue(loads.requests({kA, kB, kC, kD}));
     source->wait_for_hung(2);
     loader.reset();
@@ -413,7 +406,7 @@ TEST(HungStorage, IsNotWaitedForTwice) {
 TEST(HungStorage, IsWaitedForUpToASecond) {
     const auto source = hills({{.fault = Fault::hang}});
     Loads loads;
-    auto loader = loader_of(source, 3, 1000.0);
+    auto loader = loader_of(source, 3);
     loader->queue(loads.requests({kA, kB, kC}));
     source->wait_for_hung(3);
     std::thread answers([&] { source->release(); });
@@ -471,7 +464,7 @@ private:
 TEST(HungStorage, DoesNotFailIfNoThreadCanStart) {
     const auto source = hills({{.fault = Fault::hang, .chunk = kA}});
     Loads loads;
-    auto loader = loader_of(source, 2);
+    auto loader = loader_of(source, 2, 0.5);
     {
         const NoThreads none;
         const auto refused = ThreadLoader::create(source, {.worker_count = 3});

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/grounds.h"
 #include "support/random.h"
 
 #include <terrane/terrain/check_source.h>
@@ -28,19 +29,11 @@ struct Both {
     Function direct;
 };
 
-// Paraboloid arcs along both axes, with known bounds: period 1, range [-1, 1].
-double wave(double t) {
-    t -= std::floor(t);
-    const double u = t < 0.5 ? t : t - 0.5;
-    const double hump = 16.0 * u * (0.5 - u);
-    return t < 0.5 ? hump : -hump;
-}
-
 Both waves(test::Random& random) {
     const double amplitude = random.between(0.5, 40.0), wavelength = random.between(100.0, 900.0);
     const double phase = random.between(0.0, 1.0);
     const Function direct = [=](double x, double y) {
-        return amplitude * (wave(x / wavelength + phase) + wave(y / wavelength));
+        return amplitude * (test::wave(x / wavelength + phase) + test::wave(y / wavelength));
     };
     return {heights_from_function(
                 direct, {.extent = kExtent,
@@ -165,56 +158,7 @@ TEST(ComposedHeights, KeepTheLawsOfSources) {
     }
 }
 
-TEST(ComposedHeights, HaveTheSameBitsInEveryGrid) {
-    test::Random random(5);
-    for (int i = 0; i < 60; ++i) {
-        const Both both = random.below(2) == 0 ? flat_in(waves(random), random)
-                                               : blend_of(waves(random), waves(random), random);
-        const std::int64_t step = std::int64_t{1} << random.below(6);
-        const SampleGrid whole{
-            {2 * step * random.below(20), 2 * step * random.below(20)}, step, 65, 17};
-        std::vector<float> bounds(whole.size()), cells(64 * 16), other(25), other_cells(16);
-        std::vector<double> heights(whole.size()), other_heights(25);
-        ASSERT_TRUE(both.source->mesh_bounds(whole, bounds, cells));
-        ASSERT_TRUE(both.source->sample(whole, heights));
-        for (int row = 0; row + 5 <= whole.rows; row += 4) {
-            for (int column = 0; column + 5 <= whole.columns; column += 4) {
-                const SampleGrid part{
-                    {whole.corner.x + column * step, whole.corner.y + row * step}, step, 5, 5};
-                ASSERT_TRUE(both.source->mesh_bounds(part, other, other_cells));
-                ASSERT_TRUE(both.source->sample(part, other_heights));
-                for (int k = 0; k < 25; ++k) {
-                    const auto at = static_cast<std::size_t>((row + k / 5) * 65 + column + k % 5);
-                    ASSERT_EQ(other[static_cast<std::size_t>(k)], bounds[at]);
-                    ASSERT_EQ(other_heights[static_cast<std::size_t>(k)], heights[at]);
-                }
-                for (int k = 0; k < 16; ++k) {
-                    const auto at = static_cast<std::size_t>((row + k / 4) * 64 + column + k % 4);
-                    ASSERT_EQ(other_cells[static_cast<std::size_t>(k)], cells[at]);
-                }
-            }
-        }
-    }
-}
-
-TEST(ComposedHeights, KeepTheLawsOverFractals) {
-    const auto fractal = FractalHeights::create({.seed = 5, .octave_count = 8}).value();
-    const auto other =
-        FractalHeights::create({.seed = 6, .octave_count = 8, .amplitude = 100.0}).value();
-    const auto mask =
-        mask_from_polygon(polygon_of({-3000.0, -2000.0, 1000.0, 2500.0}), 500.0).value();
-    const auto blend =
-        blend_heights(fractal, sum_heights(fractal, other, 0.5).value(), mask).value();
-    const SourceReport report =
-        check_source(*blend, {.seed = 3,
-                              .places = 4,
-                              .points = 8,
-                              .region = WorldRect{-4000.0, -4000.0, 4000.0, 4000.0}})
-            .value();
-    EXPECT_TRUE(report.is_clean()) << to_text(report);
-}
-
-TEST(ComposedHeights, AddAFunctionToAFractalOnItsLattice) {
+TEST(ComposedHeights, AddAFunctionToAFractalOnItsLatticeAndBlendThem) {
     const auto fractal = FractalHeights::create({.seed = 5, .octave_count = 6}).value();
     const Function dome = [](double x, double y) {
         return std::max(0.0, 400.0 - 0.0002 * (x * x + y * y));
@@ -226,22 +170,28 @@ TEST(ComposedHeights, AddAFunctionToAFractalOnItsLattice) {
                               .value();
     EXPECT_EQ(function->lattice(), fractal->lattice());
     const auto sum = sum_heights(fractal, function).value();
-    const SourceReport report =
-        check_source(*sum, {.seed = 2,
-                            .places = 4,
-                            .points = 8,
-                            .region = WorldRect{-3000.0, -3000.0, 3000.0, 3000.0}})
-            .value();
-    EXPECT_TRUE(report.is_clean()) << to_text(report);
-    EXPECT_EQ(sum->height(300.5, 20.25), fractal->height(300.5, 20.25) + dome(300.5, 20.25));
+    const auto mask =
+        mask_from_polygon(polygon_of({-3000.0, -2000.0, 1000.0, 2500.0}), 500.0).value();
+    const auto blend = blend_heights(fractal, sum, mask).value();
+    for (const Source& source : {sum, blend}) {
+        const SourceReport report =
+            check_source(*source, {.seed = 2,
+                                   .places = 4,
+                                   .points = 8,
+                                   .region = WorldRect{-4000.0, -4000.0, 4000.0, 4000.0}})
+                .value();
+        EXPECT_TRUE(report.is_clean()) << to_text(report);
+        EXPECT_EQ(source->height(300.5, 20.25), fractal->height(300.5, 20.25) + dome(300.5, 20.25));
+    }
 }
 
 TEST(ComposedHeights, HaveBoundsThatAreFoundWrongWhereAPartIsWrong) {
     test::Random random(3);
     const Both right = waves(random);
-    const auto wrong = heights_from_function([](double x, double) { return 8.0 * wave(x / 200.0); },
-                                             {.extent = kExtent, .slope = 0.1})
-                           .value();
+    const auto wrong =
+        heights_from_function([](double x, double) { return 8.0 * test::wave(x / 200.0); },
+                              {.extent = kExtent, .slope = 0.1})
+            .value();
     for (const Source& source :
          {sum_heights(right.source, wrong).value(),
           blend_heights(right.source, wrong,
@@ -250,7 +200,8 @@ TEST(ComposedHeights, HaveBoundsThatAreFoundWrongWhereAPartIsWrong) {
           // the mask is steeper than declared
           blend_heights(
               right.source, sum_heights(right.source, right.source, -3.0).value(),
-              mask_from_function([](double x, double) { return 0.5 + 0.5 * wave(x / 100.0); }, 1e-4)
+              mask_from_function([](double x, double) { return 0.5 + 0.5 * test::wave(x / 100.0); },
+                                 1e-4)
                   .value())
               .value()}) {
         EXPECT_FALSE(
@@ -281,17 +232,6 @@ TEST(ComposedHeights, AreOneOfTheirPartsBitForBitWhereAMaskSaysSo) {
     EXPECT_EQ(flat->height(-200.0, -100.0), 17.5);
     EXPECT_EQ(flat->height(300.0, -100.0), 17.5 + 0.02 * 500.0);
     EXPECT_EQ(flatten_heights(base.source, {}).value(), base.source);
-}
-
-TEST(ComposedHeights, FlattenByTheLastAreaWhereSeveralOverlap) {
-    test::Random random(9);
-    const Both base = waves(random);
-    const FlatArea areas[] = {{.polygon = polygon_of({0.0, 0.0, 100.0, 100.0}), .height = 1.0},
-                              {.polygon = polygon_of({50.0, 0.0, 150.0, 100.0}), .height = 2.0}};
-    const auto flat = flatten_heights(base.source, areas).value();
-    EXPECT_EQ(flat->height(20.0, 50.0), 1.0);
-    EXPECT_EQ(flat->height(70.0, 50.0), 2.0);
-    EXPECT_EQ(flat->height(130.0, 50.0), 2.0);
 }
 
 TEST(ComposedHeights, AreNotCertifiedWhereAPartIsNot) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "source/fractal/amplitude_field.h"
+#include "support/faulty_heights.h"
 #include "terrain/source/bound_checks.h"
 
 #include <gtest/gtest.h>
@@ -17,45 +18,20 @@ namespace terrane::detail_heights_test {
 constexpr std::uint64_t kSeed = 31;
 
 /// A fractal with flags, to check that detail forwards them.
-class Flagged final : public HeightSource {
+class Flagged final : public ForwardedHeights {
 public:
     explicit Flagged(std::shared_ptr<const HeightSource> ground)
-        : HeightSource(ground->lattice(), ground->extent()), ground_(std::move(ground)) {}
-
-    double height(double x, double y) const override { return ground_->height(x, y); }
-    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
-        return ground_->sample(grid, heights_out);
-    }
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
-        return ground_->vertex_bounds(grid, bounds_out);
-    }
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        if (fails_) return fail(ErrorCode::io, "cannot read the ground");
-        return ground_->cell_bounds(grid, bounds_out);
-    }
+        : ForwardedHeights(std::move(ground)) {}
     Result<void> cell_flags(const SampleGrid&, std::span<std::uint8_t> flags_out) const override {
         std::ranges::fill(flags_out, std::uint8_t{cell_filled});
         return {};
     }
-    HeightInterval interval(const WorldRect& rect) const override {
-        return ground_->interval(rect);
-    }
-    double rise_bound(double distance) const override { return ground_->rise_bound(distance); }
-
-    void fail_from_now() { fails_ = true; }
-
-private:
-    std::shared_ptr<const HeightSource> ground_;
-    bool fails_ = false;
 };
 
-std::shared_ptr<Flagged> make_base(double amplitude = 40.0) {
+std::shared_ptr<test::FaultyHeights> make_base(double amplitude = 40.0) {
     const auto ground = FractalHeights::create(
         {.octave_count = 3, .amplitude = amplitude, .wavelength_log2 = 10, .root_size_log2 = 13});
-    EXPECT_TRUE(ground.has_value());
-    return std::make_shared<Flagged>(ground.value());
+    return std::make_shared<test::FaultyHeights>(std::make_shared<Flagged>(ground.value()));
 }
 
 /// Cells of 16 finest spacings, or not square; the amplitude varies strongly between nodes.
@@ -115,31 +91,16 @@ TEST(DetailHeights, IsThereBetweenTheGridsPoints) {
     EXPECT_GE(largest, 1.0);
 }
 
-TEST(DetailHeights, HeightAtALatticePointIsItsSample) {
-    test::SeededRandom random(kSeed);
+TEST(DetailHeights, KeepsTheLawsOfSources) {
     for (const double cell_y : {16.0, 23.7}) {
-        const auto source = make(make_base(), make_field(16.0, cell_y), {.octave_count = 8});
-        for (const std::int64_t step : {1, 4, 32}) {
-            const SampleGrid grid = test::random_grid(step, 2000 / step, 21, 17, random);
-            std::vector<double> heights(grid.size());
-            ASSERT_TRUE(source->sample(grid, heights).has_value());
-            for (int row = 0; row < grid.rows; ++row) {
-                for (int column = 0; column < grid.columns; ++column) {
-                    const double x = source->lattice().x(grid.corner.x + step * column);
-                    const double y = source->lattice().y(grid.corner.y + step * row);
-                    EXPECT_NEAR(heights[static_cast<std::size_t>(row * grid.columns + column)],
-                                source->height(x, y), 1e-9);
-                }
-            }
+        for (const int octave_count : {8, DetailSettings{}.octave_count}) {
+            const auto source =
+                make(make_base(), make_field(16.0, cell_y), {.octave_count = octave_count});
+            const WorldRect region{-1500.0, -1500.0, 1500.0, 1500.0};
+            const SourceReport report =
+                check_source(*source, {.places = 4, .points = 10, .region = region}).value();
+            EXPECT_TRUE(report.is_clean()) << to_text(report);
         }
-    }
-}
-
-TEST(DetailHeights, GridsThatOverlapAgreeBitForBit) {
-    test::SeededRandom random(kSeed);
-    const auto source = make(make_base(), make_field(16.0, 23.7));
-    for (const std::int64_t step : {1, 2, 8, 64}) {
-        test::check_same_bits(*source, test::random_grid(step, 2000 / step, 12, 9, random));
     }
 }
 
@@ -182,37 +143,6 @@ TEST(DetailHeights, BoundsAreNestedExactly) {
     }
 }
 
-TEST(DetailHeights, BoundsInOneGoHaveTheBitsOfEach) {
-    test::Random random(kSeed);
-    const auto source = make(make_base(), make_field(16.0, 23.7));
-    for (const std::int64_t step : {1, 8}) {
-        test::check_mesh_bounds(*source, test::random_grid(step, 1000, 17, 18, random));
-    }
-}
-
-TEST(DetailHeights, IntervalContainsEveryHeightAndRiseBoundEveryRise) {
-    test::SeededRandom random(kSeed);
-    const auto source = make(make_base(), make_field(16.0, 23.7));
-    for (const double side : {0.0, 0.1, 3.0, 100.0, 5000.0}) {
-        const double west = random.between(-1500.0, 1500.0);
-        const double south = random.between(-1500.0, 1500.0);
-        const WorldRect rect{west, south, west + side, south + 2.0 * side};
-        const HeightInterval interval = source->interval(rect);
-        for (int point = 0; point < 3000; ++point) {
-            const double x = random.between(rect.west, rect.east);
-            const double y = random.between(rect.south, rect.north);
-            const double height = source->height(x, y);
-            ASSERT_GE(height, interval.low) << side;
-            ASSERT_LE(height, interval.high) << side;
-            const double to_x = random.between(rect.west, rect.east);
-            const double to_y = random.between(rect.south, rect.north);
-            ASSERT_LE(std::abs(source->height(to_x, to_y) - height),
-                      source->rise_bound(std::hypot(to_x - x, to_y - y)))
-                << side;
-        }
-    }
-}
-
 TEST(DetailHeights, ForwardsFlagsExtentLatticeAndFailures) {
     const auto base = make_base();
     const auto source = make(base, make_field(16.0, 16.0));
@@ -222,7 +152,7 @@ TEST(DetailHeights, ForwardsFlagsExtentLatticeAndFailures) {
     std::vector<std::uint8_t> flags(4);
     ASSERT_TRUE(source->cell_flags(grid, flags).has_value());
     EXPECT_EQ(flags, std::vector<std::uint8_t>(4, cell_filled));
-    base->fail_from_now();
+    base->set_plan({{.fault = test::Fault::read_error}});
     std::vector<double> heights(9);
     std::vector<float> bounds(9);
     EXPECT_EQ(source->sample(grid, heights).error().code, ErrorCode::io);
@@ -238,30 +168,23 @@ TEST(DetailHeights, GoesOnFiniteFarOutsideItsField) {
 }
 
 TEST(DetailHeights, RefusesFieldsAndSettingsByNameAndValue) {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    const DetailField good = make_field(16.0, 16.0);
-    EXPECT_EQ(refusal(good, {.octave_count = 25}), "octave_count must be 1 to 24, got 25");
-    EXPECT_NE(refusal(good, {.gain = 0.0}).find("gain"), std::string::npos);
-    DetailField bad = good;
-    bad.cell_x = 0.0;
-    EXPECT_NE(refusal(bad).find("cell_x"), std::string::npos);
-    bad = good;
-    bad.node_spacing_y = nan;
-    EXPECT_NE(refusal(bad).find("node_spacing_y"), std::string::npos);
-    bad = good;
-    bad.origin_y = std::numeric_limits<double>::infinity();
-    EXPECT_NE(refusal(bad).find("origin_y"), std::string::npos);
-    bad = good;
-    bad.rows = 0;
-    EXPECT_NE(refusal(bad).find("rows"), std::string::npos);
-    bad = good;
-    bad.amplitude.pop_back();
-    EXPECT_NE(refusal(bad).find("260 nodes"), std::string::npos);
-    bad = good;
-    bad.amplitude[7] = -1.0f;
-    EXPECT_NE(refusal(bad).find("node 7"), std::string::npos);
-    bad.amplitude[7] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_NE(refusal(bad).find("nan"), std::string::npos);
+    EXPECT_EQ(refusal(make_field(16.0, 16.0), {.octave_count = 25}),
+              "octave_count must be 1 to 24, got 25");
+    EXPECT_NE(refusal(make_field(16.0, 16.0), {.gain = 0.0}).find("gain"), std::string::npos);
+    const std::vector<std::pair<const char*, void (*)(DetailField&)>> faults{
+        {"cell_x", [](DetailField& f) { f.cell_x = 0.0; }},
+        {"node_spacing_y", [](DetailField& f) { f.node_spacing_y = std::nan(""); }},
+        {"origin_y", [](DetailField& f) { f.origin_y = std::numeric_limits<double>::infinity(); }},
+        {"rows", [](DetailField& f) { f.rows = 0; }},
+        {"260 nodes", [](DetailField& f) { f.amplitude.pop_back(); }},
+        {"node 7", [](DetailField& f) { f.amplitude[7] = -1.0f; }},
+        {"nan", [](DetailField& f) { f.amplitude[7] = std::nanf(""); }},
+    };
+    for (const auto& [part, spoil] : faults) {
+        DetailField bad = make_field(16.0, 16.0);
+        spoil(bad);
+        EXPECT_NE(refusal(bad).find(part), std::string::npos) << part;
+    }
 }
 
 TEST(AmplitudeField, BoundsContainTheFieldAndGrowWithTheRectangle) {

@@ -67,15 +67,6 @@ TEST_P(FractalHeightsOfKind, HeightAtALatticePointIsItsSampleBitForBit) {
     }
 }
 
-TEST_P(FractalHeightsOfKind, GridsThatOverlapAgreeBitForBit) {
-    test::SeededRandom random(kSeed);
-    const auto source = make(rough(GetParam()));
-    for (const std::int64_t step : {1, 2, 8, 256}) {
-        test::check_same_bits(*source, test::random_grid(step, 10'000, 12, 9, random));
-        test::check_same_bits(*source, test::random_grid(step, 10'000, 7, 8, random));
-    }
-}
-
 TEST_P(FractalHeightsOfKind, BoundsAreNeverBelowTheTrueDeviation) {
     test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
@@ -155,16 +146,6 @@ TEST_P(FractalHeightsOfKind, BoundsAreNestedNearlyFromSpacingToSpacing) {
     EXPECT_LE(most, 1.5);
 }
 
-TEST_P(FractalHeightsOfKind, BoundsInOneGoHaveTheBitsOfEach) {
-    test::SeededRandom random(kSeed);
-    const auto source = make(rough(GetParam()));
-    for (const std::int64_t step : {1, 8, 256}) {
-        for (const int columns : {2, 9, 16, 35}) {
-            test::check_mesh_bounds(*source, test::random_grid(step, 10'000, columns, 12, random));
-        }
-    }
-}
-
 // Bounds twice as large as necessary would pass all other tests.
 TEST_P(FractalHeightsOfKind, BoundsAreNearWhatDenseSamplesMeasure) {
     test::SeededRandom random(kSeed);
@@ -194,55 +175,15 @@ TEST_P(FractalHeightsOfKind, BoundsAreNearWhatDenseSamplesMeasure) {
     }
 }
 
-TEST(FractalHeights, SampledBoundsBeatTheAPrioriOne) {
-    // at one metre below a last wavelength of 1/8 m, and at spacings within the octaves
-    const auto source = make(rough());
-    const SampleGrid grid{{0, 0}, 16, 33, 33};
-    std::vector<float> bounds(grid.size());
-    ASSERT_TRUE(source->vertex_bounds(grid, bounds).has_value());
-    double sum = 0.0, largest = 0.0;
-    for (const float bound : bounds) {
-        sum += static_cast<double>(bound);
-        largest = std::max(largest, static_cast<double>(bound));
-    }
-    EXPECT_LT(sum / static_cast<double>(grid.size() * 3 / 4), 0.8 * largest);
-}
-
-TEST_P(FractalHeightsOfKind, IntervalContainsEveryHeight) {
+TEST_P(FractalHeightsOfKind, IntervalOfAPointIsItsHeight) {
     test::SeededRandom random(kSeed);
     const auto source = make(rough(GetParam()));
-    for (const double side : {0.0, 0.01, 1.0, 50.0, 3000.0, 1e6}) {
-        const double west = random.between(-1e5, 1e5), south = random.between(-1e5, 1e5);
-        const WorldRect rect{west, south, west + side, south + 0.5 * side};
-        const HeightInterval interval = source->interval(rect);
-        for (int point = 0; point < 3000; ++point) {
-            const double height = source->height(random.between(rect.west, rect.east),
-                                                 random.between(rect.south, rect.north));
-            ASSERT_GE(height, interval.low) << side;
-            ASSERT_LE(height, interval.high) << side;
-        }
-    }
-    const HeightInterval point = source->interval({5.0, 5.0, 5.0, 5.0});
-    EXPECT_LE(point.high - point.low, 1e-6);
-}
-
-TEST_P(FractalHeightsOfKind, NoTwoPointsRiseMoreThanTheBound) {
-    test::SeededRandom random(kSeed);
-    const auto source = make(rough(GetParam()));
-    double before = 0.0;
-    for (double distance = 1e-6; distance < 1e5; distance *= 3.0) {
-        const double bound = source->rise_bound(distance);
-        EXPECT_GE(bound, before);
-        before = bound;
-        for (int pair = 0; pair < 2000; ++pair) {
-            const double x = random.between(-1e5, 1e5), y = random.between(-1e5, 1e5);
-            const double angle = random.between(0.0, 6.3);
-            const double near = 0.999999 * distance;
-            const double rise =
-                source->height(x + near * std::cos(angle), y + near * std::sin(angle)) -
-                source->height(x, y);
-            ASSERT_LE(std::abs(rise), bound + 1e-9) << distance;  // x + near is rounded too
-        }
+    for (int point = 0; point < 1000; ++point) {
+        const double x = random.between(-1e5, 1e5), y = random.between(-1e5, 1e5);
+        const HeightInterval interval = source->interval({x, y, x, y});
+        ASSERT_GE(source->height(x, y), interval.low);
+        ASSERT_LE(source->height(x, y), interval.high);
+        ASSERT_LE(interval.high - interval.low, 1e-6);
     }
 }
 
@@ -274,30 +215,6 @@ TEST_P(FractalHeightsOfKind, NeighboursFarFromTheOriginDoNotRepeat) {
     }
 }
 
-TEST(FractalHeights, SeedsGiveDifferentGround) {
-    std::set<double> seen;
-    for (std::uint64_t seed = 0; seed < 50; ++seed) {
-        seen.insert(make({.seed = seed})->height(123.0, 456.0));
-    }
-    EXPECT_EQ(seen.size(), 50u);
-}
-
-TEST(FractalHeights, LatticeAndExtentFollowTheSettings) {
-    const auto source = make({.finest_spacing_log2 = -2,
-                              .root_size_log2 = 10,
-                              .first_root_x = -3,
-                              .first_root_y = 1,
-                              .root_count_x = 4,
-                              .root_count_y = 2});
-    EXPECT_EQ(source->lattice().spacing, 0.25);
-    EXPECT_EQ(source->lattice().finest_level, 5);
-    EXPECT_EQ(source->lattice().root_size(), 1024.0);
-    EXPECT_EQ(source->extent().west, -3072.0);
-    EXPECT_EQ(source->extent().east, 1024.0);
-    EXPECT_EQ(source->extent().south, 1024.0);
-    EXPECT_EQ(source->extent().north, 3072.0);
-}
-
 TEST_P(FractalHeightsOfKind, EveryHeightIsA32BitMultipleOfTheQuantum) {
     for (const int spacing_log2 : {-16, 0, 16}) {
         const auto source = make({.kind = GetParam(),
@@ -326,27 +243,31 @@ TEST(FractalHeights, RefusesSettingsByNameAndValue) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(refusal({.octave_count = 25}), "octave_count must be 1 to 24, got 25");
     EXPECT_EQ(refusal({.octave_count = 0}), "octave_count must be 1 to 24, got 0");
-    EXPECT_NE(refusal({.amplitude = -1.0}).find("amplitude"), std::string::npos);
-    EXPECT_NE(refusal({.amplitude = nan}).find("nan"), std::string::npos);
-    EXPECT_NE(refusal({.wavelength_log2 = 25}).find("wavelength_log2"), std::string::npos);
-    EXPECT_NE(refusal({.gain = 0.0}).find("gain"), std::string::npos);
-    EXPECT_NE(refusal({.gain = nan}).find("gain"), std::string::npos);
-    EXPECT_NE(refusal({.gain = 1.5}).find("1.5"), std::string::npos);
     EXPECT_EQ(refusal({.kind = static_cast<FractalKind>(4)}),
               "kind must be fbm, ridged, hybrid or warped, got number 4");
-    EXPECT_NE(refusal({.heterogeneity = -0.1}).find("heterogeneity must be"), std::string::npos);
-    EXPECT_NE(refusal({.heterogeneity = nan}).find("nan"), std::string::npos);
-    EXPECT_NE(refusal({.crest_rounding = 0.01}).find("crest_rounding"), std::string::npos);
-    EXPECT_NE(refusal({.warp = 1.5}).find("1.5"), std::string::npos);
-    EXPECT_NE(refusal({.finest_spacing_log2 = 17}).find("17"), std::string::npos);
-    EXPECT_NE(refusal({.root_size_log2 = 6}).find("root_size_log2"), std::string::npos);
-    EXPECT_NE(refusal({.root_size_log2 = 32}).find("root_size_log2"), std::string::npos);
-    EXPECT_NE(refusal({.root_count_x = 0}).find("root_count_x"), std::string::npos);
-    EXPECT_NE(refusal({.octave_count = 24, .wavelength_log2 = 2}).find("octave_count"),
-              std::string::npos);
-    EXPECT_NE(refusal({.finest_spacing_log2 = 16, .root_size_log2 = 38, .root_count_x = 3})
-                  .find("2^38 m of the origin"),
-              std::string::npos);
+    const std::vector<std::pair<const char*, FractalSettings>> refused{
+        {"amplitude", {.amplitude = -1.0}},
+        {"nan", {.amplitude = nan}},
+        {"wavelength_log2", {.wavelength_log2 = 25}},
+        {"gain", {.gain = 0.0}},
+        {"gain", {.gain = nan}},
+        {"1.5", {.gain = 1.5}},
+        {"heterogeneity must be", {.heterogeneity = -0.1}},
+        {"nan", {.heterogeneity = nan}},
+        {"crest_rounding", {.crest_rounding = 0.01}},
+        {"1.5", {.warp = 1.5}},
+        {"17", {.finest_spacing_log2 = 17}},
+        {"root_size_log2", {.root_size_log2 = 6}},
+        {"root_size_log2", {.root_size_log2 = 32}},
+        {"root_count_x", {.root_count_x = 0}},
+        {"octave_count", {.octave_count = 24, .wavelength_log2 = 2}},
+        {"2^38 m of the origin",
+         {.finest_spacing_log2 = 16, .root_size_log2 = 38, .root_count_x = 3}},
+    };
+    for (const auto& [part, settings] : refused) {
+        const std::string message = refusal(settings);
+        EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
 }
 
 }  // namespace terrane::fractal_heights_test
@@ -430,15 +351,12 @@ TEST_P(EndlessFractal, BoundsBeyondTheFirstWavelengthAreOneAndAtLeastThoseBelow)
 }
 
 TEST_P(EndlessFractal, KeepsEveryLawOnAllLevelsFarAway) {
-    {
-        const double place = 1e9;
-        SourceCheckSettings settings{.seed = kSeed, .places = 1, .points = 1};
-        settings.region = WorldRect{place - 4e3, place - 4e3, place + 4e3, place + 4e3};
-        const Result<SourceReport> report =
-            check_source(*make({.seed = 7, .kind = GetParam()}), settings);
-        ASSERT_TRUE(report) << report.error().message;
-        EXPECT_TRUE(report->is_clean()) << to_text(*report);
-    }
+    const double place = 1e9;
+    SourceCheckSettings settings{.seed = kSeed, .places = 1, .points = 1};
+    settings.region = WorldRect{place - 4e3, place - 4e3, place + 4e3, place + 4e3};
+    const SourceReport report =
+        check_source(*make({.seed = 7, .kind = GetParam()}), settings).value();
+    EXPECT_TRUE(report.is_clean()) << to_text(report);
 }
 
 TEST(FractalOrigin, IsAMultipleOfARootSquare) {

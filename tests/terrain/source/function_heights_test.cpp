@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/grounds.h"
 #include "support/mesh_checks.h"
 #include "support/random.h"
 
@@ -21,15 +22,9 @@ namespace terrane::function_heights_test {
 constexpr WorldRect kExtent{-4000.0, -3000.0, 4000.0, 3000.0};
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Period 1, range [-1, 1], slope up to 8, second derivative up to 32.
-double wave(double t) {
-    t -= std::floor(t);
-    const double u = t < 0.5 ? t : t - 0.5;
-    const double hump = 16.0 * u * (0.5 - u);
-    return t < 0.5 ? hump : -hump;
+double hills(double x, double y) {
+    return 20.0 * test::wave(x / 900.0) + 5.0 * test::wave(y / 300.0);
 }
-
-double hills(double x, double y) { return 20.0 * wave(x / 900.0) + 5.0 * wave(y / 300.0); }
 double bowl(double x, double y) { return 0.5 * 0.001 * (x * x + y * y); }
 double cone(double x, double y) { return 500.0 - 0.7 * std::sqrt(x * x + y * y); }
 double plane(double x, double y) { return 12.0 + 0.25 * x - 0.5 * y; }
@@ -211,37 +206,35 @@ TEST(FunctionHeights, HaveEstimatesThatHoldOnSmoothGround) {
 }
 
 TEST(FunctionHeights, FailWithOneLineThatNamesPlaceAndValue) {
-    const auto read = [](HeightFunction function) {
-        auto settings = known(1.0, {}, HeightInterval{-100.0, 100.0});
-        const auto source = make(std::move(function), settings);
+    struct Failure {
+        double (*at_place)();
+        ErrorCode code;
+        const char* message;
+    };
+    const Failure failures[] = {
+        {[] { return std::nan(""); }, ErrorCode::io,
+         "the height function gave nan m at x -3996 m, y -2998 m"},
+        {[] { return -kInfinity; }, ErrorCode::io,
+         "the height function gave -inf m at x -3996 m, y -2998 m"},
+        {[]() -> double { throw std::runtime_error("no such tile"); }, ErrorCode::io,
+         "the height function threw \"no such tile\" at x -3996 m, y -2998 m"},
+        {[]() -> double { throw 5; }, ErrorCode::io,
+         "the height function threw what is no std::exception at x -3996 m, y -2998 m"},
+        {[] { return 100.5; }, ErrorCode::bad_data,
+         "the height function gave 100.5 m at x -3996 m, y -2998 m, outside its range of -100 to "
+         "100 m"},
+    };
+    for (const Failure& failure : failures) {
+        const auto source =
+            make([&](double x,
+                     double y) { return x == -3996.0 && y == -2998.0 ? failure.at_place() : 0.0; },
+                 known(1.0, {}, HeightInterval{-100.0, 100.0}));
         std::vector<double> heights(9);
         const Result<void> done = source->sample({{0, 0}, 1, 3, 3}, heights);
-        return done ? Error{ErrorCode::cancelled, "no error"} : done.error();
-    };
-    const auto at_place = [](double x, double y) { return x == -3996.0 && y == -2998.0; };
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    Error error = read([&](double x, double y) { return at_place(x, y) ? nan : 0.0; });
-    EXPECT_EQ(error.code, ErrorCode::io);
-    EXPECT_EQ(error.message, "the height function gave nan m at x -3996 m, y -2998 m");
-    error = read([&](double x, double y) { return at_place(x, y) ? -kInfinity : 0.0; });
-    EXPECT_EQ(error.message, "the height function gave -inf m at x -3996 m, y -2998 m");
-    error = read([&](double x, double y) {
-        if (at_place(x, y)) throw std::runtime_error("no such tile");
-        return 0.0;
-    });
-    EXPECT_EQ(error.code, ErrorCode::io);
-    EXPECT_EQ(error.message, "the height function threw \"no such tile\" at x -3996 m, y -2998 m");
-    error = read([&](double x, double y) {
-        if (at_place(x, y)) throw 5;
-        return 0.0;
-    });
-    EXPECT_EQ(error.message,
-              "the height function threw what is no std::exception at x -3996 m, y -2998 m");
-    error = read([&](double x, double y) { return at_place(x, y) ? 100.5 : 0.0; });
-    EXPECT_EQ(error.code, ErrorCode::bad_data);
-    EXPECT_EQ(error.message,
-              "the height function gave 100.5 m at x -3996 m, y -2998 m, outside its range of -100 "
-              "to 100 m");
+        ASSERT_FALSE(done.has_value()) << failure.message;
+        EXPECT_EQ(done.error().code, failure.code);
+        EXPECT_EQ(done.error().message, failure.message);
+    }
 }
 
 TEST(FunctionHeights, NeverThrow) {

@@ -130,11 +130,8 @@ bool stays_below(const Box& box, std::size_t which, double limit, std::size_t& b
     return true;
 }
 
-// Swapping x and y gives
-// e_x
-// >=
-// e_y
-// , mirroring x gives k >= 0; a half turn maps a cell to itself and a direction to its opposite, so x <= 1/2 suffices.
+// Swapping x and y gives e_x >= e_y, mirroring x gives k >= 0; a half turn maps a cell to itself and a direction to its
+// opposite, so x <= 1/2 suffices.
 constexpr Box kEverything = {{0.25, 0.5, 0.5}, {0.25, 0.5, 0.5}};
 constexpr double kSlack = 1e-9;  // far above the rounding of bound_over()
 constexpr std::size_t kMostBoxes = 30'000'000;
@@ -142,7 +139,6 @@ constexpr std::size_t kMostBoxes = 30'000'000;
 TEST(Noise, SlopeBoundIsProvedByIntervals) {
     std::size_t boxes_left = kMostBoxes;
     EXPECT_TRUE(stays_below(kEverything, 0, kNoiseSlope - kSlack, boxes_left));
-    RecordProperty("boxes", static_cast<int>(kMostBoxes - boxes_left));
     // the proof detects a constant that is too small
     boxes_left = 100'000;
     EXPECT_FALSE(stays_below(kEverything, 0, 2.069, boxes_left));
@@ -151,7 +147,6 @@ TEST(Noise, SlopeBoundIsProvedByIntervals) {
 TEST(Noise, CurvatureBoundIsProvedByIntervals) {
     std::size_t boxes_left = kMostBoxes;
     EXPECT_TRUE(stays_below(kEverything, 1, kNoiseCurvature - kSlack, boxes_left));
-    RecordProperty("boxes", static_cast<int>(kMostBoxes - boxes_left));
     boxes_left = 100'000;
     EXPECT_FALSE(stays_below(kEverything, 1, 9.235, boxes_left));
 }
@@ -234,8 +229,9 @@ TEST(Noise, GradientsShowNoPreferredSignOrNeighbour) {
 namespace terrane::noise_columns_test {
 
 using internal::SimdLevel;
+using noise_test::coordinate;
+using noise_test::kAllCells;
 
-constexpr std::uint64_t kAllCells = ~std::uint64_t{0};
 constexpr std::uint64_t kSeed = 12;
 
 /// The kernels that this machine supports.
@@ -245,11 +241,6 @@ std::vector<SimdLevel> levels() {
         if (level <= internal::best_simd_level()) all.push_back(level);
     }
     return all;
-}
-
-NoiseCoordinate coordinate(double position) {
-    const double cell = std::floor(position);
-    return {static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)), position - cell};
 }
 
 TEST(NoiseColumns, RowsHaveTheBitsOfSinglePoints) {

@@ -18,10 +18,6 @@ class Bake(Folder):
         out = self.path(name)
         return out, run_json("bake", *arguments, "--out", out)
 
-    def read(self, path):
-        with open(path, "rb") as file:
-            return file.read()
-
     def mesh(self, terrain, name):
         out = self.path(name)
         # with --eye: the default eye depends on heights between samples, where a store interpolates linearly
@@ -82,26 +78,6 @@ class Bake(Folder):
         self.assertTrue(west <= -1000 and south <= 0 and east >= 3000 and north >= 2500)
         self.assertLess((east - west) * (north - south), 2e9)
 
-    def test_bad_input_is_one_line(self):
-        _, raster = self.hills()
-        out = self.path("a.terrane")
-        for code, arguments in (
-                (2, ["--dem", raster]),
-                (2, ["--out", out]),
-                (2, ["--dem", raster, "--out", out, "--levels", 0]),
-                (2, ["--dem", raster, "--out", out, "--levels", 20]),
-                (2, ["--dem", raster, "--out", out, "--threads", 1000]),
-                (2, ["--dem", raster, "--out", out, "--region", "1,2,3"]),
-                (2, ["--dem", raster, "--out", out, "--region", "5,5,1,1"]),
-                (2, ["--seed", 5, "--detail-m", 0.001, "--out", out]),
-                (2, ["--seed", 5, "--detail-m", 0.001, "--world-m", 131072, "--out", out]),
-                (1, ["--dem", raster, "--out", self.path("no/such/a.terrane")]),
-                (1, ["--dem", raster, "--out", self.folder])):
-            done = run("bake", *arguments)
-            self.assertEqual(done.returncode, code, arguments)
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
-            self.assertEqual(os.listdir(self.folder), ["hills.asc"])
-
     def test_a_damaged_store_is_one_line_and_no_crash(self):
         _, raster = self.hills(100, 100)
         out, _ = self.bake("a.terrane", "--dem", raster)
@@ -111,9 +87,7 @@ class Bake(Folder):
             for content in (whole[:at], whole[:at] + bytes([whole[at] ^ 4]) + whole[at + 1:]):
                 with open(broken, "wb") as file:
                     file.write(content)
-                done = run("mesh", "--dem", broken, "--budget", 2000)
-                self.assertEqual(done.returncode, 1)
-                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+                self.assert_refused(run("mesh", "--dem", broken, "--budget", 2000), [1])
         for flags in (["--seed", 3], ["--detail-m", 2]):
             self.assertEqual(run("info", "--dem", out, *flags).returncode, 2)
 
@@ -170,7 +144,7 @@ class Cache(Folder):
         _, raster = self.hills(300, 260)
         chosen = self.path("chosen")
         programs = [subprocess.Popen([PROGRAM, "info", "--dem", raster, "--json", "--cache", chosen], text=True,
-                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(6)]
+                                     stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(3)]
         answers = {process.communicate(timeout=60) for process in programs}
         self.assertEqual(len(answers), 1)
         self.assertEqual(answers.pop()[1], "")

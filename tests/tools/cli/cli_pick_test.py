@@ -50,22 +50,11 @@ class Pick(Folder):
     SIZE = [640, 360]
 
     def scene(self, **more):
-        path = self.path("scene.json")
-        with open(path, "w") as file:
-            json.dump(more, file)
-        return ["--scene", path]
+        return ["--scene", super().scene(**more)]
 
     def flat(self, height=100.0):
+        """600 m by 600 m."""
         return self.write_grid("flat.asc", np.full((60, 60), height))
-
-    def write_block(self):
-        """A closed box, 4 m x 2 m x 3 m, its lowest corner at (-2, -1, 0)."""
-        corners = [(x, y, z) for z in (0, 3) for y in (-1, 1) for x in (-2, 2)]
-        quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
-        with open(self.path("block.obj"), "w") as file:
-            file.writelines(f"v {x} {y} {z}\n" for x, y, z in corners)
-            file.writelines("f {} {} {} {}\n".format(*(i + 1 for i in quad)) for quad in quads)
-        return "block.obj"
 
     def pick(self, eye, pixel, **more):
         return {"op": "pick", "eye": list(map(float, eye)), "size": self.SIZE, "pixel": list(map(float, pixel)), **more}

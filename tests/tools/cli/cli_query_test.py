@@ -27,31 +27,23 @@ class Query(Folder):
     def check_heights(self, terrain, heights, cell, count):
         rows, columns = heights.shape
         random = np.random.default_rng(SEED)
-        i = random.integers(0, columns, count)
-        j = random.integers(0, rows, count)
-        x = (i + 0.5 - columns / 2) * cell
-        y = (rows / 2 - j - 0.5) * cell
-        answers = ask(terrain, [{"id": k, "op": "height", "x": x[k], "y": y[k]} for k in range(count)])
-        self.assertEqual([a["id"] for a in answers], list(range(count)))
+        i, j = random.integers(0, columns, count), random.integers(0, rows, count)
+        # on samples, then anywhere
+        x = np.concatenate([i + 0.5 - columns / 2, random.uniform(-(columns - 1) / 2, (columns - 1) / 2, count)]) * cell
+        y = np.concatenate([rows / 2 - j - 0.5, random.uniform(-(rows - 1) / 2, (rows - 1) / 2, count)]) * cell
+        answers = ask(terrain, [{"id": k, "op": "height", "x": x[k], "y": y[k]} for k in range(2 * count)])
+        self.assertEqual([a["id"] for a in answers], list(range(2 * count)))
         self.assertEqual({a["status"] for a in answers}, {"ok"})
-        found = np.array([a["height"] for a in answers])
-        self.assertLessEqual(np.abs(found - heights[j, i]).max(), 1e-3, f"seed {SEED}")
-
-        x = random.uniform(-(columns - 1) / 2, (columns - 1) / 2, count) * cell
-        y = random.uniform(-(rows - 1) / 2, (rows - 1) / 2, count) * cell
-        answers = ask(terrain, [{"op": "height", "x": x[k], "y": y[k]} for k in range(count)])
-        self.assertEqual({a["status"] for a in answers}, {"ok"})
-        found = np.array([a["height"] for a in answers])
-        error = np.array([a["error_m"] for a in answers])
+        found, error, normals = (np.array([a[key] for a in answers]) for key in ("height", "error_m", "normal"))
+        self.assertLessEqual(np.abs(found[:count] - heights[j, i]).max(), 1e-3, f"seed {SEED}")
         over = np.abs(found - bilinear(heights, cell, x, y)) - error
-        self.assertLessEqual(over.max(), 1e-9, f"seed {SEED}")
-        normals = np.array([a["normal"] for a in answers])
+        self.assertLessEqual(over[count:].max(), 1e-9, f"seed {SEED}")
         self.assertLess(np.abs(np.linalg.norm(normals, axis=1) - 1).max(), 1e-12)
         self.assertGreater(normals[:, 2].min(), 0)
 
     def test_heights_of_a_small_raster(self):
         heights, raster = self.hills()
-        self.check_heights(["--dem", raster], heights, 10.0, 5000)
+        self.check_heights(["--dem", raster], heights, 10.0, 2000)
 
     def test_heights_of_real_ground(self):
         raster = os.path.join(DATA, "dem", "sthelens_10m.vrt")
@@ -63,7 +55,7 @@ class Query(Folder):
         # rounded to the type of the band, as a scaling VRT and the ground are
         subprocess.run(["gdal_translate", "-q", "-of", "ENVI", raster, raw], check=True)
         heights = np.fromfile(raw, dtype="<f4").reshape(2000, 2000).astype(float)
-        self.check_heights(["--dem", raster], heights, 10.0, 100_000)
+        self.check_heights(["--dem", raster], heights, 10.0, 10_000)
 
     def test_nodata_at_the_border_is_outside_and_a_void_is_filled(self):
         heights, _ = self.hills(40, 40)
@@ -133,9 +125,16 @@ class Query(Folder):
                 self.assertEqual(answer["hit"], gap < 0, (question, answer))
             if op == "find":
                 self.assertEqual(bool(answer["contacts"]), gap < 0)
+            if op == "find" and gap < 0:
+                contact = answer["contacts"][0]
+                self.assertAlmostEqual(contact["depth"], -gap, places=12)
+                np.testing.assert_allclose(contact["normal"], [1, 0, 0], atol=1e-12)
+                self.assertEqual((contact["other_part"], "feature" in contact), (0, True))
             if op == "distance":
                 self.assertAlmostEqual(answer["distance"], gap, places=12)
                 np.testing.assert_allclose(answer["normal"], [1, 0, 0], atol=1e-12)
+                self.assertAlmostEqual(answer["point"][0], 1 + gap, places=12)
+                self.assertAlmostEqual(answer["other_point"][0], 1, places=12)
             if op == "pseudodistance":
                 self.assertEqual(answer["distance"] < 0, gap < 0)
             if op == "cast":
@@ -162,10 +161,14 @@ class Query(Folder):
 
     def test_rays_and_shapes_over_a_plane(self):
         # exactly flat, so that every answer is known
-        raster = self.write_grid("flat.asc", np.full((40, 40), 100.0))
+        raster = self.flat(100.0)
         sphere = {"shape": {"sphere": {"radius": 2}}}
         box = {"shape": {"box": {"half_extents": [1, 2, 3]}}}
         capsule = {"shape": {"capsule": {"radius": 1, "half_height": 2}}}
+        corners = [[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)]
+        half = {"shape": {"box": {"half_extents": [1, 2, 1.5]}}}
+        same = [{"shape": {"hull": {"points": corners}}},  # as the box
+                {"shape": {"compound": [{**half, "position": [0, 0, z]} for z in (-1.5, 1.5)]}}]
         flat = {"rotation": [np.sqrt(0.5), np.sqrt(0.5), 0, 0]}  # the axis lies down
         answers = ask(["--dem", raster], [
             {"op": "ray", "from": [3, 4, 300], "to": [3, 4, 0]},
@@ -181,8 +184,11 @@ class Query(Folder):
             {"op": "find", **box, "position": [0, 0, 102.5]},
             {"op": "cast", **box, "position": [0, 0, 203], "to": [0, 0, 3]},
             {"op": "cast", **sphere, "position": [0, 0, 203], "to": [50, 0, 203]},
+            *({"op": op, **shape, "position": [0, 0, 104], "to": [0, 0, 4]}
+              for shape in (box, *same) for op in ("test", "find", "distance", "pseudodistance", "cast")),
         ])
         self.assertEqual({a["status"] for a in answers} - {"ok", "miss"}, set(), answers)
+        self.assertGreater(min(answer["error_m"] for answer in answers[3:11]), 0)
         self.assertAlmostEqual(answers[0]["fraction"], 2 / 3, places=9)
         self.assertEqual(answers[0]["normal"], [0, 0, 1])
         self.assertEqual((answers[1]["status"], answers[1]["hit"]), ("miss", False))
@@ -205,6 +211,11 @@ class Query(Folder):
         self.assertAlmostEqual(answers[11]["normal"][2], 1, places=6)
         self.assertTrue(answers[11]["contacts"])
         self.assertEqual((answers[12]["status"], answers[12]["hit"]), ("miss", False))
+        for test, find, distance, pseudodistance, cast in zip(*[iter(answers[13:])] * 5):
+            self.assertEqual((test["hit"], find["hit"], find["contacts"]), (False, False, []))
+            self.assertAlmostEqual(distance["distance"], 1, places=6)
+            self.assertAlmostEqual(pseudodistance["distance"], 1, places=6)
+            self.assertAlmostEqual(cast["fraction"], 0.01, delta=1e-6)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 import json
 import os
 
-from program import Folder, main, np, run, run_json
+from program import SMALL_WORLD, Folder, main, np, run, run_json, start
 
 
 def read_ply(path):
@@ -55,10 +55,9 @@ class Mesh(Folder):
         return summary
 
     def test_mesh_of_a_fractal_is_whole_and_within_budget(self):
-        for world in ([], ["--world-m", 131072]):
-            for budget in (8 if world else 32, 1000, 50_000):
-                summary = self.check_mesh(["--seed", 5, *world], budget)
-                self.assertEqual(summary["status"], "budget_reached")
+        for world, budgets in (([], (32, 50_000)), (["--world-m", 131072], (8, 1000))):
+            for budget in budgets:
+                self.assertEqual(self.check_mesh(["--seed", 5, *world], budget)["status"], "budget_reached")
         summary = self.check_mesh(["--seed", 5], 1_000_000, "--max-error-px", 8)
         self.assertEqual(summary["status"], "error_met")
         self.assertLessEqual(summary["error_px"], 8)
@@ -69,22 +68,15 @@ class Mesh(Folder):
                         "--fov-deg", 45, "--size", "640x480")
 
     def test_the_same_view_gives_the_same_bytes(self):
-        contents = []
         for name in ("a.ply", "b.ply"):
-            run_json("mesh", "--seed", 5, "--budget", 3000, "--out", self.path(name))
-            with open(self.path(name), "rb") as file:
-                contents.append(file.read())
-        self.assertEqual(*contents)
-
-    def test_a_folder_that_is_not_there_leaves_nothing(self):
-        done = run("mesh", "--seed", 5, "--budget", 500, "--out", self.path("no/a.ply"))
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("no/a.ply", done.stderr)
+            run_json("mesh", *SMALL_WORLD, "--budget", 3000, "--out", self.path(name))
+        self.assertEqual(self.read("a.ply"), self.read("b.ply"))
 
 
 class Drop(Folder):
     KEYS = {"bodies", "fell_through", "parked", "left_world", "lost_time_share", "awake_body_steps",
             "max_depth_m", "step_ms_median", "step_ms_p99", "state_hash"}
+    DROP = ("drop", *SMALL_WORLD)
 
     def test_keys_and_trace(self):
         _, raster = self.hills()
@@ -106,53 +98,45 @@ class Drop(Folder):
         start, first = poses[:30], poses[30:60]
         self.assertTrue((first[:, 4] < start[:, 4]).all())
 
-    def test_the_same_drop_gives_the_same_states_and_another_seed_does_not(self):
-        def state(seed):
-            return run_json("drop", "--seed", seed, "--count", 10, "--seconds", 0.5)["state_hash"]
+    def test_states_follow_from_the_seed_and_from_no_number_of_threads(self):
+        def state(seed, threads):
+            return run_json("drop", "--seed", seed, *SMALL_WORLD[2:], "--shape", "mixed", "--count", 64, "--scale", 0.5,
+                            "--seconds", 2, "--threads", threads)["state_hash"]
 
-        self.assertEqual(state(3), state(3))
-        self.assertNotEqual(state(3), state(4))
-
-    def test_any_number_of_threads_gives_the_same_states(self):
-        states = {run_json("drop", "--seed", 3, "--shape", "mixed", "--count", 64, "--scale", 0.5, "--seconds", 2,
-                           "--threads", threads)["state_hash"] for threads in (1, 2, 5)}
+        states = {state(3, threads) for threads in (1, 2, 5)}
         self.assertEqual(len(states), 1)
+        self.assertNotIn(state(4, 1), states)
 
     def test_a_saved_world_goes_on_with_the_same_bits(self):
         world = self.path("world")
-        command = ("drop", "--seed", 3)
         layout = ("--scale", 0.5, "--shape", "mixed", "--count", 40, "--speed", 5)
-        whole = run_json(*command, *layout, "--seconds", 4)
-        half = run_json(*command, *layout, "--seconds", 2, "--save", world)
+        whole = run_json(*self.DROP, *layout, "--seconds", 4)
+        half = run_json(*self.DROP, *layout, "--seconds", 2, "--save", world)
         self.assertNotEqual(half["state_hash"], whole["state_hash"])
         for threads in (1, 2):
-            rest = run_json(*command, "--restore", world, "--seconds", 2, "--threads", threads)
+            rest = run_json(*self.DROP, "--restore", world, "--seconds", 2, "--threads", threads)
             self.assertEqual(rest["state_hash"], whole["state_hash"])
             self.assertEqual(rest["bodies"], 40)
-        again = run_json(*command, "--restore", world, "--seconds", 1, "--save", world)
+        again = run_json(*self.DROP, "--restore", world, "--seconds", 1, "--save", world)
         self.assertEqual(again["steps"], 60)
-        self.assertEqual(run_json(*command, "--restore", world, "--seconds", 1)["state_hash"],
-                         whole["state_hash"])
-        with open(world, "rb") as file:
-            data = bytearray(file.read())
+        self.assertEqual(run_json(*self.DROP, "--restore", world, "--seconds", 1)["state_hash"], whole["state_hash"])
+        data = bytearray(self.read("world"))
         data[len(data) // 2] ^= 1
         with open(world, "wb") as file:
             file.write(data)
-        self.assert_refused(run(*command, "--restore", world, "--seconds", 1), [1], "cannot restore", world)
+        self.assert_refused(run(*self.DROP, "--restore", world, "--seconds", 1), [1], "cannot restore", world)
 
     def test_frames_are_written_and_change_nothing(self):
-        command = ("drop", "--seed", 3, "--shape", "mixed", "--count", 10, "--seconds", 0.5, "--scale", 0.2)
+        command = (*self.DROP, "--shape", "mixed", "--count", 10, "--scale", 0.2, "--seconds", 0.5)
         out = self.path("out")
-        summary = run_json(*command, "--out", out, "--fps", 20)
+        summary = run_json(*command, "--out", out, "--fps", 20, "--size", "160x90")
         self.assertEqual(summary["state_hash"], run_json(*command)["state_hash"])
         self.assertNotEqual(summary["state_hash"], run_json(*command[:-1], 0.1)["state_hash"])
         self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html", "terrane-files.txt"])
-        frames = np.genfromtxt(os.path.join(out, "frames.csv"), delimiter=",", names=True)
-        self.assertEqual(len(frames), 11)  # the start, and one every 0.05 s
+        frames = self.columns()
+        self.assertEqual((len(frames), summary["frames"]), (11, 11))  # the start, and one every 0.05 s
         self.assertTrue((frames["awake"] == 10).all())
-        self.assertEqual(summary["frames"], 11)
-        with open(os.path.join(out, "report.html")) as file:
-            report = file.read()
+        report = self.read("out/report.html").decode()
         for key in ("triangles_max", "error_px_median", "update_ms_p99", "memory_bytes", "fell_through"):
             self.assertIn(f'"{key}":', report)
         self.assertLess(np.abs(frames["time_s"] - 0.05 * np.arange(11)).max(), 1e-9)
@@ -164,22 +148,15 @@ class Bodies(Folder):
     def test_says_the_same_whatever_the_broadphase(self):
         answers = []
         for kind in ("sap", "grid", "two-scene", "brute", "hashed", "dense"):
-            summary = run_json("bodies", "--count", 60, "--queries", 50, "--share", 0.1, "--dt", 0.2,
-                               "--broadphase", kind)
+            summary = run_json("bodies", "--count", 100, "--queries", 30, "--share", 0.2, "--dt", 0.2,
+                               "--size-spread", 50, "--size-power", 2.5, "--broadphase", kind)
             self.assertLessEqual(self.KEYS, set(summary))
-            self.assertEqual(summary["queries"], 50)
-            self.assertEqual(summary["broadphase"], kind)
+            self.assertEqual((summary["queries"], summary["broadphase"]), (30, kind))
             self.assertGreater(summary["positive_queries"], 0)
             self.assertGreater(summary["query_ms"], 0)
             self.assertLessEqual(summary["pairs"], summary["candidates"])
             answers.append([summary[key] for key in ("pairs", "touching", "positive_queries")])
         self.assertEqual(answers, answers[:1] * 6)
-
-    def test_sizes_of_fragments_touch_alike_in_all_broadphases(self):
-        answers = [run_json("bodies", "--count", 200, "--queries", 20, "--share", 0.2, "--dt", 0.2, "--size-spread", 50,
-                            "--size-power", 2.5, "--broadphase", kind)["touching"] for kind in ("sap", "grid", "brute")]
-        self.assertGreater(answers[0], 0)
-        self.assertEqual(answers, answers[:1] * 3)
 
     def test_the_study_says_how_much_sooner_it_answers(self):
         summary = run_json("bodies", "--study", "--out", self.path("study"), "--most-bodies", 50,
@@ -188,24 +165,13 @@ class Bodies(Folder):
             self.assertGreater(summary[key + "_least_speedup"], 0)
         self.assertIsNotNone(summary["count_slopes"]["sap"]["without_fixed_cost"])
         self.assertTrue(any("hashed grid" in line for line in summary["equal_findings"]))
-        with open(self.path("study/report.html")) as file:
-            self.assertIn("rings of corners", file.read())
+        self.assertIn(b'"published_query_ms":0.167', self.read("study/report.html"))
         with open(self.path("study/study.md")) as file:
             rows = [line.split(" | ") for line in file if line.startswith(("| query, ", "| update, "))]
         self.assertEqual(len(rows), 11 + 2 + 7 + 5 + 4)  # of count, detail, radius and equal size
         for what, published, ours, ratio, reason in rows:
             self.assertAlmostEqual(float(published) / float(ours) / float(ratio), 1, delta=0.02)
             self.assertTrue(reason.endswith(". |\n"), reason)
-
-    def test_refuses_what_makes_no_sense(self):
-        for arguments, line in (
-                (("--broadphase", "tree"), "--broadphase"), (("--count", 0), "--count"),
-                (("--detail", 1), "--detail"), (("--share", 0.9), "--share"), (("--dt", "nan"), "--dt"),
-                (("--study",), "--out")):
-            result = run("bodies", *arguments)
-            self.assertEqual(result.returncode, 2)
-            self.assertIn(line, result.stderr)
-            self.assertEqual(result.stderr.count("\n"), 1)
 
 
 class Page(Folder):
@@ -216,13 +182,13 @@ class Page(Folder):
     QUICK = ["--seconds", 2, "--fps", 10, "--size", "320x180", "--budget", 50_000, "--bodies", 2]
 
     def play(self, *arguments):
-        done = run("page", "--seed", 5, *self.QUICK, *arguments, "--json")
+        done = run("page", "--seed", 5, "--world-m", 16384, *self.QUICK, *arguments, "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     def test_every_combination_is_one_line(self):
         rows = self.play("--path", "straight@300,spins", "--policy", "deadline,distance,oracle",
-                         "--latency-ms", "5,50", "--radius", "0.5,2", "--threads", 2)
+                         "--latency-ms", "5,50", "--radius", "0.5,1", "--threads", 2)
         self.assertEqual([(r["path"], r["latency_ms"], r["policy"]) for r in rows],
                          [(path, latency, policy) for path in ("straight", "spins")
                           for latency in (5, 50) for policy in ("deadline", "distance", "oracle")])
@@ -238,15 +204,9 @@ class Page(Folder):
     def test_the_best_radius_is_kept(self):
         arguments = ["--path", "straight@300", "--policy", "distance", "--latency-ms", 50,
                      "--bandwidth-mb", 5]
-        alone = [self.play(*arguments, "--radius", radius)[0] for radius in (0.25, 1, 4)]
+        alone = [self.play(*arguments, "--radius", radius)[0] for radius in (0.25, 1)]
         best = min(alone, key=lambda r: (r["late_frames"], r["excess_error_px_s"]))
-        self.assertEqual(self.play(*arguments, "--radius", "0.25,1,4"), [best])
-
-    def test_figures_do_not_depend_on_threads_nor_on_the_cache(self):
-        arguments = ["--path", "teleports@200,turns@300", "--policy", "deadline,oracle",
-                     "--bandwidth-mb", 10, "--latency-spread", 1, "--failure-share", 0.05]
-        self.assertEqual(self.play(*arguments),
-                         self.play(*arguments, "--threads", 3, "--cache-mb", 1))
+        self.assertEqual(self.play(*arguments, "--radius", "0.25,1"), [best])
 
     def test_slower_storage_is_later_and_files_say_the_same(self):
         arguments = ["--path", "straight@300", "--policy", "distance"]
@@ -255,49 +215,53 @@ class Page(Folder):
         slow = self.play(*arguments, "--latency-ms", 500, "--bandwidth-mb", 0.5, "--out", out)[0]
         self.assertGreater(slow["late_frames"], quick["late_frames"])
         self.assertEqual(sorted(os.listdir(out)), ["frames.csv", "report.html", "terrane-files.txt"])
-        with open(os.path.join(out, "frames.csv")) as file:
-            header = file.readline().strip().split(",")
-            frames = [dict(zip(header, line.strip().split(","))) for line in file]
+        frames = self.rows()
         self.assertLessEqual({"time_s", "error_px", "late", "resident_bytes", "in_flight_bytes",
-                              "late_chunks", "contact_late"}, set(header))
+                              "late_chunks", "contact_late"}, set(frames[0]))
         errors = np.array([float(frame["error_px"]) for frame in frames])
         late = [frame["status"] == "not_resident" and float(frame["error_px"]) > 2
                 for frame in frames]
         self.assertEqual([frame["late"] == "1" for frame in frames], late)
         self.assertEqual(slow["late_frames"], sum(late))
+        self.assertEqual(slow["error_px_max"], errors.max())
         self.assertAlmostEqual(slow["excess_error_px_s"], np.maximum(errors - 2, 0).sum() / 10)
         self.assertEqual(slow["contact_late"], sum(int(f["contact_late"]) for f in frames))
-        with open(os.path.join(out, "report.html")) as file:
-            self.assertIn('"late_frames":%d' % slow["late_frames"], file.read())
+        # what the bandwidth allows during the flight
+        self.assertGreater(slow["bytes_loaded"], 0)
+        self.assertLessEqual(slow["bytes_loaded"], 0.5e6 * 2)
+        for frame in frames:
+            self.assertLessEqual(int(frame["resident_bytes"]) + int(frame["in_flight_bytes"]), slow["memory_mb"] * 2**20)
+        self.assertIn(b'"late_frames":%d' % slow["late_frames"], self.read("out/report.html"))
 
     def test_storage_that_never_answers_rightly_is_a_failure(self):
-        done = run("page", "--seed", 5, *self.QUICK, "--failure-share", 1)
-        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
-        self.assertIn("root squares", done.stderr)
+        done = run("page", *SMALL_WORLD, *self.QUICK, "--failure-share", 1)
+        self.assert_refused(done, [1], "root squares")
 
     def test_people_read_a_table_or_one_list(self):
-        one = run("page", "--seed", 5, *self.QUICK)
+        one = run("page", *SMALL_WORLD, *self.QUICK)
         self.assertRegex(one.stdout, r"(?m)^late_frames +\d+$")
-        several = run("page", "--seed", 5, *self.QUICK, "--policy", "deadline,oracle")
+        several = run("page", *SMALL_WORLD, *self.QUICK, "--policy", "deadline,oracle")
         self.assertEqual(len(several.stdout.splitlines()), 3)
 
 
 class Fly(Folder):
     def test_slow_storage_in_real_time(self):
-        out = self.path("out")
-        flight = ["--path", "teleports", "--seconds", 6, "--fps", 10, "--size", "320x180",
-                  "--budget", 20_000, "--max-error-px", 4, "--realtime", "--out", out]
-        for policy in ("deadline", "distance", "oracle"):
-            summary = run_json("fly", "--seed", 5, *flight, "--latency-ms", 5, "--bandwidth-mb", 50,
-                               "--threads", 4, "--policy", policy)
-            with open(os.path.join(out, "frames.csv")) as file:
-                header = file.readline().strip().split(",")
-                frames = [dict(zip(header, line.strip().split(","))) for line in file]
-            late = [f["status"] == "not_resident" and float(f["error_px"]) > 4 for f in frames]
+        flight = ["--seed", 5, "--world-m", 16384, "--path", "straight", "--speed", 1000, "--seconds", 1.5, "--fps", 10,
+                  "--size", "320x180", "--budget", 20_000, "--max-error-px", 2, "--realtime", "--threads", 4]
+        flights = {policy: start("fly", *flight, "--latency-ms", 5, "--bandwidth-mb", 2, "--policy", policy, "--json",
+                                 "--out", self.path(policy)) for policy in ("deadline", "distance", "oracle")}
+        late_frames = 0
+        for policy, process in flights.items():
+            out, error = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 0, error)
+            summary, frames = json.loads(out), self.rows(policy + "/frames.csv")
+            late = [f["status"] == "not_resident" and float(f["error_px"]) > 2 for f in frames]
             self.assertEqual([f["late"] == "1" for f in frames], late)
             self.assertEqual(summary["late_frames"], sum(late))
-            excess = sum(max(0.0, float(f["error_px"]) - 4) for f in frames) / 10
+            excess = sum(max(0.0, float(f["error_px"]) - 2) for f in frames) / 10
             self.assertAlmostEqual(summary["excess_error_px_s"], excess)
+            late_frames += sum(late)
+        self.assertGreater(late_frames, 0)
 
 
 if __name__ == "__main__":

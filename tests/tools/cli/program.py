@@ -8,6 +8,7 @@ the real data is skipped with a reason where they are absent.
 """
 
 import atexit
+import csv
 import json
 import os
 import pathlib
@@ -29,6 +30,8 @@ PROGRAM = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else "terrane"
 ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".."))
 DATA = os.environ.get("TERRANE_DATA", os.path.join(ROOT, "..", "shared", "data"))
 SEED = 20240501
+# A world that opens in a fifth of the time of a seed's endless one.
+SMALL_WORLD = ["--seed", 1, "--world-m", 4096, "--detail-m", 16]
 
 # Each test has its own cache folder.
 _CACHE = tempfile.mkdtemp(prefix="terrane_cache_")
@@ -91,6 +94,20 @@ def ask(terrain, questions, *arguments):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+def read_obj(path):
+    """Vertices and triangles of an OBJ file, polygons as fans."""
+    vertices, faces = [], []
+    with open(path) as file:
+        for line in file:
+            kind, *rest = line.split() or ["#"]
+            if kind == "v":
+                vertices.append([float(value) for value in rest[:3]])
+            elif kind == "f":
+                corners = [int(value.split("/")[0]) - 1 for value in rest]
+                faces += [[corners[0], *pair] for pair in zip(corners[1:], corners[2:])]
+    return np.array(vertices), np.array(faces)
+
+
 class Folder(unittest.TestCase):
     """A test with a folder for its files."""
 
@@ -108,18 +125,57 @@ class Folder(unittest.TestCase):
             self.assertIn(str(word), lines[0])
         self.assertEqual(done.stdout, "")
 
+    def assert_all_refused(self, cases, codes):
+        """Pairs of a command line and words of its refusal; the test's folder stays as it is."""
+        before = sorted(os.listdir(self.folder))
+        for arguments, *words in cases:
+            with self.subTest(arguments):
+                self.assert_refused(run(*arguments, timeout=60), codes, *words)
+                self.assertEqual(sorted(os.listdir(self.folder)), before)
+
     def path(self, name):
         return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w") as file:
+            file.write(text)
+        return self.path(name)
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def rows(self, name="out/frames.csv"):
+        """The lines of a table by the names of its columns, as text."""
+        with open(self.path(name)) as file:
+            return list(csv.DictReader(file))
+
+    def columns(self, name="out/frames.csv"):
+        """The columns of a table of numbers; what is no number is NaN."""
+        return np.atleast_1d(np.genfromtxt(self.path(name), delimiter=",", names=True))
+
+    def scene(self, **content):
+        return self.write("scene.json", json.dumps(content))
 
     def write_grid(self, name, heights, cell=10.0, nodata=-9999):
         """Heights row by row from the north, as an ESRI ASCII grid."""
         heights = np.asarray(heights, dtype=float)
-        with open(self.path(name), "w") as file:
-            file.write(f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcorner 500000\n"
-                       f"yllcorner 4000000\ncellsize {cell}\nNODATA_value {nodata}\n")
-            for row in heights:
-                file.write(" ".join(f"{value:.3f}" for value in row) + "\n")
-        return self.path(name)
+        lines = [f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcorner 500000\n"
+                 f"yllcorner 4000000\ncellsize {cell}\nNODATA_value {nodata}"]
+        lines += [" ".join(f"{value:.3f}" for value in row) for row in heights]
+        return self.write(name, "\n".join(lines) + "\n")
+
+    def flat(self, height=0.0):
+        """Level ground of 400 m by 200 m around the origin."""
+        return self.write_grid("flat.asc", np.full((40, 80), height), cell=5.0)
+
+    def write_block(self, low=(-2, -1, 0), high=(2, 1, 3)):
+        """A closed box as block.obj."""
+        corners = [(x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+        quads = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (2, 4, 8, 6), (4, 3, 7, 8), (3, 1, 5, 7)]
+        self.write("block.obj", "".join("v {} {} {}\n".format(*corner) for corner in corners) +
+                   "".join("f {} {} {} {}\n".format(*quad) for quad in quads))
+        return "block.obj"
 
     def hills(self, columns=60, rows=45, cell=10.0):
         random = np.random.default_rng(SEED)

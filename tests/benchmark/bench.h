@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+//
+// What the benchmarks share: command lines, clocks, spreads of times, and the head of a table.
+#pragma once
+
+#include "lab/measure.h"
+
+#include <terrane/base/result.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace terrane::bench {
+
+using tools::Clock;
+using tools::median;
+using tools::Stopwatch;
+
+/// The value of a result. Ends the program with its message where it has none.
+template <class T>
+T value_or_exit(Result<T> result) {
+    if (!result) {
+        std::fprintf(stderr, "%s\n", result.error().message.c_str());
+        std::exit(1);
+    }
+    if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// The words of a command line, which a program takes one after the other.
+class Arguments {
+public:
+    Arguments(int count, char** words, const char* usage)
+        : words_(words + std::min(count, 1), words + count), usage_(usage) {}
+
+    /// Whether the flag is there. Takes it.
+    bool has(std::string_view flag) {
+        const auto found = std::ranges::find(words_, flag);
+        if (found == words_.end()) return false;
+        words_.erase(found);
+        return true;
+    }
+    /// The word after the option, or `otherwise` without the option. Takes both.
+    std::string text(std::string_view option, std::string otherwise) {
+        const auto found = std::ranges::find(words_, option);
+        if (found == words_.end()) return otherwise;
+        if (found + 1 == words_.end()) exit_with_usage();
+        std::string value = found[1];
+        words_.erase(found, found + 2);
+        return value;
+    }
+    /// The same of a number from `least` on.
+    double number(std::string_view option, double least, double otherwise) {
+        return to_number(text(option, std::to_string(otherwise)), least);
+    }
+    /// The words that are left; flags among them end the program.
+    std::vector<std::string> rest() const {
+        for (const std::string& word : words_) {
+            if (word.starts_with("-")) exit_with_usage();
+        }
+        return words_;
+    }
+    /// The same as numbers from `least` on.
+    std::vector<double> numbers(double least) const {
+        std::vector<double> values;
+        for (const std::string& word : rest()) values.push_back(to_number(word, least));
+        return values;
+    }
+    /// Ends the program where words are left.
+    void finish() const {
+        if (!words_.empty()) exit_with_usage();
+    }
+
+    [[noreturn]] void exit_with_usage() const {
+        std::fprintf(stderr, "usage: %s\n", usage_);
+        std::exit(2);
+    }
+
+private:
+    double to_number(const std::string& word, double least) const {
+        char* end = nullptr;
+        const double value = std::strtod(word.c_str(), &end);
+        if (end == word.c_str() || *end != '\0' || !(value >= least)) exit_with_usage();
+        return value;
+    }
+
+    std::vector<std::string> words_;
+    const char* usage_;
+};
+
+/// Processor time of all threads of this program, milliseconds.
+inline double processor_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+/// The value that a share of the values does not exceed; 0 without values.
+inline double quantile(std::vector<double> values, double share) {
+    if (values.empty()) return 0.0;
+    std::ranges::sort(values);
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/// Processor, threads it has, load at the moment, compiler: for the head of a table.
+inline std::string describe_machine() {
+    const tools::Machine machine = tools::this_machine();
+    std::string load = "unknown";
+    std::ifstream("/proc/loadavg") >> load;
+    return machine.processor + ", " + std::to_string(machine.threads) + " threads, load " + load +
+           "; " + machine.compiler + ", " + machine.build;
+}
+
+}  // namespace terrane::bench
