@@ -12,7 +12,10 @@
 #include <vector>
 
 namespace terrane::tools {
+namespace {
 
+// Edit distance: the smallest number of insertions, removals, replacements and swaps of adjacent letters that turn one
+// word into the other.
 std::size_t spelling_distance(std::string_view a, std::string_view b) {
     // costs[i][j]: distance of the first i letters of a and the first j of b
     std::vector<std::vector<std::size_t>> costs(a.size() + 1,
@@ -33,6 +36,8 @@ std::size_t spelling_distance(std::string_view a, std::string_view b) {
     }
     return costs[a.size()][b.size()];
 }
+
+}  // namespace
 
 std::string nearest_word(std::string_view word, std::span<const std::string> words) {
     constexpr std::size_t kLongest = 100;  // no flag is longer

@@ -80,10 +80,6 @@ void add_simplify_command(CLI::App& app, CommandContext& context);
 void add_heightmap_command(CLI::App& app, CommandContext& context);
 void add_trade_command(CLI::App& app, CommandContext& context);
 
-/// Edit distance: the smallest number of insertions, removals, replacements and swaps of adjacent letters that turn one
-/// word into the other.
-std::size_t spelling_distance(std::string_view a, std::string_view b);
-
 /// The nearest of `words` within an edit distance of a third of the letters, rounded up; otherwise one that has `word`
 /// as a prefix of four letters or more. Ties go to the first; "" if there is none.
 std::string nearest_word(std::string_view word, std::span<const std::string> words);

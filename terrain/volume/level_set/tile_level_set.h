@@ -74,7 +74,6 @@ struct FieldRuns {
     std::vector<Run> runs;                  // of each line, ascending
     std::vector<std::int16_t> values;       // steps
     std::vector<float> far_value;  // [kTileLines] of lines without runs, in steps: +-kBandSteps
-    float band = 0.0f;             // limit of values, metres
 
     std::span<const Run> of_line(int line) const {
         const auto l = static_cast<std::size_t>(line);

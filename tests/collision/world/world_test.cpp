@@ -201,9 +201,9 @@ TEST(World, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
 
 TEST(World, GivesTheSameBitsForTheSameCalls) {
     const Ground ground = make_test_ground(kRoughGrounds[1].height, 1.0, 1);
-    const auto run = [&ground] {
+    const auto run = [&ground](bool measures_depth) {
         Random random(5);
-        World world = make_world();
+        World world = make_world({.measure_depth = measures_depth});
         const std::vector<Shape> shapes = all_shapes();
         for (int body = 0; body < 30; ++body) {
             BodyState state = at({random.between(30, 98), random.between(30, 98), 9.0});
@@ -218,7 +218,9 @@ TEST(World, GivesTheSameBitsForTheSameCalls) {
         }
         return hash;
     };
-    EXPECT_EQ(run(), run());
+    const std::uint64_t hash = run(true);
+    EXPECT_EQ(run(true), hash);
+    EXPECT_EQ(run(false), hash) << "measuring depths changes no state";
 }
 
 }  // namespace terrane::bodies_test
