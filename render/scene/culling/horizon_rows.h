@@ -23,7 +23,7 @@ inline constexpr int kSectors = 1024;
 /// Azimuth in sectors, counter-clockwise from east, 0 to kSectors: the diamond angle, which increases with the angle.
 /// Requires a direction that is not zero.
 inline double azimuth_of(double x, double y) {
-    const double quarter = kSectors / 4;
+    constexpr double quarter = 0.25 * kSectors;
     if (y >= 0.0) return quarter * (x >= 0.0 ? y / (x + y) : 1.0 - x / (y - x));
     return quarter * (x < 0.0 ? 2.0 + y / (x + y) : 3.0 + x / (x - y));
 }
@@ -104,13 +104,13 @@ struct EyeRect {
 
 /// Rings of distance: kRingsPerOctave between two powers of two. The last one is unbounded, and the first is a disc.
 inline constexpr int kRingsPerOctave = 16;
-inline constexpr int kFirstRing_log2 = 1, kLastRing_log2 = 17;  ///< from 2 m to 131 km
-inline constexpr int kRings = 2 + kRingsPerOctave * (kLastRing_log2 - kFirstRing_log2);
+inline constexpr int kFirstRingLog2 = 1, kLastRingLog2 = 17;  ///< from 2 m to 131 km
+inline constexpr int kRings = 2 + kRingsPerOctave * (kLastRingLog2 - kFirstRingLog2);
 
 /// The ring that contains a distance. Exact, hence monotonic. Requires distance >= 0.
 inline int ring_of(double distance) {
     constexpr int kMantissaBits = 52, kShift = kMantissaBits - std::bit_width(kRingsPerOctave - 1u);
-    constexpr std::int64_t kBase = std::int64_t{1023 + kFirstRing_log2} * kRingsPerOctave - 1;
+    constexpr std::int64_t kBase = std::int64_t{1023 + kFirstRingLog2} * kRingsPerOctave - 1;
     const auto steps = static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(distance) >> kShift);
     return static_cast<int>(std::clamp<std::int64_t>(steps - kBase, 0, kRings - 1));
 }

@@ -66,8 +66,9 @@ TEST(World, NoneOfAThousandAtFiveKilometresASecondPassesARidgeOneCellThick) {
     for (const double dt : {kStep, 0.1}) {
         World world = make_world();
         for (int body = 0; body < 1000; ++body) {
-            BodyState state = at({40.0 + 14.0 * (body % 10), 60.0 + 16.0 * (body / 10 % 25),
-                                  10.0 + 24.0 * (body / 250)});
+            const int row = body / 10 % 25, layer = body / 250;
+            BodyState state =
+                at({40.0 + 14.0 * (body % 10), 60.0 + 16.0 * row, 10.0 + 24.0 * layer});
             state.pose.translation += 3.0 * random.direction();
             state.pose.rotation = random.rotation();
             state.velocity = {5000.0, random.between(-50.0, 50.0), random.between(-50.0, 50.0)};
