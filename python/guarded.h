@@ -11,10 +11,11 @@
 
 namespace terrane::python {
 
-/// Holds an object that one thread at a time may change, and that close() destroys. Concurrent use from another thread
-/// raises a RuntimeError instead of being a data race; use after close() raises a ValueError, as for a closed file.
+/// Holds an object that any number of threads may read at once, or one thread change, and that close() destroys. A use
+/// that conflicts with another thread's raises a RuntimeError instead of being a data race; use after close() raises a
+/// ValueError, as for a closed file.
 ///
-/// Cost: one atomic operation per use
+/// Cost: a few atomic operations per use
 template <class T>
 class Guarded {
 public:

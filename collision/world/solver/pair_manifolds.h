@@ -85,7 +85,7 @@ public:
     /// Lower bound of the bodies' distance if update() found no contacts, metres; <= 0 if unknown.
     double least_distance() const { return least_distance_; }
 
-    /// Gap beyond which bodies cannot touch within `duration`, and update() finds no contacts, metres.
+    /// Metres. Bodies with a larger gap cannot touch within `duration`; update() finds no contacts for them.
     static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
 
     /// Gap of contact i for the solver as of the last follow(), metres: at most 0 if the bodies touch.

@@ -88,7 +88,7 @@ struct Chunk {
     /// surface, metres, including half a quantum. An estimate if the chunk is not certified: see cell_error().
     std::vector<float> cell_bounds;
 
-    /// [kChunkCells^2] bits of CellFlag; empty if all cells are ground.
+    /// [kChunkCells^2] a byte of CellFlag bits for each cell; empty if all cells are ground.
     std::vector<std::uint8_t> cell_flags;
 
     /// The surface where volumes change the heightfield; null, at no cost, if no volume touches the chunk.
