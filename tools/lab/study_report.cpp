@@ -235,29 +235,27 @@ void add_fastest(const StudyTable& table, Texts& findings) {
 void judge_similarity(const StudyTable& table, Texts& findings) {
     constexpr double kSlow = 2.0;  // times as long as the fastest one
     Texts need, need_not;
+    const auto slowness = [](const StudyPoint& point, std::size_t i) {
+        return point.measured[i].mean_step_ms() / fastest_at(point)->mean_step_ms();
+    };
     for (std::size_t i = 0; i < table.series.size(); ++i) {
-        std::optional<double> alike, last, from;
-        for (const StudyPoint& point : table.points) {
+        if (table.points.front().measured[i].queries == 0) continue;
+        const double alike = slowness(table.points.front(), i);
+        double last = 0.0;
+        const StudyPoint* from = nullptr;
+        for (const StudyPoint& point : std::span(table.points).subspan(1)) {
             if (point.measured[i].queries == 0) continue;
-            const double behind =
-                point.measured[i].mean_step_ms() / fastest_at(point)->mean_step_ms();
-            if (&point == &table.points.front()) {
-                alike = behind;
-                continue;
-            }
-            if (!alike) break;
-            last = behind / *alike;
-            if (*last <= kSlow) {
-                from.reset();
-            } else if (!from) {
-                from = point.x;
+            last = slowness(point, i) / alike;
+            if (last <= kSlow) {
+                from = nullptr;
+            } else if (from == nullptr) {
+                from = &point;
             }
         }
-        if (!last) continue;
-        const std::string item = table.series[i].name + " " + short_text(*last);
-        if (from) {
-            need.push_back(fmt::format("{} (from {} on)", item, *from));
-        } else {
+        const std::string item = fmt::format("{} {}", table.series[i].name, short_text(last));
+        if (from != nullptr) {
+            need.push_back(fmt::format("{} (from {} on)", item, from->x));
+        } else if (last > 0.0) {
             need_not.push_back(item);
         }
     }
@@ -337,14 +335,16 @@ Json to_json(const StudyTable& table, const StudyPoint& point) {
 // One line of a table in Markdown.
 std::string row_of(const Texts& cells) { return fmt::format("| {} |\n", fmt::join(cells, " | ")); }
 
-std::string heading_of(const Texts& cells) {
-    return fmt::format("{}|{}\n", row_of(cells), fmt::join(Texts(cells.size(), "---|"), ""));
+// A heading in Markdown with the line below it.
+std::string heading_of(const std::string& line) {
+    const auto columns = static_cast<std::size_t>(std::ranges::count(line, '|') - 1);
+    return fmt::format("{}\n|{}\n", line, fmt::join(Texts(columns, "---|"), ""));
 }
 
 std::string comparison_rows(const std::vector<Comparison>& comparisons) {
     if (comparisons.empty()) return "";
     std::string text =
-        heading_of({"", "published, us", "ours, us", "published / ours", "why they differ"});
+        heading_of("| | published, us | ours, us | published / ours | why they differ |");
     for (const Comparison& each : comparisons) {
         text += row_of({each.what, microseconds(each.published_ms), microseconds(each.our_ms),
                         short_text(each.published_ms / each.our_ms), each.reason});
@@ -353,9 +353,10 @@ std::string comparison_rows(const std::vector<Comparison>& comparisons) {
 }
 
 std::string measurement_rows(const StudyTable& table) {
-    std::string text =
-        heading_of({table.x_name, "series", "queries", "positive", "positive, %", "query, us",
-                    "positive query, us", "update, us", "boxes, us", "pairs a query"});
+    std::string text = heading_of(fmt::format(
+        "| {} | series | queries | positive | positive, % | query, us | positive query, us | "
+        "update, us | boxes, us | pairs a query |",
+        table.x_name));
     for (const StudyPoint& point : table.points) {
         for (std::size_t i = 0; i < table.series.size(); ++i) {
             const CrowdTotals& totals = point.measured[i];
@@ -412,8 +413,9 @@ std::string study_markdown(std::span<const StudyTable> tables) {
     for (const StudyTable& table : tables) {
         text += fmt::format("## {}\n\n{}\n\n", table.title, table.text);
         text += comparison_rows(compare_with_published(table));
-        for (const std::string& finding : study_findings(table)) text += "- " + finding + "\n";
-        text += "\n" + measurement_rows(table);
+        for (const std::string& each : study_findings(table)) text += fmt::format("- {}\n", each);
+        text += "\n";
+        text += measurement_rows(table);
     }
     return text;
 }
