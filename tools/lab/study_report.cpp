@@ -90,7 +90,7 @@ namespace {
 using Texts = std::vector<std::string>;
 
 std::string list_of(const Texts& items) {
-    return items.empty() ? "none" : fmt::format("{}", fmt::join(items, ", "));
+    return items.empty() ? "none" : fmt::format("{}", fmt::join(items, "; "));
 }
 
 // The power of a mean time in each series, and whether it is as small as wanted.
