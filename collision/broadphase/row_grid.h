@@ -10,7 +10,7 @@ namespace terrane::internal {
 ///
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003 (hash).
 ///             NVIDIA. GPU Gems 3. 2007, chapter 32 (a cell is compared with half of its neighbours).
-/// Deviations: the hash is that of a row of cells along x, not of a cell. A counting sort fills as many buckets as
+/// Deviations: rows of cells along x are hashed, instead of single cells. A counting sort fills as many buckets as
 ///             there are boxes, so an update is linear in the number of boxes, whatever volume they occupy. The rows
 ///             of an 8 x 8 block are adjacent in memory. Each row is swept along x against itself and four of its
 ///             eight neighbours.

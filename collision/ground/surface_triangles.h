@@ -27,8 +27,8 @@ using SurfaceTriangle = Triangle;
 /// Cost: one comparison in worlds without volumes, else O(log n)
 bool is_near_volume(const Ground& ground, const Aabb& box_world);
 
-/// The surface of the joined solid as triangles in the frame of a LocalGround: those of volumes, and those of the
-/// heightfield that volumes do not replace.
+/// The surface of the joined solid as triangles in the frame of a LocalGround: the triangles of volumes, and the
+/// triangles of the heightfield that volumes do not replace.
 ///
 /// Threads: one, as for LocalGround
 class SurfaceTriangles {

@@ -47,8 +47,8 @@ struct PlacedShape {
     }
 };
 
-/// Orthonormal rotation of a part of a rotated body; bit for bit that of the body if the part is not rotated relative
-/// to it.
+/// Orthonormal rotation of a part of a rotated body. If the part is not rotated relative to the body, it has the bits
+/// of the body's rotation.
 Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part);
 
 // Traversal of the pairs of parts of two placed shapes through their trees, nearest bounds first.

@@ -61,8 +61,8 @@ private:
 struct Gap {
     double distance = 0.0;  ///< metres; overlapping: minus the length of the minimum translation
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b towards a
-    /// Nearest points of the cores. Unset if `has_points` is false: then the cores overlap, and the witness points are
-    /// those of the deepest contact.
+    /// Nearest points of the cores. Unset if `has_points` is false: then the cores overlap, and the deepest contact has
+    /// the witness points.
     Eigen::Vector3d core_a = Eigen::Vector3d::Zero();
     Eigen::Vector3d core_b = Eigen::Vector3d::Zero();
     bool has_points = true;

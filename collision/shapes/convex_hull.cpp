@@ -196,8 +196,8 @@ std::shared_ptr<const HullData> make_hull_of(std::span<const Eigen::Vector3d> gi
 }  // namespace
 
 std::shared_ptr<const HullData> make_hull_data(std::span<const Eigen::Vector3d> given) {
-    // Points that are not vertices may affect the merging of coplanar faces. Repeats with the vertices alone until the
-    // hull is that of its own vertices.
+    // Points that are not vertices may affect the merging of coplanar faces. Repeats with the vertices alone until
+    // every point is a vertex of the hull.
     std::shared_ptr<const HullData> data = make_hull_of(given);
     for (std::size_t count = given.size(); data->vertices.size() < count;) {
         count = data->vertices.size();

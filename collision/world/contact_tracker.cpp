@@ -151,7 +151,7 @@ void ContactTracker::make_events(const Bodies& bodies) {
              ++before) {
             const bool exists = bodies.ids.contains(before->a) &&
                                 (!before->b.is_valid() || bodies.ids.contains(before->b));
-            // Contacts of bodies at rest are not detected again, so they last; those of sensors are.
+            // Contacts of two bodies at rest are not detected again, but continue. Sensors are tested in every step.
             if (exists && !before->is_sensor && !moved(before->a) && !moved(before->b)) {
                 touching_.push_back(*before);
             } else {

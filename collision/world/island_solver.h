@@ -121,7 +121,7 @@ public:
     /// Removes the contacts of a body that was removed or placed anew. Calls touched(other) for each body that it was
     /// in contact with.
     void forget_contacts(std::uint32_t body, const std::function<void(std::uint32_t)>& touched);
-    /// Replaces the contacts by those of another solver's manifolds().
+    /// Replaces the contacts by the manifolds() of another solver.
     void restore_contacts(std::vector<PairManifold> manifolds) {
         manifolds_ = std::move(manifolds);
     }

@@ -23,7 +23,7 @@ struct Turn {
 };
 
 /// Cosine and sine of an angle, |angle| up to slightly above pi. The tangent of a quarter of the angle, where tangent()
-/// is accurate, gives those of half the angle; doubling gives those of the angle.
+/// is accurate, gives cosine and sine of half the angle, and the double-angle formulas give the result.
 Turn turn_of(double angle) {
     const double t = internal::tangent(0.25 * angle);
     const double share = 1.0 / (1.0 + t * t);

@@ -177,7 +177,7 @@ void list_world_settings(Stream& stream, auto& settings) {
     stream.choice("broadphase", settings.broadphase, BroadphaseKind{3});
 }
 
-/// Serialises the settings of a body without the shape. The ranges are those of check_body().
+/// Serialises the settings of a body without the shape. check_body() checks their ranges.
 template <class Stream>
 void list_body_settings(Stream& stream, auto& settings) {
     stream.choice("type", settings.type, BodyType::dynamic_body);

@@ -146,7 +146,7 @@ double Morph::error_with_fade(double excess, double fade) const {
                                        integral(1.0, excess * fade) / fade);
 }
 
-// Computes the offset of a vertex from those of its ends at -(to_x, to_y) and +(to_x, to_y).
+// Computes the offset of a vertex from the offsets of its ends at -(to_x, to_y) and +(to_x, to_y).
 void Morph::morph_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                          int to_y) const {
     chunk.offsets[sample_index(column, row)] =

@@ -166,7 +166,7 @@ void CentreParents::find(const OpenChunk& chunk, int area) {
 //
 // Widths of boxes. From a centre of spacing s, the midpoints of its square are at a distance s along one axis; from a
 // midpoint of spacing s, the centres of spacing s / 2 are at s / 2 along both axes. So half the width of a centre's box
-// is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, and that of a midpoint's s / 2 + 3 s / 2 = 2 s.
+// is s + s / 2 + (s + s / 2) / 2 + ... = 3 s, and half the width of a midpoint's box s / 2 + 3 s / 2 = 2 s.
 
 namespace {
 

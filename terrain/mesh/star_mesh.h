@@ -84,8 +84,8 @@ private:
     static constexpr std::uint32_t kGone = ~std::uint32_t{0};
     static constexpr std::uint32_t kEnd = ~std::uint32_t{0};
 
-    // Visits the corners (3 * triangle + i) of a vertex, and unlinks those of removed triangles. `visit` returns false
-    // to stop.
+    // Visits the corners (3 * triangle + i) of a vertex, and unlinks the corners of removed triangles. `visit` returns
+    // false to stop.
     template <class Visit>
     void visit_corners(std::uint32_t vertex, const Visit& visit);
 

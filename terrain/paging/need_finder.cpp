@@ -95,7 +95,7 @@ void NeedFinder::count_used(ChunkTree::Node& node) {
     (is_used ? bytes_.used : bytes_.awaited) += node.bytes_read;
 }
 
-// Sets the needs below a node, and returns the node's need combined with those of its descendants.
+// Sets the needs below a node, and returns the needs of the node and its descendants, combined.
 Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
     const ChunkKey key = tree[index].chunk->key;
     Need need = tree[index].need;

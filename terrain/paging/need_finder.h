@@ -20,7 +20,7 @@ public:
     NeedFinder(const PagerSettings& settings, int contact_level)
         : settings_(settings), contact_level_(contact_level) {}
 
-    /// Updates, from an arrived chunk, the mean ratio of error bounds on its level to those of their parents.
+    /// Updates, from an arrived chunk, the mean ratio of the error bounds on its level to their parents' bounds.
     ///
     /// @param bound the parent's error bound over the chunk, metres
     void learn_decay(const Chunk& chunk, double bound);

@@ -24,6 +24,40 @@ CrowdLayout layout_of(std::size_t count, CrowdScheme scheme) {
     return layout;
 }
 
+TEST(Crowd, EveryBroadphaseFindsTheSameTouchingPairs) {
+    for (const double deviation : {0.0, 3.0}) {
+        CrowdLayout layout = layout_of(300, CrowdScheme::brute);
+        layout.share = 0.1;
+        layout.detail_deviation = deviation;
+        Crowd expected(layout);
+        layout.scheme = CrowdScheme::sap;
+        Crowd sap(layout);
+        layout.scheme = CrowdScheme::grid;
+        Crowd grid(layout);
+        layout.scheme = CrowdScheme::two_scene;
+        Crowd two_scene(layout);
+        layout.scheme = CrowdScheme::hashed;
+        Crowd hashed(layout);
+        layout.scheme = CrowdScheme::dense;
+        Crowd dense(layout);
+        std::size_t touching = 0;
+        for (int step = 0; step < 40; ++step) {
+            const CrowdTotals brute = expected.query();
+            EXPECT_EQ(brute.candidates, 300u * 299u / 2u);
+            touching += brute.touching;
+            for (Crowd* crowd : {&sap, &grid, &two_scene, &hashed, &dense}) {
+                const CrowdTotals query = crowd->query();
+                ASSERT_EQ(query.pairs, brute.pairs) << step;
+                ASSERT_EQ(query.touching, brute.touching) << step;
+                ASSERT_LT(query.candidates, brute.candidates / 4);
+                crowd->move(0.3);
+            }
+            expected.move(0.3);
+        }
+        EXPECT_GT(touching, 1000u);
+    }
+}
+
 TEST(Crowd, EverySchemeFindsTheSamePairsOfAnySizeAndAspect) {
     struct Sizes {
         double spread = 1.0, power = 0.0, aspect = 1.0, detail_deviation = 1.0;

@@ -355,6 +355,34 @@ TEST(PagingRun, WhatTheFirstFrameNeedsIsLoadedBeforeTheClockStarts) {
     EXPECT_GT(run.totals.peak_bytes, std::size_t{1} << 20);
 }
 
+TEST(PagingRun, TotalsAreWhatTheFramesSay) {
+    const PagingRun run = play(make_path("straight", 300.0), slow(PagingChoice::distance));
+    std::size_t late = 0, contact_late = 0;
+    double excess = 0.0, most = 0.0;
+    for (std::size_t i = 0; i < run.frames.size(); ++i) {
+        const FrameRecord& frame = run.frames[i];
+        EXPECT_DOUBLE_EQ(frame.time, static_cast<double>(i) / 15.0);
+        if (frame.error_px > 2.0 && frame.status == MeshStatus::not_resident) {
+            ++late;
+            excess += (frame.error_px - 2.0) / 15.0;
+        }
+        most = std::max(most, frame.error_px);
+        contact_late += run.contact_late[i];
+        EXPECT_LE(frame.paging.resident_bytes + frame.paging.in_flight_bytes,
+                  std::size_t{64} << 20);
+    }
+    EXPECT_GT(late, 10u) << "or it says little";
+    EXPECT_EQ(run.totals.late_frames, late);
+    EXPECT_DOUBLE_EQ(run.totals.excess_error_px_s, excess);
+    EXPECT_EQ(run.totals.error_px_max, most);
+    EXPECT_GT(contact_late, 0u);
+    EXPECT_EQ(run.totals.contact_late, contact_late);
+    EXPECT_LE(run.totals.bytes_wasted, run.totals.bytes_loaded);
+    // what the bandwidth allows during the flight, and transfers in flight
+    EXPECT_LE(static_cast<double>(run.totals.bytes_loaded), 4e6 * kSeconds);
+    EXPECT_GT(run.totals.bytes_loaded, std::uint64_t{5} << 20);
+}
+
 TEST(PagingRun, GivesTheSameBitsWhateverIsCachedAndOnAnyNumberOfThreads) {
     const CameraPath straight = make_path("straight", 200.0), spins = make_path("spins", 20.0);
     std::vector<PagingJob> jobs;

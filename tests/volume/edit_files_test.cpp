@@ -257,7 +257,7 @@ namespace terrane::edit_bits_test {
 
 using namespace test;
 
-// A tenth where contracts are checked: such builds are slow.
+// In CI half as many where contracts are checked: such builds are slow.
 const int kEdits = test::few_or_many(TERRANE_ASSERTS ? 60 : 120, 1000);
 
 /// Digs, fills and undos, one after the other; what is in force at the end.

@@ -73,7 +73,7 @@ void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius);
 /// Fails with exit_usage for a name that is neither a built-in path nor a track file.
 CommandResult<void> check_path(const std::string& name);
 
-/// Sets the region and start of a built-in path to those of a terrain.
+/// Sets the region and start of a built-in path from a terrain.
 CameraPathSettings planned_in(const Terrain& terrain, CameraPathSettings settings);
 
 /// Opens a built-in path or a track file. Fails as CameraPath and read_track().

@@ -28,7 +28,7 @@ struct FrameRecord {
     MeshStatus status = MeshStatus::not_resident;
     double update_ms = 0.0;  ///< of Pager::update, Triangulator::update and objects together
     PagerStats paging;
-    std::size_t solid_triangles = 0;          ///< those of volumes
+    std::size_t solid_triangles = 0;          ///< of volumes
     std::optional<double> measured_error_px;  ///< with --verify, as for the next five
     std::optional<double> max_pop_px;
     std::optional<double> max_pop_elsewhere_px;

@@ -102,7 +102,7 @@ public:
 
     /// Makes the frame of one time.
     ///
-    /// @param camera threshold_px is replaced by that of the previous frame
+    /// @param camera threshold_px is replaced by the previous frame's
     /// @param time   of the pager's clock, seconds; must not decrease
     MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
 

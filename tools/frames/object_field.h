@@ -134,7 +134,7 @@ public:
     /// Ends the frame: see Scene::end_frame().
     SceneDraws end_frame(double threshold_px);
 
-    /// Counts of the last frame; before end_frame() only those of occlusion are valid.
+    /// Counts of the last frame; before end_frame() only the counts of occlusion are valid.
     const ObjectCounts& counts() const { return counts_; }
 
 private:

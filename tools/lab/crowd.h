@@ -24,7 +24,7 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
 /// Cells of the published dense grid along each axis of its room.
 inline constexpr std::size_t kDenseCells = 40;
 
-/// Broadphases of a crowd: those of the library and those of the published study.
+/// Broadphases of a crowd: the library's and the published study's.
 enum class CrowdScheme {
     sap,        ///< BroadphaseKind::sap
     grid,       ///< BroadphaseKind::grid

@@ -60,7 +60,7 @@ struct TradeTrial {
     std::string label;  ///< "100000", "sap"
     std::function<CommandResult<TradeSample>()> measure;
     std::optional<double> value = {};  ///< position on the dial's axis; absent for named values
-    std::string command = {};          ///< command that measures it; "": that of the dial
+    std::string command = {};          ///< command that measures it; "": the dial's command
 };
 
 using TradeTrials = CommandResult<std::vector<TradeTrial>>;

@@ -98,7 +98,7 @@ inline constexpr std::size_t kFewestQueries = 5;
 /// for bodies of equal size, and to the limits of its conclusion ("bodies of similar size and aspect").
 std::vector<StudyTable> make_study_tables(const StudySettings& settings);
 
-/// Measures tables one after another, with the library's broadphases and those of the study.
+/// Measures tables one after another, with the library's broadphases and the study's.
 ///
 /// @param show called with the completed share, 0 to 1
 /// @return incomplete tables if is_interrupted()

@@ -159,7 +159,7 @@ void judge_updates(const StudyTable& table, Texts& findings) {
     }
 }
 
-// The updates and queries of the hashed grid against those of the dense one.
+// Compares updates and queries of the hashed and the dense grid.
 void judge_grids(const StudyTable& table, Texts& findings) {
     constexpr double kWantedRatio = 100.0, kAsFast = 1.1;
     const CrowdTotals* const dense = table.totals_at(kPublishedCount, "dense");

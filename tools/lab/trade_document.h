@@ -21,9 +21,9 @@ nlohmann::ordered_json start_trade_document(bool is_quick);
 ///        start_trade_document() with tables of to_json()
 CommandResult<nlohmann::ordered_json> read_trade_document(const std::string& path);
 
-/// Figures of two documents side by side: those of the same dial, terrain, label and column, in the order of the
-/// first document. `times_b_over_a` is the median ratio of times of b to those of a. `ratios_b_over_a` is the same for
-/// times relative to the reference loop: about 1 if the machines differ only in speed. Both are null without times.
+/// Figures of two documents side by side, paired by dial, terrain, label and column, in the order of the first
+/// document. `times_b_over_a` is the median ratio of the times of b to the times of a. `ratios_b_over_a` is the same
+/// for times relative to the reference loop: about 1 if the machines differ only in speed. Both are null without times.
 ///
 /// @param a, b as read_trade_document() returns them
 nlohmann::ordered_json compare_documents(const nlohmann::ordered_json& a,

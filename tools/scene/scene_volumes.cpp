@@ -241,7 +241,7 @@ Error in_scene(Error error, const SceneVolumes& volumes) {
     return error;
 }
 
-/// The bounds of a placed volume; those of a mesh exclude the band of its level set.
+/// The bounds of a placed volume. A mesh's bounds exclude the band of its level set.
 Aabb bounds_of(const VolumeOperation& operation, const PlacedVolume& placed) {
     const auto* mesh = std::get_if<VolumeMesh>(&operation.shape);
     if (mesh == nullptr) return placed.bounds_world();

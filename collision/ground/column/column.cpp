@@ -149,9 +149,9 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
     return best;
 }
 
-// Lift of a sphere or capsule over a face: that of the support point against the face's normal if this point lies over
-// the face. Otherwise the maximum is on the rim: over an edge, in whose vertical plane the section of the shape is a
-// moving disc, or over a corner. The lift over the plane of the face is an upper bound of all of these.
+// Lift of a sphere or capsule over a face: the lift of its support point against the face's normal, if this point lies
+// over the face. Otherwise the maximum is on the rim: over an edge, in whose vertical plane the section of the shape is
+// a moving disc, or over a corner. The lift over the plane of the face is an upper bound of all of these.
 
 namespace {
 

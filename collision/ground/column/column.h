@@ -136,8 +136,8 @@ inline Eigen::Vector3d wall_normal(const Triangle& triangle, std::size_t i) {
     return {edge[1] / run, -edge[0] / run, 0.0};
 }
 
-/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except that of the
-/// triangle: `visitor(unit normal, drop)`.
+/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except the normal of
+/// the triangle: `visitor(unit normal, drop)`.
 template <class Visitor>
 void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     constexpr double kLevel = 1e-12;

@@ -109,8 +109,8 @@ ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
 
 // Sources: D. Eberly. Dynamic collision detection using oriented bounding boxes. 1999 (the gap along each separating
 //          axis is linear in time, so that the latest entry is the contact).
-// Deviations: the axes are those of column.h, not normalised, since times are ratios. In the box's own frame the cross
-//             product with an edge of the box has only two components.
+// Deviations: the axes come from column.h and are not normalised, since times are ratios. In the box's own frame the
+//             cross product with an edge of the box has only two components.
 
 namespace {
 

@@ -133,8 +133,8 @@ private:
     std::optional<Pose> clear_pose_;
 };
 
-/// Casts a wheel against the first offset surface for a tolerance. Except near volumes, the contact is that of the
-/// raised shape, kFirstOffset tolerances too high.
+/// Casts a wheel against the first offset surface for a tolerance. Except near volumes, the cast moves the
+/// raised shape, so its contact is kFirstOffset tolerances too high.
 CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
                       double tolerance);
 

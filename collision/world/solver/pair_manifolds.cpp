@@ -81,8 +81,8 @@ Motion predicted_motion(const RigidBody& body, double duration) {
             angle > kMostTurn ? Eigen::Vector3d(turn * (kMostTurn / angle)) : turn};
 }
 
-/// Thickness through which the bodies of a pair must not tunnel in a step: that of the thinner body, or of the thicker
-/// one if a body is not dynamic, such as a thin wall.
+/// Thickness through which the bodies of a pair must not tunnel in a step: the smaller of their thicknesses if both are
+/// dynamic, otherwise the larger, because a wall may be thin.
 double least_thickness(const RigidBody& a, const RigidBody& b) {
     return is_dynamic(a) && is_dynamic(b) ? std::min(a.thickness, b.thickness)
                                           : std::max(a.thickness, b.thickness);

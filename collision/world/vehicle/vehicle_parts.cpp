@@ -9,7 +9,7 @@
 //   Gillespie. Fundamentals of vehicle dynamics. 1992, chapters 4, 5 and 7: bounce frequencies of 1 to 2 Hz, damping
 //     ratios of 0.2 to 0.4; drag coefficients of pickups and utility vehicles about 0.45, over 3 m^2; anti-roll bars.
 // The drive force is limited by the tyres' grip on a slope, as for trucks in low gear. The tracked vehicle's default
-// power is that of a 12 t M113 at its tracks: 158 kW at an efficiency of 70 %.
+// power is what a 12 t M113 has at its tracks: 158 kW at an efficiency of 70 %.
 // Deviations: power is specified at the wheels and is independent of speed, as with a gearbox of many ratios. The roll
 //     axis lies on the ground: there is no suspension geometry. A track is a row of wheels of equal force; its belt has
 //     neither mass nor tension.

@@ -345,7 +345,7 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
     TERRANE_ASSERT(has_shadows(shadows), "direction and distance must be in range");
     const ViewVolume receivers(view, shadows.distance);
     const Eigen::Vector3d sun = shadows.sun_direction / length(shadows.sun_direction);
-    // corners of the receivers relative to the eye: the eye itself, then those of the far plane in order around it
+    // corners of the receivers relative to the eye: the eye itself, then the far plane's corners in order around it
     std::array<Eigen::Vector3d, 5> corners;
     corners[0] = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < 4; ++i) {

@@ -84,11 +84,11 @@ std::optional<ChunkExtent> united(const std::optional<ChunkExtent>& a,
 
 /// Extent of one operation over a tile that it touches; absent if it changes nothing there.
 ///
-/// Cost: that of HeightSource::interval()
+/// Cost: one call of HeightSource::interval()
 std::optional<ChunkExtent> extent_of(const HeightSource& heights, const Volumes& volumes,
                                      VolumeOp op, const VolumeTilePart& part);
 
-/// Extents of volumes over chunks of all levels; those of coarser levels follow from the pinned level.
+/// Extents of volumes over chunks of all levels. The extents of coarser levels follow from the pinned level.
 ///
 /// Below the heightfield only removed shapes matter, above it only added ones. The error of the heightfield alone
 /// (SolidExtent::error_m) is bounded by the largest vertical distance of these shapes' surfaces from it: it misses no

@@ -21,9 +21,9 @@ namespace terrane::internal {
 /// initially the triangle of the heightfield. Downwards, the line whose next node is highest advances to it; each
 /// advance sweeps one tetrahedron, the front and the new node. So the triangle of the heightfield is a face of a
 /// tetrahedron whatever its slope, and a face between two columns is divided alike from both sides, because the order
-/// of two lines does not depend on the third. Nodes of one line are a spacing apart, so that in each layer, nodes k to
-/// k - 1, the lines advance in the same order, that of their offsets: any layer can be visited alone. The sweep upwards
-/// is the same with the lowest node first.
+/// of two lines does not depend on the third. Nodes of one line are a spacing apart. So in each layer, nodes k to k -
+/// 1, the lines advance in the same order, by their offsets, and any layer can be visited alone. The sweep upwards is
+/// the same with the lowest node first.
 ///
 /// Source: A. Doi, A. Koide. An efficient method of triangulating equi-valued surfaces by using tetrahedral cells.
 ///         IEICE Transactions E74(1), 1991 (marching tetrahedra).

@@ -39,9 +39,9 @@ struct ContourErrors {
 /// whose second derivatives are at most H has an error of at most H r^2 / 2, where r is the radius of the tetrahedron's
 /// smallest enclosing ball (S. Waldron. The error in linear interpolation at the vertices of a simplex. SIAM J. Numer.
 /// Anal. 35, 1998); r^2 <= 3/8 of its squared diameter (Jung). The distance of a capsule of radius R has H = 1 / (R -
-/// d) where it is at least -d; that of a box beside one face has H = 0. Two capsules of a tube that meet at an angle a:
-/// F is the minimum of two such functions, whose gradients differ by at most 2 sin(a / 2) where they are equal, if
-/// neither segment is shorter than (R + d) sin a.
+/// d) where it is at least -d; the distance of a box beside one face has H = 0. Two capsules of a tube that meet at an
+/// angle a: F is the minimum of two such functions, whose gradients differ by at most 2 sin(a / 2) where they are
+/// equal, if neither segment is shorter than (R + d) sin a.
 ///
 /// Limit: the heightfield beyond the tile is unknown; at the tile's border its slope is assumed to be no larger than
 /// inside.

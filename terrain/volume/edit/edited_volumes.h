@@ -65,7 +65,7 @@ struct ChunkVersion {
 std::optional<ChunkExtent> extent_with(const HeightSource& heights, const Volumes& volumes,
                                        const ChunkKey& key, const ChunkEdits& edits);
 
-/// Adds an edit to those of a chunk, or removes the last one; returns the new edits.
+/// Adds an edit to a chunk's edits, or removes the last one; returns the new edits.
 std::shared_ptr<const ChunkEdits> with_edit(const HeightSource& heights, const Volumes& volumes,
                                             const ChunkKey& key, const ChunkEdits& before,
                                             const std::shared_ptr<const Edit>& edit);
@@ -81,7 +81,7 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
-/// The volumes that touch a tile, then those of the first `edit_count` edits that touch it, in order.
+/// The volumes that touch a tile, then the volumes of the first `edit_count` edits that touch it, in order.
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
                                                std::size_t edit_count, const VolumeTileKey& tile);
 

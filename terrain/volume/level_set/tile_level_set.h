@@ -108,7 +108,7 @@ public:
 
     /// In steps.
     std::int16_t value(Field field, int line, std::int32_t k) const;
-    /// @param lines those of apply()
+    /// @param lines as given to apply()
     FieldRuns runs(Field field, const TileLines& lines) const;
     std::size_t bytes() const;
     std::uint64_t band_node_count() const;

@@ -239,9 +239,9 @@ TEST(SweepClear, ProvedMotionsKeepTheMarginAndAreHitByNoCast) {
         }
     }
     // Both outcomes occur often enough.
-    EXPECT_GT(met, 250);
-    EXPECT_GT(clear, 250);
-    EXPECT_GT(hits, 100);
+    EXPECT_GT(met, few_or_many(250, 3300));
+    EXPECT_GT(clear, few_or_many(250, 3300));
+    EXPECT_GT(hits, few_or_many(100, 1300));
     EXPECT_GT(proved, clear / 2) << "of " << clear;
 }
 

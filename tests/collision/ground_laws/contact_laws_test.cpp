@@ -30,7 +30,7 @@ std::vector<LawShape> oracle_hulls(Random& random) {
 
 TEST(LawsOfLift, IsTheLargestOverEveryTriangle) {
     SeededRandom random(kSeed);
-    const long count = count_of_cases(700, 500'000);
+    const long count = count_of_cases(1400, 1'000'000);
     std::vector<LawShape> shapes = law_shapes();
     for (LawShape& hull : oracle_hulls(random)) shapes.push_back(std::move(hull));
     for (const LawShape& shape : shapes) {
@@ -376,7 +376,10 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
         }
         EXPECT_GT(touching, count / 20) << shape.name;
         EXPECT_LT(touching, count - count / 20) << shape.name;
-        EXPECT_GT(single, shape.name == "flat hull" ? -1 : 0) << shape.name;
+        std::printf("%s: %ld of %ld touch by one contact\n", shape.name.c_str(), single, touching);
+        if (shape.name != "flat hull") {
+            EXPECT_GT(single, count / 100) << shape.name;
+        }
     }
 }
 

@@ -297,11 +297,57 @@ TEST(CompoundFacts, FloorsOfTilesPushOnlyUp) {
     }
 }
 
+TEST(CompoundFacts, OnePartIsThePart) {
+    SeededRandom random(kSeed + 1);
+    long touching = 0, hits = 0, rays = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const ConvexShape part = random_convex(random, i % 4);
+        const Shape alone = as_shape(part);
+        const Shape other = as_shape(random_convex(random, (i / 4) % 4));
+        Pose pose, place;
+        pose.rotation = random.rotation();
+        place.rotation = random.rotation();
+        place.translation = random.between(0.0, 1.5) * random.direction();
+        const Shape whole = make_compound({CompoundPart{part, {}}});
+        const PairDistanceAnswer expected = signed_distance(alone, pose, other, place);
+        const PairDistanceAnswer answer = signed_distance(whole, pose, other, place);
+        EXPECT_EQ(std::memcmp(&answer.distance, &expected.distance, sizeof(double)), 0);
+        EXPECT_EQ(answer.point_a_world, expected.point_a_world);
+        EXPECT_EQ(pseudodistance(whole, pose, other, place).pseudodistance,
+                  pseudodistance(alone, pose, other, place).pseudodistance);
+        EXPECT_EQ(test_contact(whole, pose, other, place).is_touching,
+                  test_contact(alone, pose, other, place).is_touching);
+        std::array<PairContact, 4> contacts, of_part;
+        const std::size_t count = find_contacts(whole, pose, other, place, 0.1, contacts).count;
+        ASSERT_EQ(count, find_contacts(alone, pose, other, place, 0.1, of_part).count);
+        touching += count > 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            EXPECT_EQ(contacts[k].point_world, of_part[k].point_world);
+        }
+        Motion thrown, still;
+        thrown.start = pose;
+        thrown.translation = 2.0 * random.direction();
+        thrown.rotation_vector = random.direction();
+        still.start = place;
+        const PairCastAnswer met = cast(alone, thrown, other, still);
+        hits += met.hit;
+        EXPECT_NEAR(cast(whole, thrown, other, still).fraction, met.fraction, 1e-12);
+        const Eigen::Vector3d from = 3.0 * random.direction();
+        const ShapeRayAnswer ray = cast_ray(alone, pose, from, -from);
+        rays += ray.hit;
+        EXPECT_EQ(cast_ray(whole, pose, from, -from).fraction, ray.fraction);
+    }
+    EXPECT_GT(touching, 100);
+    EXPECT_GT(hits, 40);
+    EXPECT_GT(rays, 0);
+}
+
 TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
     SeededRandom random(kSeed + 2);
     const Eigen::Vector3d half(0.9, 0.6, 0.4);
     const Box box{half};
     const Compound tiles = tiled_box(half, {3, 2, 2});
+    CastSettings settings{.tolerance = 1e-9};
     int overlapping = 0, same_depth = 0;
     for (int i = 0; i < 4000 && !HasFailure(); ++i) {
         SCOPED_TRACE(testing::Message() << "case " << i);
@@ -327,6 +373,28 @@ TEST(CompoundFacts, TilesAreTheBoxTheyFill) {
             EXPECT_GE(answer.distance, 1.25 * expected.distance - 1e-9);
             same_depth += std::abs(answer.distance - expected.distance) < 1e-9;
         }
+        Motion thrown, still;
+        thrown.start = pose;
+        thrown.start.translation = place.translation + 4.0 * random.direction();
+        thrown.translation = 1.5 * (place.translation - thrown.start.translation);
+        if (i % 2 == 0) thrown.rotation_vector = 2.0 * random.direction();
+        still.start = place;
+        const PairCastAnswer met = cast(box, thrown, other, still, settings);
+        const PairCastAnswer met_tiles = cast(tiles, thrown, other, still, settings);
+        // A grazing ray may hit or miss.
+        if (met.hit == met_tiles.hit) {
+            EXPECT_NEAR(met.fraction * 6.0, met_tiles.fraction * 6.0, 1e-6);
+        } else {
+            const Motion& m = thrown;
+            const double t = met.hit ? met.fraction : met_tiles.fraction;
+            EXPECT_NEAR(signed_distance(box, m.at(t), other, place).distance, 0.0, 1e-9);
+        }
+        const Eigen::Vector3d from = 3.0 * random.direction();
+        const Eigen::Vector3d to = random.direction();
+        const ShapeRayAnswer ray = cast_ray(box, pose, from, to);
+        const ShapeRayAnswer ray_tiles = cast_ray(tiles, pose, from, to);
+        EXPECT_EQ(ray.hit, ray_tiles.hit);
+        EXPECT_NEAR(ray.fraction, ray_tiles.fraction, 1e-9);
     }
     EXPECT_GT(overlapping, 1000);
     EXPECT_GT(same_depth, overlapping * 95 / 100);

@@ -282,6 +282,22 @@ TEST_P(Pairs, PseudodistanceIsWhatItsDefinitionSays) {
     }
 }
 
+TEST_P(Pairs, DistanceGrowsAsMuchAsTheShapesMoveApart) {
+    SeededRandom random(kSeed + 7);
+    for (int i = 0; i < kCases && !HasFailure(); ++i) {
+        Case c = random_case(random, GetParam(), i);
+        const PlacedCase before(c);
+        const double moved = random.between(0.0, 2.0);
+        c.pose_a.translation += moved * before.gap.normal;
+        const PlacedCase after(c);
+        EXPECT_GE(after.gap.distance, before.gap.distance - 1e-12) << "case " << i;
+        EXPECT_LE(after.gap.distance, before.gap.distance + moved + 1e-12) << "case " << i;
+        if (before.gap.distance > -moved) {
+            EXPECT_NEAR(after.gap.distance, before.gap.distance + moved, 1e-6) << "case " << i;
+        }
+    }
+}
+
 TEST_P(Pairs, GiveTheSameAnswerEitherWayRoundAndInAnyFrame) {
     SeededRandom random(kSeed + 6);
     for (int i = 0; i < kCases && !HasFailure(); ++i) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <random>
@@ -252,7 +253,8 @@ TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
             EXPECT_LE(least, proxy.distance_m) << named.name << " within " << error;
         }
     }
-    EXPECT_GE(known, tiny_count / 4);
+    std::printf("%d errors are known\n", known);
+    EXPECT_GE(known, few_or_many(2, 4));
 }
 
 TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -61,7 +62,8 @@ TEST(Triangulator, NeverMeasuresMoreThanItCertifies) {
             EXPECT_LE(measured, mesh.error_px);
         }
     }
-    EXPECT_GT(seen, seeds);
+    std::printf("%d of %d views see ground\n", seen, 5 * seeds);
+    EXPECT_GT(4 * seen, 3 * 5 * seeds);
 }
 
 TEST(Triangulator, GivesTheSameBytesWhateverItDidBefore) {

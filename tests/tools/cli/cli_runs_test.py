@@ -227,7 +227,6 @@ class Page(Folder):
         self.assertAlmostEqual(slow["excess_error_px_s"], np.maximum(errors - 2, 0).sum() / 10)
         self.assertEqual(slow["contact_late"], sum(int(f["contact_late"]) for f in frames))
         # what the bandwidth allows during the flight
-        self.assertGreater(slow["bytes_loaded"], 0)
         self.assertLessEqual(slow["bytes_loaded"], 0.5e6 * 2)
         for frame in frames:
             self.assertLessEqual(int(frame["resident_bytes"]) + int(frame["in_flight_bytes"]), slow["memory_mb"] * 2**20)

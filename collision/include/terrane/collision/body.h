@@ -110,7 +110,7 @@ struct CharacterControls {
 
 /// Pose, motion and support of a character.
 struct CharacterState {
-    BodyState body;       ///< the pose is that of the capsule's centre
+    BodyState body;       ///< its pose is at the capsule's centre
     bool stands = false;  ///< whether it stands on a slope of at most max_slope
     BodyId support{};     ///< the body that it stands on; none on the ground or in the air
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the surface that it stands on

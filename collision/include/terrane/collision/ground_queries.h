@@ -24,8 +24,8 @@ struct Contact {
 struct ContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
-    /// Vertical overlap, metres: see compute_lift(). <= 0 if apart. Beside volumes its size is only an estimate; its
-    /// sign is that of compute_lift().
+    /// Vertical overlap, metres: see compute_lift(). <= 0 if apart. Beside volumes only an estimate, with the same
+    /// sign as compute_lift().
     double lift = 0.0;
     double error_m = 0.0;  ///< largest error_m of the cells tested
 };
@@ -117,7 +117,7 @@ LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const 
 TestAnswer test_contact(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
 
 /// Minus the lift: cheaper than the signed distance, with the same sign. Infinity if no ground is below or above the
-/// shape. The normal is always up, which under a ceiling is no way out.
+/// shape. The normal always points up: moving along it does not separate a shape from a ceiling.
 PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_shape,
                                     const Ground& ground);
 

@@ -50,11 +50,12 @@ struct PairContactAnswer {
 
 /// Finds the contact manifolds of two shapes: at most four contacts per normal.
 ///
-/// Two convex shapes have one normal, that of the minimum translation: moving a along it by the largest depth separates
-/// them, and no shorter translation does. Compounds have up to 24 normals. For overlapping compounds, contacts are
-/// found after a short separating translation of a, where the shapes just touch; each depth is the component of that
-/// translation along the normal. Adjacent parts therefore produce no contacts along their seams. If all contacts were
-/// written, the shortest translation with a component of at least `depth` along every normal separates the shapes.
+/// Two convex shapes have one normal, the direction of the minimum translation: moving a along it by the largest depth
+/// separates them, and no shorter translation does. Compounds have up to 24 normals. For overlapping compounds,
+/// contacts are found after a short separating translation of a, where the shapes just touch; each depth is the
+/// component of that translation along the normal. Adjacent parts therefore produce no contacts along their seams. If
+/// all contacts were written, the shortest translation with a component of at least `depth` along every normal
+/// separates the shapes.
 ///
 /// @param margin gaps up to this are contacts too, metres, >= 0
 PairContactAnswer find_contacts(const Shape& a, const Pose& world_from_a, const Shape& b,

@@ -146,7 +146,7 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 
 /// Visits the triangles of the contact surface that may touch a box. Skips a cell whose heights lie outside the box,
 /// and a triangle whose plane passes below the whole box. Where volumes replace triangles of the heightfield, visits
-/// those of the joined solid. Reports absent ground that may reach into the box.
+/// the triangles of the joined solid instead. Reports absent ground that may reach into the box.
 ///
 /// @param box_world    metres
 /// @param origin_world subtracted from every corner in double

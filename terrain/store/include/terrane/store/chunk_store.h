@@ -40,7 +40,7 @@ struct StoreInfo {
 
 /// A file with all chunks of a world and their certified bounds, baked from any source; itself a height source.
 ///
-/// Its chunks, and so the meshes of its levels, are bit for bit those of the baked source. Its true surface is the
+/// Its chunks, and so the meshes of its levels, have the same bits as the baked source's. Its true surface is the
 /// triangulation of its finest level, which height() returns; bounds and intervals hold for the triangulation and for
 /// the baked surface. rise_bound() holds for the baked surface, and up to a distance of one spacing also for the
 /// triangulation, which may rise by 2 max_error_m more over longer distances. Beyond the world the border is repeated.

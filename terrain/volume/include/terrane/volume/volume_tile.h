@@ -102,7 +102,7 @@ public:
 
     /// The surface of the joined solid.
     ///
-    /// Cost:     O(nodes near the surface); temporary memory of a few times that of the level sets
+    /// Cost:     O(nodes near the surface); temporary memory of a few times the level sets' size
     /// Accuracy: each vertex lies on an edge that the surface of the joined solid crosses, at most 1.74 spacings long
     ///           except beside steep ground. For one sphere with a radius of 20 spacings, vertices and triangles are
     ///           within 0.02 spacing of it; at the edges of a box, triangles cut the corner by up to 0.6 spacing
@@ -150,7 +150,7 @@ private:
 ///
 /// Fails:   invalid_argument for a chunk of another level, or as VolumeTile::create()
 /// Threads: any number
-/// Cost:    that of its tiles; only a search if no volume touches the chunk
+/// Cost:    makes its tiles; only a search if no volume touches the chunk
 Result<std::shared_ptr<const SolidSurface>> make_chunk_solid(const Volumes& volumes,
                                                              const Chunk& chunk);
 

@@ -98,8 +98,8 @@ private:
 
 /// The volumes of a scene: an ordered list of operations on the solid under a heightfield, indexed by tile.
 ///
-/// The *state* of a point is that of the last operation whose shape contains it: void after `remove`, solid after
-/// `add`, natural if there is none. The *joined solid* is every point on or below the heightfield that is not void, and
+/// The *state* of a point is set by the last operation whose shape contains it: void by `remove`, solid by `add`;
+/// natural if there is none. The *joined solid* is every point on or below the heightfield that is not void, and
 /// every point above it that is solid.
 ///
 /// Volumes are contoured at one level of the terrain, the *pinned level*: by default the one whose spacing is nearest,
@@ -115,7 +115,7 @@ public:
     ///
     /// Fails: as PlacedVolume::create(), naming the operation by its index; invalid_argument for an empty list without
     ///        a level, or a lattice out of range
-    /// Cost:  that of the placed volumes, and O(tiles that they touch)
+    /// Cost:  creates the placed volumes, and O(tiles that they touch)
     static Result<Volumes> create(const Lattice& lattice,
                                   std::span<const VolumeOperation> operations,
                                   const VolumeSettings& settings = {});
