@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -25,7 +26,7 @@ using tools::Clock;
 using tools::median;
 using tools::Stopwatch;
 
-/// The value of a result. Ends the program with its message where it has none.
+/// The value of a result. Ends the program with the error's message if there is none.
 template <class T>
 T value_or_exit(Result<T> result) {
     if (!result) {
@@ -52,43 +53,54 @@ public:
     std::string text(std::string_view option, std::string otherwise) {
         const auto found = std::ranges::find(words_, option);
         if (found == words_.end()) return otherwise;
-        if (found + 1 == words_.end()) exit_with_usage();
+        if (found + 1 == words_.end()) exit_with_usage(found[0] + " needs a value");
         std::string value = found[1];
         words_.erase(found, found + 2);
         return value;
     }
-    /// The same of a number from `least` on.
-    double number(std::string_view option, double least, double otherwise) {
-        return to_number(text(option, std::to_string(otherwise)), least);
+    /// The number after the option, from `least` to `most`, or `otherwise` without the option. Takes both.
+    template <class Number>
+    Number number(std::string_view option, double least, double most, Number otherwise) {
+        const std::string word = text(option, "");
+        return word.empty()
+                   ? otherwise
+                   : static_cast<Number>(to_number(std::string(option), word, least, most));
     }
     /// The words that are left; flags among them end the program.
     std::vector<std::string> rest() const {
         for (const std::string& word : words_) {
-            if (word.starts_with("-")) exit_with_usage();
+            if (word.starts_with("-")) exit_with_usage("no flag is called " + word);
         }
         return words_;
     }
-    /// The same as numbers from `least` on.
-    std::vector<double> numbers(double least) const {
+    /// The words that are left, as numbers from `least` to `most`.
+    std::vector<double> numbers(const std::string& name, double least, double most) const {
         std::vector<double> values;
-        for (const std::string& word : rest()) values.push_back(to_number(word, least));
+        for (const std::string& word : rest()) {
+            values.push_back(to_number(name, word, least, most));
+        }
         return values;
     }
-    /// Ends the program where words are left.
+    /// Ends the program if words are left.
     void finish() const {
-        if (!words_.empty()) exit_with_usage();
+        if (!words_.empty()) exit_with_usage("'" + words_.front() + "' is not understood");
     }
 
-    [[noreturn]] void exit_with_usage() const {
-        std::fprintf(stderr, "usage: %s\n", usage_);
+    [[noreturn]] void exit_with_usage(const std::string& fault) const {
+        std::fprintf(stderr, "%s\nusage: %s\n", fault.c_str(), usage_);
         std::exit(2);
     }
 
 private:
-    double to_number(const std::string& word, double least) const {
+    double to_number(const std::string& name, const std::string& word, double least,
+                     double most) const {
         char* end = nullptr;
         const double value = std::strtod(word.c_str(), &end);
-        if (end == word.c_str() || *end != '\0' || !(value >= least)) exit_with_usage();
+        if (end == word.c_str() || *end != '\0' || !(value >= least && value <= most)) {
+            std::ostringstream range;
+            range << least << " to " << most;
+            exit_with_usage(name + " must be a number, " + range.str() + ", got '" + word + "'");
+        }
         return value;
     }
 

@@ -1,10 +1,10 @@
-# Makes the Debian packages, unpacks that of heights and contact, and builds a program with CMake and one with
+# Makes the Debian packages, unpacks the package of heights and contact, and builds a program with CMake and one with
 # pkg-config against nothing else.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/steps.cmake)
 
 file(REMOVE_RECURSE ${WORK_DIR}/packages ${WORK_DIR}/root)
-# What the package of the program depends on takes dpkg-shlibdeps ten seconds, and no check here reads it.
+# dpkg-shlibdeps needs ten seconds for the dependencies of the program's package, and no check reads them.
 run(${CMAKE_CPACK_COMMAND} -G DEB --config ${BUILD_DIR}/CPackConfig.cmake -B ${WORK_DIR}/packages
     -D CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS=OFF)
 file(GLOB packages ${WORK_DIR}/packages/*.deb)
@@ -55,5 +55,5 @@ set(ENV{PKG_CONFIG_PATH} ${folder})
 run(pkg-config --cflags --libs terrane-collision)
 separate_arguments(options UNIX_COMMAND "${output}")
 separate_arguments(flags UNIX_COMMAND "${FLAGS}")
-run(${COMPILER} -std=c++20 ${flags} ${CMAKE_CURRENT_LIST_DIR}/stranger/height.cpp ${options} -o ${WORK_DIR}/height)
-run(${WORK_DIR}/height)
+run(${COMPILER} -std=c++20 ${flags} ${CMAKE_CURRENT_LIST_DIR}/stranger/ball.cpp ${options} -o ${WORK_DIR}/ball)
+run(${WORK_DIR}/ball)

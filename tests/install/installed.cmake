@@ -35,8 +35,8 @@ build_project(${CMAKE_CURRENT_LIST_DIR}/stranger ${WORK_DIR}/stranger
     -DCMAKE_PREFIX_PATH=${prefix} -DCOMPONENTS=${COMPONENTS})
 test_project(${WORK_DIR}/stranger)
 
-# What programs load of others: OpenVDB and TBB only with volumes, GDAL with rasters (the test of the check above), and
-# Expat alone for camera paths, which come without the program, GDAL and OpenGL.
+# Foreign libraries that programs load: OpenVDB and TBB only with volumes, GDAL with rasters (the test of the check
+# above), and Expat alone for camera paths, which come without the program, GDAL and OpenGL.
 set(must_load_raster "libgdal")
 set(must_load_cave "libopenvdb")
 set(must_load_flown "^libexpat[^;]*$")

@@ -284,7 +284,6 @@ TEST(Report, HoldsTheDataAndNothingFromANetwork) {
     }
     ReportHeader header{.title = "Flight over <b>\"A & B\"</b>",
                         .command_line = "terrane fly --dem 'a b.tif'",
-                        .film = "",
                         .summary = summarize(log->frames(), std::size_t{1} << 27, 30.0)};
     header.summary["terrain"] = "</script><script>alert(1)</script>";
     const std::string path = folder + "/report.html";
@@ -336,10 +335,8 @@ TEST(PagingReport, HoldsEveryRunAndMarksMissedTargets) {
                                 make_row(PagingChoice::distance, 0),
                                 make_row(PagingChoice::oracle, 0)};
     rows[1].radius = 2.0;
-    const ReportHeader header{.title = "Paging over <seed>",
-                              .command_line = "terrane page",
-                              .film = "",
-                              .summary = {{"flights", 3}}};
+    const ReportHeader header{
+        .title = "Paging over <seed>", .command_line = "terrane page", .summary = {{"flights", 3}}};
     const std::string path = folder + "/report.html";
     ASSERT_TRUE(write_paging_report(path, header, rows));
     const Page page(path);

@@ -26,7 +26,7 @@ double time_reference_loop();
 struct TradeColumn {
     std::string key;  ///< "update_ms"
     std::string title;
-    std::string unit = {};  ///< "px", "ms"; "" for none. Times, in "ns" or "ms", also get a ratio
+    std::string unit = {};  ///< "px", "ms", "ns"; "" for none. Times also get a ratio to the loop
 };
 
 /// One figure of a row, from the repetitions of its trial.

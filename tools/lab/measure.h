@@ -45,7 +45,7 @@ inline double median(std::vector<double> values) {
     return *middle;
 }
 
-/// a / b, or 0 where b is 0.
+/// a / b, or 0 unless b is above 0.
 inline double ratio_or_zero(auto a, auto b) {
     return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
 }

@@ -72,13 +72,12 @@ Rule in_range(double low, double high) {
             [low, high](double x) { return x >= low && x <= high; }};
 }
 
-double read_number(const std::string& flag, const Rule& rule, const std::string& text) {
-    const std::optional<double> number = parse_number(text);
-    if (!number || !rule.is_met(*number)) refuse(flag, rule.wanted, text);
-    return *number;
+std::optional<double> parse_number(const Rule& rule, const std::string& text) {
+    const std::optional<double> number = tools::parse_number(text);
+    return number && rule.is_met(*number) ? number : std::nullopt;
 }
 
-// A flag whose text `parse` turns into a value, or into nothing where it is not as wanted.
+// A flag with one value. `parse` turns its text into the value, or into nullopt if the text is not `wanted`.
 template <class T, class Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag, T& value, const Parse& parse,
                         const std::string& wanted, const std::string& help) {
@@ -95,10 +94,7 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& flag, T& value, const 
 
 CLI::Option* add_number(CLI::App& app, const std::string& flag, double& value, const Rule& rule,
                         const std::string& help) {
-    const auto parse = [rule](const std::string& text) {
-        const std::optional<double> number = parse_number(text);
-        return number && rule.is_met(*number) ? number : std::nullopt;
-    };
+    const auto parse = [rule](const std::string& text) { return parse_number(rule, text); };
     return add_parsed(app, flag, value, parse, rule.wanted, help)
         ->default_str(std::isnan(value) ? "" : fmt::format("{}", value))
         ->type_name("X");
@@ -114,7 +110,9 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& flag, std::vector<dou
             if (!items) refuse(flag, "numbers, parted by commas", text);
             target->clear();
             for (const std::string& item : *items) {
-                target->push_back(read_number(flag, rule, item));
+                const std::optional<double> number = parse_number(rule, item);
+                if (!number) refuse(flag, rule.wanted, item);
+                target->push_back(*number);
             }
         },
         help);

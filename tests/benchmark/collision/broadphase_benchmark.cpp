@@ -206,8 +206,8 @@ int main(int argc, char** argv) {
     Arguments arguments(argc, argv,
                         "broadphase_benchmark [--quick] [--alone] [--most COUNT] [--only KIND]");
     Settings settings{.is_quick = arguments.has("--quick"), .is_alone = arguments.has("--alone")};
-    const double most = arguments.number("--most", 1.0, settings.is_quick ? 1e4 : 1e6);
-    settings.most = static_cast<std::size_t>(most);
+    if (settings.is_quick) settings.most = 10'000;
+    settings.most = arguments.number("--most", 1.0, 1e8, settings.most);
     settings.only = arguments.text("--only", "");
     arguments.finish();
     return run(settings);

@@ -219,6 +219,7 @@ public:
 
     /// Prints the rows; whether Terrane missed nothing.
     bool print() const {
+        if (rows_.empty()) return true;
         std::printf("\n%-44s %8s %9s", "median of a query; hits, missed", "queries", "touching");
         for (const auto& engine : engines_)
             std::printf(" | %-36s", (engine->name() + ", times as slow").c_str());

@@ -23,9 +23,8 @@ inline constexpr double kNoHit = 2.0;
 /// Ends of the vertical rays that check the surface of an engine, metres.
 inline constexpr double kRayTop = 200.0, kRayBottom = -200.0;
 
-/// An engine under comparison. It holds the ground and runs many queries of a kind in one call, in order and without
-/// caching: what it keeps between poses of a body is cleared. A call returns false at once where the engine has no such
-/// query.
+/// An engine under comparison. It holds the ground and runs many queries of a kind in one call, in order; caches are
+/// cleared between poses. A call returns false at once if the engine has no such query.
 class ContactEngine {
 public:
     virtual ~ContactEngine() = default;

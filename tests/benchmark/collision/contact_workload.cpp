@@ -15,7 +15,8 @@ Ground load_ground(const std::shared_ptr<const HeightSource>& source) {
     pager.update({}, {}, 0.0);
     pager.finish();
     if (!required.is_ready()) {
-        std::fprintf(stderr, "the ground is not resident\n");
+        std::fprintf(stderr, "the ground with samples every %g m is not resident\n",
+                     source->lattice().spacing);
         std::exit(1);
     }
     return pager.ground();

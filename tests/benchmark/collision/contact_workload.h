@@ -15,8 +15,8 @@
 
 namespace terrane::bench {
 
-/// The contact surface of a source, resident everywhere at its finest level. Ends the program with a message where that
-/// fails.
+/// The contact surface of a source, resident everywhere at its finest level. Ends the program with a message if
+/// loading fails.
 Ground load_ground(const std::shared_ptr<const HeightSource>& source);
 
 /// Ground over a table, and the samples of its contact surface for other engines: rounded to quanta, which floats hold

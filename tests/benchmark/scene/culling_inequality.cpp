@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
     Arguments arguments(argc, argv, "culling_inequality [--quick] [REPORT.html]");
     const bool is_quick = arguments.has("--quick");
     const std::vector<std::string> reports = arguments.rest();
-    if (reports.size() > 1) arguments.exit_with_usage();
+    if (reports.size() > 1) arguments.exit_with_usage("more than one report is named");
     const EglContext context = open_device();
     std::vector<View> views;
     test::Random random(5);
@@ -99,8 +99,6 @@ int main(int argc, char** argv) {
     }
     if (reports.empty()) return 0;
     const tools::ReportHeader header = {.title = "What a test of culling costs, and what it saves",
-                                        .command_line = tools::own_command_line(),
-                                        .film = "",
                                         .summary = {{"renderer", context.renderer_name()}}};
     value_or_exit(
         tools::write_report(reports[0], header, {{"fields", fields}}, tools::assets::culling_js));

@@ -304,12 +304,15 @@ int main(int argc, char** argv) {
                         "[--morph] [BUDGET ...]");
     const bool is_smoke = arguments.has("--smoke");
     Options options{.morph = arguments.has("--morph")};
-    options.rounds = static_cast<int>(arguments.number("--rounds", 1.0, is_smoke ? 3.0 : 101.0));
-    options.sample_count = static_cast<int>(arguments.number("--samples", 1.0, 4.0));
-    const std::string size = arguments.text("--size", "1280x720");
-    if (std::sscanf(size.c_str(), "%dx%d", &options.width_px, &options.height_px) != 2)
-        arguments.exit_with_usage();
-    std::vector<double> budgets = arguments.numbers(1.0);
+    if (is_smoke) options.rounds = 3;
+    options.rounds = arguments.number("--rounds", 1.0, 1e6, options.rounds);
+    options.sample_count = arguments.number("--samples", 1.0, 64.0, options.sample_count);
+    const std::string size = arguments.text("--size", "");
+    if (!size.empty() &&
+        std::sscanf(size.c_str(), "%dx%d", &options.width_px, &options.height_px) != 2) {
+        arguments.exit_with_usage("--size must be WxH, got '" + size + "'");
+    }
+    std::vector<double> budgets = arguments.numbers("BUDGET", 1.0, 1e8);
     if (budgets.empty()) budgets = is_smoke ? std::vector{1e4} : std::vector{1e4, 1e5, 1e6};
     EglContext context = open_device();
     std::printf("%s, %d x %d, %d samples, median of %d; ms: (a) renderer, (b) one plain draw\n",

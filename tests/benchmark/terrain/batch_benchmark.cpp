@@ -266,14 +266,16 @@ void lidar_rays_one_by_one(benchmark::State& state) {
 }
 BENCHMARK(lidar_rays_one_by_one)->ArgName("bodies")->Arg(0)->Arg(100)->UseRealTime();
 
-// A window of 255 x 255 cells that follows a box: by one column an update, or reading all of it.
+// A window of 255 x 255 cells that follows a box to and fro: by one column an update, except for a few after each turn;
+// or reading all of it.
 void window_update(benchmark::State& state) {
     const Ground& ground = fractal_ground();
-    GroundWindow window = value_or_exit(GroundWindow::create({}));
-    double x = -400.0;
+    GroundWindow window = value_or_exit(GroundWindow::create({.margin = 120}));
+    double x = -400.0, step = 1.0;
     for (auto _ : state) {
         if (state.range(0) != 0) window.set_base(0.0);  // reads everything
-        x = x > 400.0 ? -400.0 : x + 1.0;
+        x += step;
+        if (std::abs(x) >= 400.0) step = -step;
         window.update(ground, {{x, 0.0, 0.0}, {x + 1.0, 1.0, 1.0}});
     }
 }

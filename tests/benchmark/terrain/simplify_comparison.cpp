@@ -415,7 +415,7 @@ int main(int argc, char** argv) {
                         "simplify_comparison [--quick] [--only METHOD] [--mesh FILE.obj]");
     Options options;
     options.is_quick = arguments.has("--quick");
-    options.runs = options.is_quick ? 1 : 3;
+    if (options.is_quick) options.runs = 1;
     options.only = arguments.text("--only", "");
     const std::string given = arguments.text("--mesh", "");
     arguments.finish();
