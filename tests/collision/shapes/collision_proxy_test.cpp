@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <random>
@@ -253,8 +252,7 @@ TEST(ErrorReach, IsNeverAboveTheDistanceThatAProxyHas) {
             EXPECT_LE(least, proxy.distance_m) << named.name << " within " << error;
         }
     }
-    std::printf("%d errors are known\n", known);
-    EXPECT_GE(known, few_or_many(2, 4));
+    EXPECT_GE(known, 4);
 }
 
 TEST(ErrorReach, IsRefusedByItsValueAndTheLimitBeforePiecesAreMerged) {

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -62,7 +61,6 @@ TEST(Triangulator, NeverMeasuresMoreThanItCertifies) {
             EXPECT_LE(measured, mesh.error_px);
         }
     }
-    std::printf("%d of %d views see ground\n", seen, 5 * seeds);
     EXPECT_GT(4 * seen, 3 * 5 * seeds);
 }
 
