@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <bit>
 
 namespace terrane::compound_pairs_test {
 
@@ -311,7 +311,8 @@ TEST(CompoundFacts, OnePartIsThePart) {
         const Shape whole = make_compound({CompoundPart{part, {}}});
         const PairDistanceAnswer expected = signed_distance(alone, pose, other, place);
         const PairDistanceAnswer answer = signed_distance(whole, pose, other, place);
-        EXPECT_EQ(std::memcmp(&answer.distance, &expected.distance, sizeof(double)), 0);
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(answer.distance),
+                  std::bit_cast<std::uint64_t>(expected.distance));
         EXPECT_EQ(answer.point_a_world, expected.point_a_world);
         EXPECT_EQ(pseudodistance(whole, pose, other, place).pseudodistance,
                   pseudodistance(alone, pose, other, place).pseudodistance);
@@ -451,7 +452,10 @@ TEST(AnyPair, HasTheSameBitsTenThousandKilometresOut) {
                               found.count > 0 ? contacts[0].depth : 0.0};
         };
         const auto here = bits_at(Eigen::Vector3d::Zero()), there = bits_at(shift);
-        EXPECT_EQ(std::memcmp(&here, &there, sizeof here), 0) << "case " << i;
+        for (std::size_t k = 0; k < here.size(); ++k) {
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(here[k]), std::bit_cast<std::uint64_t>(there[k]))
+                << "case " << i << ", answer " << k;
+        }
     }
 }
 
