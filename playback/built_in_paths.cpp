@@ -272,8 +272,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kPi = 3.141592653589793;
-constexpr std::array<std::string_view, 6> kNames{"straight", "orbit", "canyon",
-                                                 "turns",    "spins", "teleports"};
+constexpr std::array<std::string_view, 6> kPathNames{"straight", "orbit", "canyon",
+                                                     "turns",    "spins", "teleports"};
 
 Vector2d middle(const WorldRect& extent) {
     return {0.5 * (extent.west + extent.east), 0.5 * (extent.south + extent.north)};
@@ -471,7 +471,7 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
 
 }  // namespace
 
-std::span<const std::string_view> built_in_names() { return kNames; }
+std::span<const std::string_view> built_in_names() { return kPathNames; }
 
 Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSource& source,
                                            const PlanPlace& place, double speed, double duration) {
