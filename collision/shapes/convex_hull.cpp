@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -115,8 +116,11 @@ void fill_faces(std::vector<HullFace> faces, HullData& data_out) {
         std::rotate(face.loop.begin(), std::min_element(face.loop.begin(), face.loop.end()),
                     face.loop.end());
     }
-    std::sort(faces.begin(), faces.end(),
-              [](const HullFace& a, const HullFace& b) { return a.loop < b.loop; });
+    // With a comparison of elements: on big-endian machines libstdc++ 12 compares too few bytes of whole vectors.
+    std::sort(faces.begin(), faces.end(), [](const HullFace& a, const HullFace& b) {
+        return std::lexicographical_compare(a.loop.begin(), a.loop.end(), b.loop.begin(),
+                                            b.loop.end(), std::less<>());
+    });
     for (const HullFace& face : faces) {
         Polyhedron::Face result;
         result.normal = face.normal;
