@@ -4,8 +4,8 @@
 //          G. van den Bergen. Efficient collision detection of complex deformable models using AABB trees. Journal of
 //          Graphics Tools 1997 (refitting).
 //          C. Ericson. Real-time collision detection. 2005, section 5.3.3 (slabs).
-// Deviation: splits into halves of equal count instead of by a cost model. This bounds the depth, so that traversals do
-//            not allocate.
+// Deviation: nodes are split into halves of equal count, not by a cost model. This bounds the depth, so that traversals
+//            need no memory beyond a stack of fixed size.
 #include "base/aabb_tree.h"
 
 #include "base/vector_math.h"
@@ -39,7 +39,7 @@ public:
     }
 
 private:
-    // Twice the coordinate of the centre; infinity for an empty box.
+    // Twice the coordinate of the centre of an item's box; infinity if the box is empty.
     double centre(std::uint32_t item, int axis) const {
         const Aabb& box = bounds_[item];
         return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
@@ -95,9 +95,9 @@ private:
     std::vector<AabbNode>& nodes_;
 };
 
-/// Builds the same tree as AabbTreeBuilder in about half the time, with temporary memory: items are sorted once along
-/// each axis; splits preserve the orders, without data-dependent branches (J. L. Bentley. Multidimensional binary
-/// search trees used for associative searching. CACM 18(9), 1975, with presorting).
+/// Builds the same tree as AabbTreeBuilder in about half the time, but allocates temporary memory. Items are sorted
+/// once along each axis; splits keep the orders, without data-dependent branches (J. L. Bentley. Multidimensional
+/// binary search trees used for associative searching. CACM 18(9), 1975; here with presorting).
 class PresortedBuilder {
 public:
     explicit PresortedBuilder(std::span<const Aabb> bounds)
@@ -109,13 +109,13 @@ public:
     std::vector<AabbNode> take() { return std::move(nodes_); }
 
 private:
-    // Twice the coordinate of the centre; infinity for an empty box.
+    // Twice the coordinate of the centre of an item's box; infinity if the box is empty.
     double centre(std::uint32_t item, int axis) const {
         const Aabb& box = bounds_[item];
         return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
     }
 
-    // Sorts by centre and index: a stable radix sort of integer keys that have the order of the centres.
+    // Sorts the items by centre, then by index: a stable radix sort of integer keys that have the order of the centres.
     void sort(int axis) {
         struct Item {
             std::uint64_t key;
@@ -202,7 +202,7 @@ private:
     std::vector<std::uint32_t> spare_;
     std::vector<std::uint8_t> is_left_;  // [items]
     std::vector<AabbNode> nodes_;
-    std::size_t next_ = 0;  // next node
+    std::size_t next_ = 0;  // index of the next node to build
 };
 
 }  // namespace

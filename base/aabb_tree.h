@@ -15,7 +15,7 @@
 
 namespace terrane::internal {
 
-/// The empty box, from +infinity to -infinity; the identity of include().
+/// The empty box, from +infinity to -infinity: the value from which include() starts.
 inline Aabb empty_box() {
     return {Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
 }
@@ -28,8 +28,8 @@ inline void include(const Eigen::Vector3d& centre, double radius, Aabb& box) {
     }
 }
 
-/// Whether two boxes, each widened by a margin, overlap or touch: the exact test of all broadphases. Branch-free,
-/// because most pairs that are compared are close to each other, so that branches would be unpredictable.
+/// Whether two boxes, each widened by `margin`, overlap or touch: the exact test of all broadphases. It has no
+/// branches: most boxes that are compared are close to each other, so that branches would be mispredicted.
 inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
     const double both = 2.0 * margin;
     int is = 1;
@@ -42,11 +42,11 @@ inline bool overlap(const Aabb& a, const Aabb& b, double margin) {
 
 // Bounding volume trees over boxes, for the parts of a compound and the bodies of a world.
 
-/// A node of a tree in depth-first order: the root is the first node; the children of an inner node i are nodes i + 1
-/// and nodes[i + 1].end. A leaf has one item.
+/// A node of a tree in depth-first order. The root is the first node. The children of inner node i are node i + 1 and
+/// node nodes[i + 1].end. A leaf has one item.
 struct AabbNode {
     static constexpr std::uint32_t kInner = ~std::uint32_t{0};
-    /// Largest number of nodes on a path from the root, with 2^31 items.
+    /// Largest number of nodes on a path from the root to a leaf, for 2^31 items.
     static constexpr std::size_t kMaxDepth = 32;
 
     Aabb bounds;                  ///< around all boxes of the subtree
@@ -54,24 +54,24 @@ struct AabbNode {
     std::uint32_t item = kInner;  ///< index of a leaf's box
 };
 
-/// Builds a tree: splits recursively into halves of equal count along the axis on which the boxes' centres extend
-/// farthest. Deterministic, including ties. Empty boxes, from +infinity to -infinity, sort after all others and count
-/// as contained in every box.
+/// Builds a tree by recursively splitting the boxes into halves of equal count, along the axis on which their centres
+/// extend farthest. The tree is deterministic: at equal centres, the order of indices decides. Empty boxes, from
+/// +infinity to -infinity, sort after all others and count as contained in every box.
 ///
-/// @param bounds    [items] at most 2^31; the empty box, or finite and low <= high
+/// @param bounds    [items] at most 2^31; each is the empty box, or is finite with low <= high
 /// @param order_out [items] the order of the leaves
 /// @param nodes_out empty if there are no items
 ///
-/// Allocates: to grow the outputs
+/// Allocates: only to grow the outputs
 /// Cost:      O(n log n); 0.2 microseconds per item
 void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
                      std::vector<AabbNode>& nodes_out);
 
-/// Returns the same tree in about half the time, but allocates temporary memory; for trees that are built once.
+/// As build_aabb_tree(), in about half the time, but allocates temporary memory: for trees that are built once.
 std::vector<AabbNode> make_aabb_tree(std::span<const Aabb> bounds);
 
-/// Recomputes the bounds of all nodes and keeps the tree's structure. Queries become more expensive as items move
-/// relative to each other.
+/// Recomputes the bounds of all nodes from the boxes and keeps the tree's structure. The farther items move relative to
+/// each other, the more expensive queries become.
 ///
 /// Cost: O(n)
 void refit_aabb_tree(std::span<const Aabb> bounds, std::span<AabbNode> nodes);
@@ -90,10 +90,10 @@ void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Visi
     }
 }
 
-/// Visits the items whose bound is at most `limit`. Of two siblings, visits the one with the smaller bound first, and
-/// at equal bounds the first one. Items with an infinite bound are not visited.
+/// Visits the items whose boxes have a bound of at most `limit`. Of two siblings, visits the one with the smaller bound
+/// first, and at equal bounds the first one. Items with an infinite bound are not visited.
 ///
-/// @param bound double(const Aabb&), not NaN; does not decrease from a box to a box inside it
+/// @param bound double(const Aabb&), not NaN; the bound of a box is at least that of every box that contains it
 /// @param visit double(std::uint32_t item): returns the new limit, -infinity to stop
 template <class Bound, class Visit>
 void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Bound& bound,
@@ -103,7 +103,7 @@ void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Boun
         double bound;
     };
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    // every descent replaces one node by two
+    // every descent replaces one node of the stack by two
     std::array<Entry, AabbNode::kMaxDepth + 1> stack;
     std::size_t count = 0;
     const auto entry_of = [&](std::uint32_t node) -> Entry {
@@ -129,8 +129,8 @@ void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Boun
     }
 }
 
-/// Fraction at which a segment enters a box that is widened on all sides; infinity if it does not, or if the box is
-/// empty.
+/// Fraction of a segment, 0 to 1, at which it enters a widened box; 0 if it starts inside; infinity if it misses the
+/// box, or if the box is empty.
 ///
 /// @param displacement from the start to the end of the segment
 /// @param margin       added to each side, metres

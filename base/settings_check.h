@@ -17,7 +17,7 @@ Result<void> check_range(const char* name, Number value, Number least, Number mo
                                                  number_text(value));
 }
 
-/// Checks the octave settings of both fractals.
+/// Checks the octave settings that FractalSettings and DetailSettings share.
 inline Result<void> check_octaves(int octave_count, double gain) {
     TERRANE_TRY(check_range("octave_count", octave_count, 1, 24));
     if (gain > 0.0 && gain <= 1.0) return {};

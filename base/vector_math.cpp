@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Source:    C. Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (closest point on a triangle).
-// Deviation: without the regions of vertices; a point that is not over the triangle is compared with all three edges.
+// Deviation: without the regions of the vertices; for a point not over the triangle, all three edges are compared.
 #include "base/vector_math.h"
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 namespace terrane::internal {
 namespace {
 
-// Least ratio of height to longest edge. In a flatter triangle the computed normal is only rounding error; no interior
-// point is then noticeably nearer than the edges, so only these are tested.
+// Smallest ratio of height to longest edge at which the interior of a triangle is tested. The normal that is computed
+// for a flatter triangle is mostly rounding error, and no interior point is noticeably nearer than the edges.
 constexpr double kLeastShape = 1e-9;
-// Rounding error of the normal and of the side tests, relative to the distance of a corner, at a ratio of 1.
+// Rounding error of the distance to a triangle with a ratio of 1, relative to the distance to one of its corners.
 constexpr double kRounding = 0x1p-49;
 
 double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-// Vector products with a fixed order of operations: results have the same bits with every version of Eigen and every
+// Vector products with a fixed order of operations: results are bit-identical with every version of Eigen and every
 // vector width.
 namespace terrane::internal {
 
@@ -43,14 +43,14 @@ inline Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& 
     return c;
 }
 
-/// `m diag(d) m^T v`: applies a tensor that is diagonal in a body's axes to a world vector.
+/// `m diag(d) m^T v`: applies a tensor that is diagonal in a body's axes to a world vector; `m` is world_from_body.
 inline Eigen::Vector3d apply_tensor(const Eigen::Matrix3d& m, const Eigen::Vector3d& d,
                                     const Eigen::Vector3d& v) {
     const Eigen::Vector3d local = rotated_back(m, v);
     return rotated(m, {d.x() * local.x(), d.y() * local.y(), d.z() * local.z()});
 }
 
-/// A unit vector orthogonal to a unit vector; a pure function of its bits.
+/// A unit vector orthogonal to the unit vector `normal`; a pure function of the bits of `normal`.
 inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& normal) {
     const double ax = std::abs(normal.x()), ay = std::abs(normal.y()), az = std::abs(normal.z());
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
@@ -63,7 +63,7 @@ inline Eigen::Vector3d any_tangent(const Eigen::Vector3d& normal) {
     return tangent / length(tangent);
 }
 
-/// Largest deviation of `m^T m` from the identity; unspecified for NaN.
+/// Largest element of `m^T m` minus the identity, in absolute value; unspecified for NaN.
 inline double column_error(const Eigen::Matrix3d& m) {
     double worst = 0.0;
     for (int a = 0; a < 3; ++a) {
@@ -83,8 +83,8 @@ inline bool is_finite(const Eigen::Vector3d& a) {
     return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
 }
 
-/// Tangent of an angle, radians, |x| below pi / 2. Avoids libm, so that its bits do not depend on the C library;
-/// accurate to a few units in the last place.
+/// Tangent of an angle x, radians, |x| < pi / 2, accurate to a few units in the last place. Does not use libm, so that
+/// the result's bits do not depend on the C library.
 ///
 /// Source: J. H. Lambert, 1761 (its continued fraction).
 inline double tangent(double x) {
@@ -97,12 +97,12 @@ inline double tangent(double x) {
 /// Corners of a triangle, which may degenerate to a segment or a point.
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-/// Upper bound of the distance from a point to a closed triangle, up to a relative rounding error of 2^-50; the same
-/// bits with every compiler. Exceeds the distance by at most 2^-48 of the distance to a corner, divided by the ratio of
-/// the triangle's height to its longest edge; a triangle with a ratio below 1e-9 is treated as its edges.
+/// Upper bound of the distance from a point to a closed triangle, except for a relative rounding error of 2^-50;
+/// bit-identical with every compiler. Let q be the ratio of the triangle's height to its longest edge. The bound
+/// exceeds the distance by at most 2^-48 / q times the distance to a corner. If q < 1e-9, only edges are tested.
 double distance_to_triangle(const Eigen::Vector3d& p, const Corners& triangle);
 
-/// Extent of a box from its centre along an axis, both in the box's frame.
+/// Half the extent of a box along a unit vector `axis`, which is given in the box's frame.
 inline double reach_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& half_extents) {
     return std::abs(axis[0]) * half_extents[0] + std::abs(axis[1]) * half_extents[1] +
            std::abs(axis[2]) * half_extents[2];

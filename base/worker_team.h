@@ -21,7 +21,7 @@ public:
     int size() const { return static_cast<int>(threads_.size()) + 1; }
 
     /// Calls job(index, worker) once for every index below count, in any order, and returns when all calls are done.
-    /// Workers are 0 to size() - 1.
+    /// `worker` is 0 to size() - 1; the calling thread is 0.
     template <typename Job>
     void run(std::size_t count, const Job& job) {
         if (threads_.empty() || count < 2) {
@@ -33,7 +33,7 @@ public:
         });
     }
 
-    /// As run(), with job(index), in blocks of consecutive indices per worker.
+    /// As run(), but calls job(index), and workers take blocks of `block_size` consecutive indices.
     template <typename Job>
     void run_blocks(std::size_t count, std::size_t block_size, const Job& job) {
         run((count + block_size - 1) / block_size, [&](std::size_t block, int) {
@@ -56,7 +56,7 @@ private:
     alignas(64) std::atomic<std::size_t> next_{0};
     alignas(64) std::atomic<std::uint32_t> round_{0};
     alignas(64) std::atomic<std::uint32_t> busy_{0};
-    std::vector<std::jthread> threads_;  // last, so that they are stopped first
+    std::vector<std::jthread> threads_;  // last member: threads end before the others are destroyed
 };
 
 }  // namespace terrane::internal

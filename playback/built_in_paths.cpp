@@ -18,10 +18,10 @@
 
 namespace terrane::internal {
 
-/// A polyline in the plane along low ground: through the valleys of the roughest part of a region of a terrain.
+/// A polyline in plan along low ground: through the valleys of the roughest part of a region of a terrain.
 ///
 /// The polyline is smoothed: a turn takes about `turn_length` metres. If the region is shorter than `length`, both ends
-/// are extended straight.
+/// of the polyline are extended straight.
 ///
 /// @param length metres, > 0
 /// @return equidistant points, at least turn_length / 100 apart
@@ -288,8 +288,8 @@ double longer_length(const WorldRect& extent) {
     return std::max(extent.east - extent.west, extent.north - extent.south);
 }
 
-// Rotates a vector by a small angle; error angle^5 / 120. Avoids the C library's sin(), whose bits differ between
-// systems.
+// Rotates a vector by a small angle, with an error of angle^5 / 120. Avoids the C library's sin(), whose bits differ
+// between systems.
 Vector2d turned(const Vector2d& v, double angle) {
     const double half = 0.5 * angle;
     const double q = half * (1.0 + half * half / 3.0);  // tangent of half the angle
@@ -319,7 +319,7 @@ LegPlan make_straight(const PlanPlace& place, double speed, double duration) {
 
 LegPlan make_orbit(const HeightSource& source, const PlanPlace& place, double speed,
                    double duration) {
-    constexpr double kLeast = 10.0;  // radius, metres
+    constexpr double kLeast = 10.0;  // smallest radius, metres
     const WorldRect& region = place.region;
     const double limit = 0.3 * std::min(region.east - region.west, region.north - region.south);
     const double radius = std::max(kLeast, std::min(speed * duration / (2.0 * kPi), limit));
@@ -356,7 +356,7 @@ Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region,
     return plan;
 }
 
-// Back and forth, with a left half circle at each end; the first straight passes over the centre.
+// Back and forth, with a left half circle at each end. By default the first straight is centred on the region.
 LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
     constexpr double kStraightTime = 5.0;  // seconds
     constexpr double kTurnTime = 6.0;      // seconds
@@ -390,7 +390,7 @@ LegPlan make_turns(const PlanPlace& place, double speed, double duration) {
     return plan;
 }
 
-// Heading of a view that turns at 90 degrees/s, rests, turns back, and turns forward again without a rest.
+// Heading, radians, of a view that makes a turn at 90 degrees/s, rests, then makes half a turn back and forward again.
 double spin_angle(double time) {
     constexpr double kRate = 0.5 * kPi;
     constexpr double kRamp = 0.75;  // seconds to reach kRate, and to stop
@@ -462,7 +462,7 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
         do {
             centre = place(next++);
         } while ((centre - last).norm() < kFarOff * size.minCoeff());
-        // About 106 degrees, so that headings practically never repeat.
+        // Turns by about 106 degrees, so that headings practically never repeat.
         direction = {-0.28 * direction.x() - 0.96 * direction.y(),
                      0.96 * direction.x() - 0.28 * direction.y()};
     }

@@ -21,7 +21,7 @@ Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
             a.x() * b.y() - a.y() * b.x()};
 }
 
-// The component of `hint` perpendicular to a direction, normalised; of north if they are parallel.
+// The normalised component of `hint` perpendicular to a direction; if the two are parallel, that of north.
 Eigen::Vector3d square_to(const Eigen::Vector3d& direction, const Eigen::Vector3d& hint) {
     Eigen::Vector3d right = cross(direction, hint);
     if (right.norm() < 1e-9) right = cross(direction, Eigen::Vector3d::UnitY());
@@ -79,9 +79,9 @@ CurvePoint CameraLeg::eye(double time) const {
     return point;
 }
 
-// Height = smoothed ground + altitude (or the track's own height) + correction. The correction is the smoothed running
-// maximum of the missing clearance over the support of the smoothing: each smoothed value is a mean of values that are
-// not below the missing clearance, so the clearance holds at every sample.
+// Height = smoothed ground + altitude + correction, or the track's own height + correction. The correction is the
+// smoothed running maximum of the missing clearance over the support of the smoothing: each smoothed value is a mean of
+// values that are not below the missing clearance, so the clearance holds at every sample.
 Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude, double clearance,
                                     double speed) {
     constexpr double kMostSamples = 400'000.0;
@@ -104,7 +104,7 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
                                            ", " + number_text(p.y()) + " m");
         }
     }
-    // The smoothing width grows with altitude and with lower speed.
+    // The smoothing is wider at larger altitudes and at lower speeds.
     const double width = std::clamp(1.5 + 0.5 * altitude / speed, 1.5, 6.0);
     const auto half_width = static_cast<std::ptrdiff_t>(width / sample_step);
     std::vector<Eigen::Vector3d> control(count, Eigen::Vector3d::Zero());
@@ -127,8 +127,8 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
     return {};
 }
 
-// View directions: the smoothed displacement from the eye 0.25 * ahead seconds earlier to the eye `ahead` seconds
-// later. A camera that stands still keeps its last direction.
+// View directions: the smoothed displacement of the eye from 0.25 * ahead seconds earlier to `ahead` seconds later. A
+// camera that stands still keeps its last direction.
 void CameraLeg::fit_orientation(double ahead, bool has_lean) {
     constexpr double kLeastDisplacement = 1.0;  // metres: less gives no direction
     constexpr std::ptrdiff_t kHalfWidth = 3;

@@ -24,9 +24,9 @@ double control_time(std::size_t i);
 struct LegPlan {
     double duration = 0.0;                 ///< seconds
     std::vector<Eigen::Vector3d> control;  ///< [control_count(duration)] eye positions with z = 0
-    bool has_lean = false;                 ///< banks in turns
+    bool has_lean = false;                 ///< whether the camera banks in turns
     std::optional<WorldPos> target_world;  ///< look-at point; absent: looks along the path
-    /// Rotation of the view direction about the vertical over time: (cosine, sine). Empty: none.
+    /// Rotation of the view direction about the vertical over time: (cosine, sine). Empty if the view does not rotate.
     SmoothCurve turn;
 };
 
@@ -41,9 +41,9 @@ public:
 
     /// Follows a track with times.
     ///
-    /// @param start    seconds of the track to skip; less than its duration
-    /// @param duration of the leg from `start`, seconds
-    /// @param altitude above the smoothed ground, replaces the track's heights; required if the track has none
+    /// @param start    seconds to skip at the start of the track; less than its duration
+    /// @param duration of the leg, seconds
+    /// @param altitude above the smoothed ground; replaces the track's heights, and is required if the track has none
     static Result<CameraLeg> create(Track track, const HeightSource& source, double start,
                                     double duration, std::optional<double> altitude);
 

@@ -32,7 +32,7 @@ Result<void> retime(Track& track, double speed) {
     return {};
 }
 
-// Smooths a track over about 3 s on each side, because receivers round positions to 1 or 2 m.
+// Smooths the positions of a track over about 3 s in both directions, because receivers round them to 1 or 2 m.
 void smooth_recorded(Track& track) {
     const double mean_step =
         track.points.back().time / static_cast<double>(track.points.size() - 1);

@@ -16,7 +16,7 @@ struct CurvePoint {
 };
 
 /// A uniform cubic B-spline: twice continuously differentiable and inside the convex hull of its control points, which
-/// it approximates rather than interpolates. Constant from one step beyond its first and last control points.
+/// it approximates rather than interpolates. Farther than one step outside its control points it is constant.
 class SmoothCurve {
 public:
     SmoothCurve() = default;

@@ -164,7 +164,7 @@ void assert_source_holds(const HeightSource& source, const SampleGrid& grid,
     if (!(*lowest >= held.low - slack)) refuse("interval", west, south, held.low, *lowest);
     if (!(*highest <= held.high + slack)) refuse("interval", west, south, held.high, *highest);
 
-    // points from integer hashing of the chunk's address: always the same
+    // integer hashing of the chunk's address chooses the points, so that they are always the same
     const WorldRect& extent = source.extent();
     std::uint64_t state = static_cast<std::uint64_t>(grid.corner.x) * 0x9e3779b97f4a7c15u ^
                           static_cast<std::uint64_t>(grid.corner.y) ^
@@ -231,7 +231,7 @@ constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
 // simulated loads transfer max_bytes(), which must not depend on the layout.
 constexpr std::size_t kOwnBytes = sizeof(Chunk) + sizeof(ChunkVertices) - 48;
 
-// Sum, rounded up.
+// The sum bound + half_quantum, rounded up.
 float add_up(float bound, double half_quantum) {
     const double sum = static_cast<double>(bound) + half_quantum;
     const auto rounded = static_cast<float>(sum);
@@ -273,7 +273,7 @@ Result<void> height_error(const HeightSource& source, double metres, const Sampl
     return fail(ErrorCode::bad_data, text.data());
 }
 
-// Refuses bounds whose squares overflow floats: keys would be NaN.
+// Larger bounds are refused: their squares would overflow a float, and keys would be NaN.
 constexpr double kMostBound = 4.0 * kMostHeight;
 
 bool is_bound(float bound) { return static_cast<double>(bound) <= kMostBound && bound >= 0.0f; }
@@ -299,7 +299,7 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
             const double metres =
                 wide.heights[static_cast<std::size_t>(row * kWideSamples + column)];
             const double quanta = std::floor(metres * per_quantum + 0.5);
-            // also false for NaN
+            // the comparison is false for NaN too
             if (!(std::abs(metres) <= most))
                 return height_error(source, metres, wide.grid, column, row);
             const int x = column - kReachCells, y = row - kReachCells;
@@ -366,8 +366,8 @@ Result<void> store_vertex_bounds(const SampleGrid& grid, std::span<const float> 
     return {};
 }
 
-// Reads and stores the bounds of the chunk's own vertices: all of its spacing, and for a root also of coarser spacings.
-// Also reads the bounds of cells.
+// Reads and stores the bounds of the vertices of the chunk's own spacing, and for a root also those of coarser
+// spacings. Also reads the bounds of cells.
 Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_token& stop,
                                 Surroundings& wide, ChunkVertices& vertices, Chunk& chunk) {
     TERRANE_TRY(check_not_cancelled(stop));

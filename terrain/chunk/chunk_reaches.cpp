@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
 // Height intervals of the reaches of vertices. The key of a vertex depends on the distance from the eye to its reach.
-// This distance must not be smaller for a child than for its parent, so reaches must be nested. In the plane they are:
-// the reach of a centre covers three cells around it, the reach of a midpoint two (see screen_error.cpp). To nest them
-// in height as well, the certified bounds of cells are doubled, because bounds shrink by about half from level to
-// level. If this does not suffice, the triangulator raises a child's key to its parent's (kNestMargin). The source's
-// rise bound limits the intervals.
+// This distance must not be smaller for a child than for its parent, so reaches must be nested. In plan they are: a
+// reach extends three cells around a centre and two around a midpoint (see screen_error.cpp). To nest them in height as
+// well, the certified bounds of cells are doubled, because bounds shrink by about half from level to level. If this
+// does not suffice, the triangulator raises a child's key to its parent's (kNestMargin). The rise bound of the source
+// limits the intervals too.
 #include "chunk/chunk_vertices.h"
 
 #include <algorithm>
@@ -18,14 +18,14 @@ namespace terrane::internal {
 namespace {
 
 constexpr double kMargin = 2.0;  // factor on the bounds of cells
-constexpr int kLargest = 32000;  // units
+constexpr int kLargest = 32000;  // largest stored value, in units
 
 std::size_t wide_index(int column, int row) {
     return static_cast<std::size_t>(row) * kWideCells + static_cast<std::size_t>(column);
 }
 
-// Takes minima over squares of cells that are larger by `more` cells, at most twice as large. A minimum is stored at
-// its square's south-western cell. Entries whose squares extend beyond the chunk's surroundings are not used.
+// From minima over squares of cells, computes minima over squares with sides longer by `more` cells, at most twice as
+// long. A minimum is stored at its square's south-western cell. Squares that extend beyond the surroundings are unused.
 std::vector<float> widen(const std::vector<float>& squares, int more) {
     std::vector<float> across(squares);
     for (int row = 0; row < kWideCells; ++row) {
@@ -44,7 +44,7 @@ std::vector<float> widen(const std::vector<float>& squares, int more) {
     return both;
 }
 
-// Lowest value over the reach of the vertex at a sample.
+// Lowest values over the reaches of vertices.
 struct Lowest {
     std::vector<float> of_midpoint, of_centre;
 
@@ -62,7 +62,7 @@ float round_down(double value) {
     return rounded - std::abs(rounded) * 0x1p-22f;
 }
 
-// Height intervals of cells, relative to a height near the middle of the chunk's range.
+// Height intervals of cells, widened by their margins, relative to the mean height of two opposite corners.
 struct Depths {
     double middle = 0.0;  // metres
     std::vector<float> down,
@@ -158,7 +158,7 @@ void fill_rises(double quantum, const Chunk& chunk, int area, AreaVertices& vert
 
 ReachHeights reach_heights(const HeightSource& source, double spacing) {
     constexpr double kDiagonal = 0.70710678118654757;
-    // a geometric series, because it includes descendants below the finest spacing
+    // sums over all descendants, including those below the finest spacing
     const double smallest = std::ldexp(source.lattice().spacing, -24);
     ReachHeights reach;
     double of_children = 0.0;

@@ -16,11 +16,11 @@
 
 namespace terrane::internal {
 
-/// Squares of 2 x 2 cells along the side of an area, and of a chunk.
+/// Number of squares of 2 x 2 cells along the side of an area, and of a chunk.
 inline constexpr int kAreaSquares = kAreaCells / 2;
 inline constexpr int kChunkSquares = kChunkCells / 2;
 
-/// A float rounded towards 0 to its upper half: sign, exponent and seven bits.
+/// The upper half of a float, which is thereby rounded towards 0: sign, exponent and seven bits of the mantissa.
 inline std::uint16_t upper_half(float value) {
     return static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(value) >> 16);
 }
@@ -39,7 +39,7 @@ struct AreaVertices {
     template <typename Value>
     using PerVertex = std::array<std::array<Value, kSquares>, kKinds>;
 
-    /// Storage location of an own vertex's values.
+    /// Storage location of the values of a vertex of the chunk's own spacing.
     struct Address {
         std::size_t area, kind, square;
     };
@@ -70,7 +70,7 @@ struct SideVertices {
 
 /// Quantised bounds and reaches of a chunk's vertices.
 struct ChunkVertices {
-    static constexpr std::size_t kCoarseStrides = 6;  ///< 1, 2, 4 .. kChunkSquares / 2
+    static constexpr std::size_t kCoarseStrides = 6;  ///< strides 1, 2 .. kChunkSquares / 2
     /// Row by row from the south-west.
     std::array<AreaVertices, std::size_t{kChunkAreas} * kChunkAreas> areas;
     /// Limits of the reaches of all vertices of an area, including those on the chunk's eastern and northern side;
@@ -80,15 +80,15 @@ struct ChunkVertices {
         std::int16_t high = 0;
     };
     std::array<AreaReach, std::size_t{kChunkAreas} * kChunkAreas> area_reaches{};
-    /// Midpoints that belong to the neighbours, with the same bounds as in the neighbours.
+    /// Midpoints on these sides. They belong to the neighbouring chunks and have the same bounds there.
     SideVertices east_side, north_side;
     double reach_base = 0.0;  ///< metres
     float reach_unit = 1.0f;  ///< metres, a power of two
-    /// Root chunks: [(kChunkSquares + 1)^2] 1 / e(v)^2 of the vertices of coarser spacings, at every second sample of
-    /// every second row; infinite at the corners. Empty for other chunks.
+    /// In root chunks: 1 / e(v)^2 of the vertices of coarser spacings, [(kChunkSquares + 1)^2] at every second sample
+    /// of every second row; infinite at the corners. Empty in other chunks.
     std::vector<float> coarse_bounds;
-    /// Root chunks: the largest bounds e(v) of these vertices, metres, rounded up, by log2 of their stride in even
-    /// samples.
+    /// [log2 of the stride in even samples] In root chunks: largest bound e(v) of the vertices of coarser spacings with
+    /// this stride, metres, rounded up.
     std::array<float, kCoarseStrides> largest_coarse_bounds{};
 
     /// Union of the height intervals of the reaches of an area's vertices, world z, metres.

@@ -20,8 +20,8 @@ namespace terrane {
 inline std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
 /// A block of slots that own chunks; free slots are null. A new set copies the blocks that change and shares the others
-/// with the previous set. Otherwise the reference counts of all chunks, which are scattered in memory, would dominate
-/// the cost of a new set.
+/// with the previous set. Without blocks it would change the reference counts of all chunks; these are scattered in
+/// memory and would dominate the cost of a new set.
 struct ResidentSet::Owners {
     static constexpr std::size_t kSlots = 32;
     std::array<std::shared_ptr<const Chunk>, kSlots> slots;
@@ -57,7 +57,7 @@ private:
 
     const Structure& before_;
     std::shared_ptr<Structure> made_;
-    std::vector<Owners*> own_blocks_;  // [made_->owners] the unshared blocks, else null
+    std::vector<Owners*> own_blocks_;  // [made_->owners] the block, or null if it is shared
     std::vector<std::int32_t>
         new_indices_;  // [old index + 1] new index, kNone or kEvicted; kNone maps to kNone
     std::vector<std::int32_t> arrived_;  // indices of the arrived chunks
@@ -80,11 +80,11 @@ inline std::size_t ResidentSet::Structure::bucket_of(const ChunkKey& key) const 
 
 namespace terrane::internal {
 
-/// Index of the window's first root square along one axis: the one nearest to `before` for which the root square at
-/// `place` is one of the window's middle two, clamped to the world.
+/// Index of the window's first root square along one axis: the index nearest to `before` for which the root square at
+/// `place` is one of the window's middle two, clamped so that the window lies in the world.
 ///
-/// @param first, count root squares of the world
-/// @param along        root squares of the window
+/// @param first, count first root square of the world, and number of its root squares
+/// @param along        number of root squares of the window
 /// @param before       first root square of the previous window
 inline std::int32_t first_in_window(double place, double origin, double side, std::int32_t first,
                                     std::int32_t count, std::int32_t along, std::int64_t before) {
@@ -98,9 +98,9 @@ inline std::int32_t first_in_window(double place, double origin, double side, st
 }
 
 /// The root window of a world for a client at a position, as a lattice of the window's root squares
-/// (ResidentSet::window()): the previous window, moved by the fewest root squares that bring the client's root square
-/// into its middle two. A client that repeatedly crosses the edge between two root squares therefore moves it only
-/// once. Returns the whole lattice if it has no window.
+/// (ResidentSet::window()). It is the previous window, moved as little as possible so that the client's root square is
+/// one of the middle two along each axis. A client that repeatedly crosses the edge between two root squares therefore
+/// moves the window only once. Returns the lattice of the world if it has no root window.
 ///
 /// @param place finite, metres
 inline Lattice moved_root_window(const Lattice& world, const Lattice& before,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources: S. Woop, C. Benthin, I. Wald. Watertight ray/triangle intersection. JCGT 2(1), 2013.
-// Deviations: both sides of triangles are hit. The products of an edge have the same bits for both of its triangles, so
+// Deviations: rays hit triangles on both sides. The products of an edge are bit-identical for both of its triangles, so
 //             that a ray cannot pass between them.
 #include "base/aabb_tree.h"
 
@@ -35,7 +35,7 @@ public:
         scale_ = 1.0 / displacement[along_];
     }
 
-    /// Parameter of the ray at a triangle; infinity if it misses.
+    /// Parameter at which the ray hits a triangle, 1 at the end of the displacement; infinity if the ray misses.
     double meet(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 const Eigen::Vector3d& c) const {
         const Point p = sheared(a), q = sheared(b), r = sheared(c);
@@ -91,7 +91,7 @@ struct SolidSurface::Tree {
                 high[axis][i] = -rounded_down(origin[a] - box_world.high[a]);
             }
         }
-        /// At most x, by one or two units in the last place.
+        /// x rounded down, by up to two units in the last place.
         static float rounded_down(double x) {
             const auto rounded = static_cast<float>(std::clamp(x, -1e30, 1e30));
             return rounded - std::abs(rounded) * 0x1p-23f;
@@ -184,7 +184,7 @@ std::optional<SolidSurface::Hit> SolidSurface::ray(const Eigen::Vector3d& from_w
 std::optional<SolidSurface::Hit> SolidSurface::highest(double x, double y, double at_most) const {
     const double highest = std::min(at_most, bounds_.high.z());
     if (!(highest >= bounds_.low.z())) return std::nullopt;
-    // starts slightly higher, to hit a surface at this height, and is a metre longer, so that its length is not 0
+    // the ray starts slightly higher, to hit a surface at this height, and is a metre longer, so that its length is > 0
     const double top = highest + kHeightSlack * (1.0 + std::abs(highest));
     const double length = top - bounds_.low.z() + 1.0;
     std::optional<Hit> hit = ray({x, y, top}, {0.0, 0.0, -length}, 0.0, 1.0);
@@ -199,7 +199,7 @@ std::size_t SolidSurface::find_overlaps(const Aabb& box_world, std::uint32_t& cu
     if (nodes.empty()) return count;
     Tree::GroupBoxes box;
     box.set(0, box_world, tree_->origin_world);
-    // the cursor is a node and the next triangle of its group
+    // the cursor encodes a node and the next triangle of its group
     std::uint32_t at = cursor >> Tree::kGroupBits, in_group = cursor % Tree::kGroup;
     while (at < nodes.size() && count < out.size()) {
         const internal::AabbNode& node = nodes[at];

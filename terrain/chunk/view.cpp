@@ -117,7 +117,7 @@ Frustum make_frustum(const View& view) {
     const double half_width =
         half_height * static_cast<double>(view.width_px) / static_cast<double>(view.height_px);
     const Eigen::Vector3d right = view.right();
-    // a plane through the eye that contains forward + side * extent and the other axis
+    // the inward normal of the plane through the eye that contains forward - inward * extent and the other axis
     const auto plane = [&](const Eigen::Vector3d& inward, double extent) {
         return Eigen::Vector3d(unit(inward + view.forward * extent));
     };

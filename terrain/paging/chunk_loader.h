@@ -24,7 +24,7 @@ inline std::string name_of(const ChunkKey& key) {
            std::to_string(key.level);
 }
 
-/// Makes a chunk and attaches its claim; releases the claim on failure.
+/// Makes a chunk and attaches the claim to it; releases the claim on failure.
 ///
 /// @param make returns a Result<std::shared_ptr<const Chunk>>, never null
 ///

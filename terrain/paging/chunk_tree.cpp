@@ -37,7 +37,7 @@ constexpr double kNearDisplacements = 10.0;
 // Conservative: false only if the box lies outside one of the side planes.
 bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) {
     for (const Eigen::Vector3d& normal : frustum.normals) {
-        // the innermost corner
+        // the corner farthest inside the plane
         const Eigen::Vector3d corner(normal.x() > 0.0 ? box.high.x() : box.low.x(),
                                      normal.y() > 0.0 ? box.high.y() : box.low.y(),
                                      normal.z() > 0.0 ? box.high.z() : box.low.z());
@@ -46,8 +46,8 @@ bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) 
     return true;
 }
 
-// Upper bound, over the vertices of a chunk, of a vertex's error bound / the distance to a box that encloses the vertex
-// and its descendants.
+// Upper bound, over the vertices of a chunk, of a vertex's error bound divided by the distance from the eye to a box
+// that encloses the vertex and its descendants.
 double largest_angle(const Lattice& lattice, const Chunk& chunk, const View& view) {
     // half the width of the box: s + s / 2 + s / 2 + s / 4 + ... for a spacing of s
     const double across = 3.0 * lattice.level_spacing(chunk.key.level);
@@ -92,7 +92,7 @@ FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
             !may_hold(observer.previous->frustum, observer.previous->eye_world, box)) {
             continue;
         }
-        constexpr double kWider = 1.001;  // rounding of the triangulator's keys
+        constexpr double kWider = 1.001;  // allows for the rounding of the triangulator's keys
         const double error_px =
             kWider * view.pixels_per_radian() * largest_angle(lattice, chunk, view);
         const double step = kMostMove_px / (kMorphGain * observer.threshold_px);
@@ -179,7 +179,7 @@ void ChunkTree::find_quadrant(Node& node, int quadrant) const {
     const auto at = static_cast<std::size_t>(quadrant);
     const ChunkKey child = chunk.key.child(quadrant);
     double bound = static_cast<double>(chunk.quadrant_bound[at]);
-    // bounds the surface over the child with a margin of one of its cells
+    // the box bounds the surface over the child, extended by one of the child's cells
     const double margin = lattice_.level_spacing(child.level);
     constexpr int kHalf = kChunkAreas / 2;
     std::int32_t low = chunk.high;

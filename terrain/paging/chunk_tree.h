@@ -32,17 +32,17 @@ struct FadeObserver {
 
 /// Visibility of a chunk's fade.
 struct FadeVisibility {
-    /// Upper bound of (screen error of the chunk's vertices) / (the camera's threshold), the largest over all cameras;
-    /// 0 if no camera would see the chunk change. Errors are clamped to the largest one that fades hold back: up to
-    /// that error, a fade of at most 1 / ratio hides the chunk.
+    /// Upper bound of (screen error of the chunk's vertices) / (the camera's threshold), for the camera with the
+    /// largest ratio; 0 if no camera would see the chunk change. Screen errors are clamped to the largest one that
+    /// fades hold back: up to that error, a fade of at most 1 / ratio hides the chunk.
     double ratio = 0.0;
     double fade_in = 1.0;   ///< least 1 / fade after one more update of fading in
     double fade_out = 1.0;  ///< greatest 1 / fade after one more update of fading out
 };
 
-/// Evaluates a chunk for the cameras that would see it change. A camera sees a change if its present and previous
+/// Evaluates a chunk for the cameras that would see it change. A camera sees a change if its present and its previous
 /// frustum may both contain part of the affected surface, at a distance of more than ten times the eye's displacement.
-/// The camera that sees most of the change limits the fade's step. A camera does not see chunks below its threshold.
+/// The camera that sees most of the change limits the fade's step. No camera sees chunks below its threshold.
 ///
 /// @param inverse_fade 1 / fade of the chunk now, >= 1
 FadeVisibility find_fade_visibility(const Lattice& lattice, const Chunk& chunk,
@@ -68,7 +68,7 @@ public:
         Index parent = kNone;
         std::array<Index, 4> child{kNone, kNone, kNone, kNone};
         int child_count = 0;
-        /// By quadrant: bounding box of the surface, and the error bound without the child, metres.
+        /// [quadrant] Bounding box of the surface, and error bound, metres, if the child is absent.
         std::array<WorldBox, 4> boxes;
         std::array<double, 4> bounds{};
 
@@ -76,7 +76,7 @@ public:
         std::size_t bytes_read = 0;                                         ///< from storage
         double contact_until_s = -std::numeric_limits<double>::infinity();  ///< kept until then
         bool was_needed = false;      ///< has been needed while resident
-        bool is_fading_out = false;   ///< until its eviction
+        bool is_fading_out = false;   ///< fades until its eviction
         bool was_fading_out = false;  ///< at the previous plan
         bool is_new = true;           ///< not in a ResidentSet yet
         double inverse_fade = 1.0;

@@ -7,7 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-// Hysteresis: a load's ratio must exceed its victim's by this factor, or it must be needed sooner by this time.
+// Hysteresis: a load's ratio must exceed its victim's by this factor, or the load must be needed sooner by this time.
 constexpr double kGain = 1.25;
 constexpr double kSooner_s = 1.0;
 // A need that starts within this time counts as current.

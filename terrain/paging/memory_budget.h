@@ -17,10 +17,10 @@ namespace terrane::internal {
 
 /// Enforces the byte ceiling on resident chunks and loads in flight, and selects chunks to evict.
 ///
-/// Order of eviction: unneeded chunks, smallest error in any view direction first; speculation; chunks to be drawn
-/// later, latest first; chunks drawn now, smallest error first; contact chunks not touched yet, latest first. Touched
-/// contact chunks and roots are never evicted, and speculation evicts nothing. A chunk whose removal a camera would see
-/// fades out first, unless contact or a root needs its bytes.
+/// Order of eviction: unneeded chunks, smallest error in any view direction first; speculative chunks, smallest ratio
+/// first; chunks to be drawn later, latest first; chunks drawn now, smallest error first; contact chunks not touched
+/// yet, latest first. Touched contact chunks and roots are never evicted, and speculative loads evict nothing. A chunk
+/// whose removal a camera would see fades out first, unless contact or a root needs its bytes.
 class MemoryBudget {
 public:
     MemoryBudget(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
@@ -49,13 +49,13 @@ public:
     Admission admit(const Need& need, std::size_t bytes, double slack_s, ByteClaim& claim);
     /// Claims bytes for chunks that replace resident ones, if they fit now.
     bool claim_replacements(std::size_t bytes, ByteClaim& claim);
-    /// Evicts with the priority of contact until `bytes` fit, counting bytes that will soon be released, and reserves
-    /// them: loads of this plan cannot claim them. Call after begin_plan().
+    /// Evicts with the priority of contact until `bytes` fit, counting bytes that will soon be released. Reserves them,
+    /// so that loads of this plan cannot claim them. Call after begin_plan().
     void make_room(std::size_t bytes);
     /// Whether an earlier claim may be reused for a chunk with this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
-    /// Evicts a chunk and its descendants, whether needed or not. Call between plans: begin_plan() rebuilds the
+    /// Evicts a chunk and its descendants, even if they are needed. Call between plans: begin_plan() rebuilds the
     /// candidates.
     void evict_tree(ChunkTree::Index index);
 

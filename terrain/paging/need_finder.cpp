@@ -5,8 +5,9 @@
 //   with their children)
 //   C. L. Liu, J. W. Layland. Scheduling algorithms for multiprogramming in a hard-real-time environment.
 //   Journal of the ACM 20(1), 1973. (earliest deadline first)
-// Deviations: the predicted motion of the clients determines when needs start and end. Absent chunks are requested
-// together with urgent descendants, whose bounds are estimated from the mean ratios between levels.
+// Deviations: the predicted motion of the clients determines when needs start and end. An absent chunk and its urgent
+// descendants are requested at the same time; bounds of the descendants are estimated from the mean ratios between
+// levels.
 #include "paging/need_finder.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kAlmost = 1.1;
 constexpr double kContactHeld_s = 1.0;
 
-// PagingPolicy::distance: everything within a radius, nearest first.
+// PagingPolicy::distance: everything nearer than `radius` times the distance at which its error equals the threshold.
 Need near_need(const PredictedView& predicted, const WorldBox& box, double bound, double radius) {
     const double reach = radius * predicted.distance_per_bound * bound;
     const double from =
@@ -82,7 +83,7 @@ Need NeedFinder::contact_need(const ChunkKey& key) const {
 
 void NeedFinder::count_used(ChunkTree::Node& node) {
     if (node.was_needed || node.need.why >= NeedClass::speculation) return;
-    // with PagingPolicy::distance a chunk counts as used only if it is needed for a view
+    // a drawn chunk counts as used only if it is visible: PagingPolicy::distance loads chunks in all directions
     bool is_used = node.need.is_needed_now() && node.need.why <= NeedClass::contact;
     if (node.parent != ChunkTree::kNone && node.need.is_needed_now()) {
         const ChunkTree::Node& parent = (*tree_)[node.parent];
@@ -95,7 +96,7 @@ void NeedFinder::count_used(ChunkTree::Node& node) {
     (is_used ? bytes_.used : bytes_.awaited) += node.bytes_read;
 }
 
-// Sets the needs below a node, and returns the needs of the node and its descendants, combined.
+// Sets the needs of a node's descendants, and returns the combined needs of the node and its descendants.
 Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
     const ChunkKey key = tree[index].chunk->key;
     Need need = tree[index].need;
@@ -108,7 +109,7 @@ Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
         ChunkTree::Node& node = tree[index];
         const ChunkKey child_key = key.child(quadrant);
         const ChunkTree::Index child = node.child[at];
-        // resident and absent chunks have the same arrival time, or chunks would alternate between the two
+        // the arrival time does not depend on residence: otherwise chunks would alternate between resident and absent
         const double arrival_s = times_->expected_s(child_key.level);
         Need own =
             camera_need(node.boxes[at], node.bounds[at], arrival_s, child != ChunkTree::kNone);
@@ -167,7 +168,7 @@ void NeedFinder::visit_below_absent(const ChunkKey& key, const WorldBox& box, do
         need = combine(need, contact_need(child));
         if (!need.is_needed()) continue;
         const double child_slack_s = visit_absent(child, child_box, own_bound, arrives_s, need);
-        // descendants of a lower class do not reduce the slack, so that contact keeps its own
+        // descendants of a lower class do not reduce the slack: that of a contact chunk depends on contact only
         if (need.why <= why) slack_s = std::min(slack_s, child_slack_s);
     }
 }

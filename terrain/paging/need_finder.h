@@ -20,12 +20,13 @@ public:
     NeedFinder(const PagerSettings& settings, int contact_level)
         : settings_(settings), contact_level_(contact_level) {}
 
-    /// Updates, from an arrived chunk, the mean ratio of the error bounds on its level to their parents' bounds.
+    /// Updates the mean ratio of the error bounds of a level to their parents' bounds, from an arrived chunk of the
+    /// level.
     ///
     /// @param bound the parent's error bound over the chunk, metres
     void learn_decay(const Chunk& chunk, double bound);
 
-    /// Bytes read from storage for resident chunks, by the use of the chunks.
+    /// Bytes read from storage for resident chunks, by whether the chunks have been needed.
     struct Bytes {
         std::size_t used = 0;     ///< for chunks first needed in this plan
         std::size_t awaited = 0;  ///< for chunks not needed yet, but predicted to be

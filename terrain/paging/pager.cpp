@@ -260,9 +260,9 @@ bool Pager::State::replace(const ChunkReplacement& replacement) {
     return true;
 }
 
-// The root window of a world with more root squares than can be resident. When the client leaves its middle, the window
-// moves as soon as all root squares of the new window are loaded, so that frames never lack a root square. When the
-// client leaves the window itself, as after a jump, the window moves at once.
+// The root window of a world with more root squares than can be resident. When the client leaves the middle of the
+// window, the window moves as soon as all root squares of the new window are loaded, so that frames never lack a root
+// square. When the client leaves the window itself, as after a jump, the window moves at once.
 
 using internal::ChunkTree;
 

@@ -99,7 +99,7 @@ bool Pager::State::take_finished() {
     return !finished.empty();
 }
 
-// From coarse to fine, because one orphan may be the parent of another.
+// Inserts orphans from coarse to fine, because one may be the parent of another.
 void Pager::State::adopt_orphans() {
     if (loads.orphans.empty()) return;
     std::vector<ChunkKey> keys;
@@ -146,7 +146,7 @@ bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) c
 }
 
 // Postpones loads of drawn chunks with more slack than kDrawnAhead_s, provided that all of them can still be loaded in
-// time: the later a load starts, the less often its prediction is wrong and its bytes are wasted.
+// time. Predictions for a nearer time are more often right, so that fewer bytes are wasted.
 void Pager::State::postpone() {
     if (settings.policy == PagingPolicy::distance) return;
     double least_s = std::numeric_limits<double>::infinity();
@@ -159,7 +159,7 @@ void Pager::State::postpone() {
     }
 }
 
-// Whether the share of unused bytes stays within its limit with another speculative load.
+// Whether the share of unused bytes stays within its limit if one more speculative load starts.
 bool Pager::State::may_speculate(std::size_t in_flight_count) const {
     const std::uint64_t idle = stats.bytes_read - stats.bytes_used -
                                std::min(stats.bytes_awaited, stats.bytes_read - stats.bytes_used);
@@ -297,7 +297,7 @@ std::uint64_t internal::Clients::take_bodies(std::span<const BodyNeed> all_bodie
         // a rising body falls again: its upward velocity is ignored
         if (body.trajectory.empty()) bodies.back().velocity.z() = std::min(0.0, body.velocity.z());
     }
-    // Refers to the copies, because finish() plans again when the caller's data may be gone.
+    // The spans refer to the copies, because finish() plans again when the caller's data may be gone.
     std::size_t first = 0;
     for (BodyNeed& body : bodies) {
         body.trajectory =
@@ -313,7 +313,7 @@ bool Pager::State::update_clients(std::span<const CameraNeed> cameras,
     const double before_s = time_s;
     if (std::isfinite(now_s)) time_s = std::max(time_s, now_s);
     const double passed_s = time_s - schedule.planned_s;
-    // no clock, or several updates at the same time
+    // the caller has no clock, or updates several times at the same time
     schedule.is_clock_stalled = time_s == before_s;
     bool is_due = is_inline || schedule.must_plan || schedule.is_clock_stalled ||
                   !(passed_s < internal::kTick_s - kSlack_s);
@@ -408,7 +408,7 @@ void Pager::State::count_groundless() {
     stats.cut_needs += contact.is_cut() ? 1u : 0u;
 }
 
-// Assumes that contact with an absent chunk lasts as long again as it has so far, because the body may be parked there.
+// Assumes that contact with an absent chunk will last as long as it has lasted so far: the body may be parked there.
 void Pager::State::count_waits() {
     std::map<ChunkKey, double> missed;
     for (LoadCandidate& candidate : needs.candidates()) {

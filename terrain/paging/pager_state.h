@@ -37,14 +37,14 @@ struct Orphan {
 
 /// Loads in flight, and the record of past ones.
 struct Loads {
-    std::map<ChunkKey, LoadInProgress> in_flight;  ///< queued, and not taken yet
+    std::map<ChunkKey, LoadInProgress> in_flight;  ///< queued, and the result not taken yet
     std::map<ChunkKey, Orphan> orphans;
-    std::map<ChunkKey, double> missing_since_s;  ///< contact chunks that are touched and absent
+    std::map<ChunkKey, double> missing_since_s;  ///< of touched contact chunks that are absent
     LoadTimes times;
     Retries retries;
     std::string last_failure;  ///< message of the last load that failed
 
-    /// Whether a chunk is to be inserted later.
+    /// Whether a chunk is being loaded or waits as an orphan.
     bool has(const ChunkKey& key) const { return in_flight.contains(key) || orphans.contains(key); }
 };
 
@@ -78,7 +78,7 @@ struct RequiredRegions {
     std::uint64_t next_id = 1;
 };
 
-/// The root window to which the present one will move; equal to it if no move is due.
+/// The root window to which the present one will move; equal to the present one if no move is due.
 struct NextWindow {
     Lattice lattice;
     std::map<ChunkKey, Orphan> roots;  ///< its loaded root squares outside the present window
@@ -86,8 +86,8 @@ struct NextWindow {
 
 /// Chunks that have been evicted.
 struct Evictions {
-    std::map<ChunkKey, double> times_s;  ///< times of evictions within the last horizon
-    std::set<ChunkKey> in_finish;        ///< not reloaded: two chunks might alternate for ever
+    std::map<ChunkKey, double> times_s;  ///< of evictions within the last horizon, seconds
+    std::set<ChunkKey> in_finish;        ///< finish() must not reload these, or it might never end
 };
 
 /// State of replace_chunks().
@@ -106,7 +106,7 @@ struct SetEntry {
 /// The set that clients read.
 struct PublishedSet {
     std::shared_ptr<const ResidentSet> chunks;
-    std::vector<SetEntry> order;                        ///< its chunks, in its order
+    std::vector<SetEntry> order;                        ///< chunks of the set, in the set's order
     std::vector<std::shared_ptr<const Chunk>> arrived;  ///< for the next set
 };
 
@@ -154,7 +154,7 @@ struct Pager::State {
     bool is_inline = false;    // update() loads synchronously
     bool skips_fades = false;  // in finish()
     PagerStats stats;
-    std::unique_ptr<ChunkLoader> loader;  // last: stopped first
+    std::unique_ptr<ChunkLoader> loader;  // last member: destroyed first
 
     bool update_clients(std::span<const CameraNeed> cameras, std::span<const BodyNeed> all_bodies,
                         double now_s);
@@ -162,7 +162,7 @@ struct Pager::State {
     void accept(FinishedLoad& load);
     bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read);
     void adopt_orphans();
-    /// Whether everything needed is loaded now: speculation and late chunks too, but no descendants of absent chunks.
+    /// Whether all needed chunks, even speculative ones, are loaded now, but no descendants of absent chunks.
     bool waits_for_all() const { return is_inline || skips_fades; }
     double contact_horizon() const;
     void plan();

@@ -21,9 +21,9 @@
 
 namespace terrane {
 
-/// State shared by a loader and its threads. A hanging thread cannot be stopped, only detached; therefore this state
-/// holds everything that threads access, each thread shares its ownership, and waits for threads are bounded. Loads are
-/// list nodes spliced from list to list, so that a thread neither allocates nor fails when it takes or finishes one.
+/// State shared by a loader and its threads. A hanging thread cannot be stopped, only detached. Therefore this state
+/// holds everything that threads access, each thread shares ownership of it, and waits for threads have a time limit.
+/// Loads are list nodes spliced from list to list: threads take and finish loads without allocating or failing.
 struct ThreadLoader::State {
     using Clock = std::chrono::steady_clock;
 
@@ -65,8 +65,8 @@ struct ThreadLoader::State {
     Clock::time_point next_timeout() const;
     /// Fails: out_of_memory if the system cannot start a thread
     static Result<void> start_worker(const std::shared_ptr<State>& state);
-    /// Reports timed-out loads, detaches their threads, and starts replacements up to the limit. Failed starts are
-    /// retried at the next call.
+    /// Reports timed-out loads, detaches their threads, and starts new ones, up to 2 * worker_count threads in all.
+    /// Failed starts are retried at the next call.
     static void replace_hung(const std::shared_ptr<State>& state);
 
 private:
@@ -76,7 +76,7 @@ private:
 
 namespace {
 
-constexpr double kLongestTimeout = 1e9;  // within the range of the clock
+constexpr double kLongestTimeout = 1e9;  // seconds, within the range of the clock
 
 }  // namespace
 
@@ -179,7 +179,7 @@ void ThreadLoader::State::work(std::shared_ptr<State> state, WorkerIterator self
 namespace {
 
 constexpr int kMostWorkers = 256;
-constexpr std::chrono::seconds kJoinTimeout{1};  // of the destructor, for all threads
+constexpr std::chrono::seconds kJoinTimeout{1};  // in the destructor, for all threads together
 
 double to_seconds(std::chrono::steady_clock::duration duration) {
     return std::chrono::duration<double>(duration).count();

@@ -37,9 +37,9 @@ struct EndedRequest {
     std::size_t bytes_moved = 0;
 };
 
-/// Discrete-event simulation of storage on a virtual clock. Events: end of a latency, end of a transfer, and timeout of
-/// a hanging request. Nothing is computed between events, so that results are bit-identical for any step size of the
-/// clock. Simultaneous events are processed in the order in which their requests started.
+/// Discrete-event simulation of storage on a virtual clock. The events are the end of a latency, the end of a transfer,
+/// and the timeout of a hanging request. Nothing is computed between events, so that results are bit-identical for any
+/// step size of the clock. Simultaneous events are processed in the order in which their requests started.
 ///
 /// Each delivered request moves Chunk::max_bytes(). Threads: one at a time.
 class StorageSimulation {
@@ -124,7 +124,7 @@ private:
     std::uint64_t state_;
 };
 
-// 2^x, bit-identical on every machine: the integer part by the exponent, the fraction bit by bit from square roots.
+// 2^x, bit-identical on every machine: the integer part is the exponent; bit k of the fraction is a factor 2^(2^-k).
 double power_of_two(double x) {
     const double whole = std::floor(x);
     double rest = x - whole, root = 2.0, power = 1.0;
@@ -211,7 +211,7 @@ std::optional<EndedRequest> StorageSimulation::run_until(double until_s) {
         }
         now_s_ = time_s;
         if (next->is_moving) {
-            move_bytes(time_s, next->bytes_left);  // exactly its rest, despite rounding
+            move_bytes(time_s, next->bytes_left);  // exactly what is left, despite rounding
             return end(next, StorageOutcome::delivered);
         }
         if (next->fate != StorageOutcome::delivered) return end(next, next->fate);

@@ -1,40 +1,40 @@
 // SPDX-License-Identifier: MIT
 //
-// Included by sources that are compiled once for each SimdLevel: plain data, no inline functions.
+// Included by sources that are compiled once for each SimdLevel: contains only plain data, no inline functions.
 #pragma once
 
 #include "base/simd_level.h"
 
 namespace terrane::internal {
 
-/// Samples along the side of a cell at which deviations are measured, both ends included.
+/// Number of points along a side of a cell, ends included, at which deviations are measured.
 inline constexpr int kCellSamples = 5;
-/// Cells that are measured at once: rows are padded to whole groups.
+/// Number of cells that are measured at once; rows are padded to a multiple of it.
 inline constexpr int kCellGroup = 8;
 
-/// Every other cell of one row: cells with the same diagonal. Each pointer is to values of successive cells.
+/// Every other cell of one row: cells with the same diagonal. Each pointer is to an array with one value per cell.
 ///
 /// Cells are mirrored if necessary, so that the diagonal rises from the south-western corner, `foot`, to the
-/// north-eastern corner, `head`; `right` and `left` are the south-eastern and the north-western corner. `right` and
-/// `left` are midpoints of spacing s, and `foot` or `head` is a centre.
+/// north-eastern corner, `head`; `right` and `left` are the south-eastern and the north-western corner. At the spacing
+/// s of the cells, `right` and `left` are midpoints, and either `foot` or `head` is a centre.
 struct CellRow {
     int count = 0;               ///< a multiple of kCellGroup
     bool centre_is_foot = true;  ///< else the centre is the head
     bool has_radii = false;
-    /// By row and column: the heights at a sample are centre +- radius.
+    /// [row][column]: the heights at a point are within centre +- radius.
     const double* centres[kCellSamples][kCellSamples];
     const double* radii[kCellSamples][kCellSamples];
 
     const double *foot, *right, *head, *left;  ///< heights of the corners
-    /// Heights of vertices above the middle of their two ends.
+    /// Height of a vertex above the mean height of its two ends.
     const double *right_rise, *left_rise, *centre_rise;
 
-    /// Largest deviations so far, raised to those that are measured: from the cell's two triangles, and from the
-    /// triangles that each of the three vertices splits.
+    /// Largest deviations so far, raised to the measured ones where these are larger: `cell` from the cell's two
+    /// triangles, the others from the triangles that the corner `right`, the corner `left` or the centre splits.
     double *cell, *right_most, *left_most, *centre_most;
 };
 
-/// Measures the deviations of samples from the triangles. All levels give the same bits.
+/// Measures the deviations of samples from the triangles. Results are bit-identical at all levels.
 using FindMaxDeviations = void (*)(const CellRow& cells);
 
 /// Requires a level that this machine supports.

@@ -7,11 +7,11 @@
 // coarser spacing. At a point with barycentric weights w, the height of the plane
 //
 //   of the half cell is w_m h_m + w_c h_c + w_k h_k;
-//   of the triangle that m splits is lower by w_m rise_m, because the middle of m's ends replaces h_m;
-//   of the triangle that c splits is lower by w_c rise_c as well, because the middle of c's ends replaces h_c.
+//   of the triangle that m splits is lower by w_m rise_m, because h_m is replaced by the mean height of m's ends;
+//   of the triangle that c splits is lower by w_c rise_c as well, because h_c is replaced by that of c's ends.
 //
-// Both triangles are linear over the half cell. (m's ends are c and a corner, or, on an edge of c's square, two
-// corners of the square.) Four half cells form the diamond of m, eight form the diamond of c.
+// Both triangles contain the half cell. (m's ends are c and a corner of c's square, or, if m is on an edge of this
+// square, two of its corners.) Four half cells form the diamond of m, eight form the diamond of c.
 #pragma once
 
 #include "source/cell_deviation.h"

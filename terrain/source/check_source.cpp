@@ -62,7 +62,7 @@ public:
                 index(region.north, lattice.origin_y, lattice.spacing)},
           lattice_(lattice) {}
 
-    // Corners of the region first, then alternately positions on its edges and inside.
+    // Cycles through four grids at the corners of the region, four on its edges and four inside it.
     SampleGrid next(std::int64_t step) {
         const int place = count_++ % 12;
         const bool at_west = place == 0 || place == 2, at_east = place == 1 || place == 3;
@@ -79,7 +79,7 @@ private:
         return static_cast<std::int64_t>(std::floor((place - origin) / spacing));
     }
 
-    // First index and number of points. Chunks read at most two samples beyond the world.
+    // First index and number of points. Grids at an edge extend two steps beyond it, as far as chunks read.
     std::pair<std::int64_t, int> along(std::int64_t step, std::int64_t low, std::int64_t high,
                                        std::int64_t world_low, std::int64_t world_high, bool at_low,
                                        bool at_high) {
@@ -102,7 +102,7 @@ private:
     int count_ = 0;
 };
 
-// Checks intervals and rises for rectangles and distances of various sizes around the spacing.
+// Checks intervals over rectangles, and rises over distances, of various sizes around the spacing.
 void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect& region,
                   std::int64_t step, int places, CheckRandom& random) {
     const double spacing = lattice.spacing * static_cast<double>(step);
@@ -119,7 +119,7 @@ void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect&
     checks.check_rise(random.between(0.5, 8.0) * spacing, level);
 }
 
-// Checks all grids again, in reverse order; then on several threads at once, each in an order of its own.
+// Asks for all grids again, in reverse order; then for up to kThreadGrids on several threads, on each in another order.
 void check_repeats(const HeightSource& source, const SourceCheckSettings& settings,
                    const WorldRect& region, const std::vector<GridAnswers>& answered,
                    SourceChecks& checks) {
@@ -135,7 +135,7 @@ void check_repeats(const HeightSource& source, const SourceCheckSettings& settin
             threads.emplace_back([&, thread] {
                 const std::size_t count = std::min(answered.size(), kThreadGrids);
                 for (std::size_t i = 0; i < count; ++i) {
-                    // 37 is coprime to 64, so that every grid of a full list occurs once
+                    // 37 is coprime to 64, so that each of 64 grids occurs once
                     const std::size_t next = (37 * i + 11 * thread) % count;
                     const std::size_t spread = next * answered.size() / count;
                     parts[thread].check_again(answered[spread], SourceLaw::threads);

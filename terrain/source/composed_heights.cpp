@@ -63,8 +63,8 @@ WorldRect SourcePair::world() const {
 
 }  // namespace terrane::internal
 
-// Sums: z = a + f b. Both sources interpolate linearly over the same triangles, so deviations, intervals and rises add
-// up.
+// Sums: z = a + f b. Both sources are interpolated linearly over the same triangles, so that the deviations, intervals
+// and rises of a and f b add up.
 
 namespace terrane {
 namespace {
@@ -165,12 +165,11 @@ Result<std::shared_ptr<const HeightSource>> sum_heights(std::shared_ptr<const He
 //                           + sum w_i (m(p) - m(v_i)) (b(v_i) - a(v_i)).
 //
 // The first two terms are a weighted mean of the sources' deviations. The third is at most d sum w_i |m(p) - m(v_i)|,
-// where d is the largest |b - a|. The difference |m(p) - m(v_i)| is at most most - least for a mask with values in
-// [least, most], and at most S |p - v_i| for one with Lipschitz bound S; sum w_i |p - v_i| <= l / 2
-// (function_heights.cpp).
+// where d is the largest |b - a|. For a mask with values in [least, most], |m(p) - m(v_i)| <= most - least. For a mask
+// with Lipschitz bound S, |m(p) - m(v_i)| <= S |p - v_i|, and sum w_i |p - v_i| <= l / 2 (function_heights.cpp).
 //
-// Nesting. The mask and d are taken over a square around the vertex that contains the squares of its children, with
-// half sides of 3 s around a centre of spacing s and 2 s around a midpoint (detail_heights.cpp).
+// Nesting. For a vertex, the mask and d are taken over a square around it. Its half side is 3 s for a centre of spacing
+// s and 2 s for a midpoint, so that it contains the squares of the vertex's children (detail_heights.cpp).
 
 namespace {
 
@@ -260,7 +259,7 @@ public:
         if (is_zero(mask)) return a().interval(rect);
         if (is_one(mask)) return b().interval(rect);
         const HeightInterval some = a().interval(rect), other = b().interval(rect);
-        // a weighted mean is monotone in the mask
+        // a weighted mean is monotone in the mask: its extremes are at the ends of the mask's interval
         const auto at = [](double of_a, double of_b, double part) {
             return (1.0 - part) * of_a + part * of_b;
         };
@@ -299,7 +298,7 @@ private:
         }
     }
 
-    // Bound of the blend's deviation over triangles in a rectangle.
+    // Bound of the blend's deviation over triangles in the rectangle `around`.
     float bound(float of_a, float of_b, const WorldRect& around, double longest_edge) const {
         const MaskInterval mask = mask_->over(around);
         if (is_zero(mask)) return of_a;
@@ -327,7 +326,7 @@ private:
         }
         for (int row = 0; row < grid.rows && !vertices.empty(); ++row) {
             for (int column = 0; column < grid.columns; ++column) {
-                if (((row | column) & 1) == 0) continue;  // of a coarser spacing
+                if (((row | column) & 1) == 0) continue;  // a vertex of a coarser spacing
                 const bool is_centre = (row & column & 1) != 0;
                 const std::int64_t reach = (is_centre ? 3 : 2) * grid.step;
                 const LatticePoint at{grid.corner.x + column * grid.step,

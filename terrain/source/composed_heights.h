@@ -23,8 +23,9 @@ protected:
     WorldRect rect(const LatticePoint& low, const LatticePoint& high) const {
         return {lattice().x(low.x), lattice().y(low.y), lattice().x(high.x), lattice().y(high.y)};
     }
-    /// A square around a grid, extended by a number of steps. A mask's interval over it contains its intervals over all
-    /// squares in the grid (BlendMask::over()). A decision for the grid therefore holds for each of its points.
+    /// A square around a grid, extended by a number of steps on all sides. A mask's interval over it contains its
+    /// intervals over all squares within (BlendMask::over()). A mask that is 0 (or 1) over it is therefore so at all
+    /// its points.
     WorldRect square_around(const SampleGrid& grid, std::int64_t steps_beyond) const;
     /// The rectangle of the world's root squares, metres.
     WorldRect world() const;
@@ -46,8 +47,8 @@ public:
     const WorldRect& box() const { return box_; }
     /// Whether a position is inside or on an edge.
     bool contains(double x, double y) const;
-    /// Distance of a position from the polygon, metres: 0 inside. If the distance is more than `most`, may return any
-    /// value between the two.
+    /// Distance of a position from the polygon, metres; 0 inside. If the distance is more than `most`, any value
+    /// between `most` and the distance may be returned.
     double at(double x, double y, double most) const;
     /// Bound of the rounding error of distances near the polygon, metres.
     double rounding() const { return rounding_; }

@@ -18,14 +18,14 @@ namespace terrane::internal {
 /// Wraps a caller's function, which may throw or return something that is not a height, and returns a Result.
 class CheckedFunction {
 public:
-    /// @param range heights outside it are refused; absent: any finite height is accepted
+    /// @param range heights outside this range are refused; if it is absent, any finite height is accepted
     CheckedFunction(HeightFunction function, const std::optional<HeightInterval>& range)
         : function_(std::move(function)), range_(range) {}
 
     /// The height, metres.
     /// Fails: io if the function throws or returns NaN or infinity; bad_data for a height outside the range
     Result<double> at(double x, double y) const;
-    /// The same; NaN instead of an error.
+    /// As at(), but returns NaN instead of an error.
     double operator()(double x, double y) const;
 
 private:
@@ -54,7 +54,8 @@ struct FunctionBounds {
 Result<FunctionBounds> estimate_bounds(const CheckedFunction& function, const WorldRect& extent,
                                        double finest_spacing);
 
-/// Bound of the slope at a position, from differences over `distance` and the curvature, including 1e-9 m of rounding.
+/// Bound of the slope at a position, from height differences over `distance` and the curvature; allows 1e-9 m of
+/// rounding.
 ///
 /// Fails: io if the function fails
 Result<double> slope_at(const CheckedFunction& function, double x, double y, double distance,
@@ -103,7 +104,7 @@ double CheckedFunction::operator()(double x, double y) const {
 }
 
 // Interpolation error over a right triangle. A right triangle with hypotenuse l lies in the circle of radius r = l / 2
-// around the middle O of its hypotenuse. For p = sum w_i v_i of its corners v_i, with w_i >= 0 and sum w_i = 1,
+// around the middle O of its hypotenuse. For a point p = sum w_i v_i of its corners v_i, with w_i >= 0, sum w_i = 1,
 //
 //   sum w_i |p - v_i|^2 = r^2 - |p - O|^2 <= r^2,   and so   sum w_i |p - v_i| <= r.
 //
@@ -117,7 +118,7 @@ double CheckedFunction::operator()(double x, double y) const {
 
 namespace {
 
-// Samples along the side of the grid over the extent, and of a patch; number of patches along the extent's side.
+// Numbers of samples along a side of the extent's grid and of a patch; number of patches along the extent's side.
 constexpr int kGridSamples = 65;
 constexpr int kPatchSamples = 5;
 constexpr int kPatches = 8;
@@ -204,7 +205,7 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
                     function.at(x + distance * kSides[i][0], y + distance * kSides[i][1]));
         heights[i] = height;
     }
-    // a central difference is the mean of the derivative over 2 d, which differs by at most M t at distance t
+    // a central difference is the mean of the derivative, which at distance t differs by at most M t from the middle's
     const double along_x = (heights[1] - heights[0]) / (2.0 * distance);
     const double along_y = (heights[3] - heights[2]) / (2.0 * distance);
     return std::sqrt(along_x * along_x + along_y * along_y) + 0.5 * kSqrt2 * curvature * distance +
@@ -213,9 +214,9 @@ Result<double> slope_at(const CheckedFunction& function, double x, double y, dou
 
 }  // namespace terrane::internal
 
-// A source from a function with a Lipschitz bound, a bound of its second derivative, or neither. Certified bounds
-// depend only on the spacing and are therefore nested. Estimates are the deviations of samples at a quarter of the
-// spacing, plus the deviation that the estimated slope and curvature allow between the samples (mesh_bounds.h).
+// A source from a function. With a Lipschitz bound or a bound of the second derivative, the bounds are certified; they
+// depend only on the spacing and are therefore nested. Otherwise they are estimates: the deviations of samples at a
+// quarter of the spacing, plus what the estimated slope and curvature allow between the samples (mesh_bounds.h).
 
 namespace terrane {
 namespace {
@@ -407,8 +408,8 @@ Result<Lattice> make_lattice(const FunctionHeightsSettings& settings) {
     return lattice;
 }
 
-// The region where the function is evaluated: the extent and the root squares, extended by one root square on each
-// side.
+// The region where the function may be evaluated: the union of the extent and the rectangle of the root squares, which
+// is extended by one root square on each side.
 WorldRect asked_region(const Lattice& lattice, const WorldRect& extent) {
     const std::int64_t side = lattice.chunk_side(0);
     const auto root = [side](std::int32_t first, std::int32_t count) {
@@ -445,7 +446,7 @@ Result<Known> find_bounds(const CheckedFunction& function, const Lattice& lattic
                                                          lattice.spacing, *settings.curvature));
         known.bounds.slope = slope + *settings.curvature * reach * kOutward;
     }
-    // chunks with heights beyond kMostHeight are rejected
+    // no height exceeds kMostHeight: chunks with larger ones are rejected
     known.bounds.height =
         settings.range ? settings.range->high - settings.range->low : 2.0 * kMostHeight;
     const double farthest = std::max({std::abs(region.west), std::abs(region.east),

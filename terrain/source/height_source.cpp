@@ -51,7 +51,7 @@ const ChunkSource& chunks_of(const HeightSource& source) {
 
 namespace {
 
-constexpr std::int32_t kMostRoots = 1024;  // along a side, if all are resident
+constexpr std::int32_t kMostRoots = 1024;  // along a side, in a world without a root window
 constexpr std::int32_t kLeastRootWindow = 4, kMostRootWindow = 64;
 
 }  // namespace

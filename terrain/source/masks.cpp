@@ -68,7 +68,7 @@ PolygonDistance::PolygonDistance(Polygon polygon) : polygon_(std::move(polygon))
                                     std::abs(box_.north)});
 }
 
-// Each edge includes its lower end and excludes its upper one.
+// Counts the edges that a ray to the east crosses. Each edge includes its lower end and excludes its upper one.
 bool PolygonDistance::is_inside(double x, double y) const {
     bool inside = false;
     PlanePoint from = polygon_.corners.back();
@@ -129,7 +129,7 @@ public:
         if (!std::isfinite(around.radius)) return {};
         const double middle = value(around.x, around.y);
         if (!std::isfinite(middle)) return {};
-        // a constant has no rounding error
+        // a function with slope 0 is constant: its interval has no width
         const double reach =
             slope() > 0.0 ? slope() * around.radius + 0x1p-50 * (1.0 + std::abs(middle)) : 0.0;
         return {std::clamp(middle - reach, 0.0, 1.0), std::clamp(middle + reach, 0.0, 1.0)};
@@ -148,7 +148,7 @@ private:
     std::function<double(double, double)> function_;
 };
 
-// 1 - t^2 (3 - 2 t), where t is the distance over the feather; its largest slope is 1.5 / feather.
+// The mask is 1 - t^2 (3 - 2 t) with t = distance / feather, and 0 for t >= 1; its largest slope is 1.5 / feather.
 class PolygonMask final : public BlendMask {
 public:
     PolygonMask(const Polygon& polygon, double feather)
@@ -169,7 +169,7 @@ public:
     }
 
 private:
-    // Does not increase with the distance.
+    // The mask at a distance; it does not increase with the distance.
     double value(double distance) const {
         const double t = distance / feather_;
         if (!(t < 1.0)) return 0.0;
@@ -201,8 +201,8 @@ Result<std::shared_ptr<const BlendMask>> mask_from_polygon(const Polygon& polygo
     return std::make_shared<const PolygonMask>(polygon, feather);
 }
 
-// A flat area is a blend with a plane by the mask of a polygon. Linear interpolation of a plane is exact, so its bounds
-// are only the rounding of its heights.
+// A flat area is the base blended with a plane by the mask of a polygon. A plane is interpolated exactly, so its bounds
+// consist only of the rounding errors of its heights.
 
 namespace {
 
@@ -263,7 +263,7 @@ public:
     }
 
 private:
-    // Rounding error of a computed deviation.
+    // Upper bound of the rounding error of a computed height or deviation.
     float rounding() const {
         const double reach =
             std::max({std::abs(extent().west), std::abs(extent().east), std::abs(extent().south),

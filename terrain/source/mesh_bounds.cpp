@@ -16,8 +16,8 @@
 
 namespace terrane {
 
-/// Rows of numbers, de-interleaved into kParts runs with stride kParts, and padded so that a group of cells may be read
-/// past their end.
+/// Rows of numbers. Each row is stored as kParts runs: run k has the columns k, k + kParts, ... Runs are padded, so
+/// that a group of cells may be read past their end.
 template <unsigned kParts>
 class SplitRows {
 public:
@@ -25,7 +25,7 @@ public:
         : width_(static_cast<std::size_t>(columns) / kParts + 1 + internal::kCellGroup),
           values_(width_ * kParts * static_cast<std::size_t>(rows)) {}
 
-    /// Columns `column`, `column + kParts`, ... of a row.
+    /// The values of columns `column`, `column + kParts`, ... of a row.
     double* from(int column, int row) {
         const auto at = static_cast<unsigned>(column);
         return &values_[(static_cast<std::size_t>(row) * kParts + at % kParts) * width_ +
@@ -53,13 +53,12 @@ private:
     std::vector<double> values_;
 };
 
-// Computes bounds e(v) over the diamond of v from samples at a quarter of the spacing s. They depend on the address
-// alone. B is the a-priori bound over right triangles with a given hypotenuse.
+// Computes the bound e(v) of a vertex v over its diamond from samples at a quarter of the spacing s. The bounds depend
+// on the address alone. B is the a-priori bound over right triangles, by their hypotenuse.
 //
-// The samples divide all triangles in question into right triangles with hypotenuse l = sqrt2 s / 4. A sample is not a
-// height, but a centre C and a radius R: the true height is in C +- R at the samples, and between them within the
-// interpolation of C +- R up to an error F. So over one fine triangle with corners v_i, for p = sum w_i v_i and a plane
-// P,
+// The samples divide all these triangles into right triangles with hypotenuse sqrt2 s / 4. A sample has a centre C and
+// a radius R: the true height is within C +- R at the samples, and between them within the interpolation of C +- R,
+// widened by an error F. So over one fine triangle with corners v_i, for p = sum w_i v_i and a plane P,
 //
 //   |h(p) - P(p)| <= |sum w_i C(v_i) - P(p)| + sum w_i R(v_i) + F
 //                 <= max (|C(v_i) - P(v_i)| + R(v_i)) + F,   because P is linear.
@@ -72,20 +71,20 @@ private:
 //   e(m)    = min(B(2 s),       max(own(m), own(the four cells around m)))
 //   e(c)    = min(B(2 sqrt2 s), max(own(c), e(the four midpoints around c)))
 //
-// The cells around m are the diamonds of its children. The bound of a midpoint therefore never exceeds the bound of its
-// centre; the bound of a centre of spacing s / 2, from finer samples, rarely exceeds the bound of its midpoint.
+// The four cells around m are the diamonds of its children. The bound of a midpoint therefore never exceeds that of its
+// centre; the bound of a centre of spacing s / 2, from finer samples, rarely exceeds that of its parent.
 
 namespace {
 
-/// Samples of the finest grid per step of the mesh.
+/// Number of steps of the fine samples per step of the grid.
 constexpr int kFine = internal::kCellSamples - 1;
 
 bool odd(std::int64_t value) { return (value & 1) != 0; }
 
 using FineRows = SplitRows<2 * kFine>;
 
-/// The cells around a grid that contribute to its bounds: an even number along each axis, the first at an odd index, in
-/// units of the step.
+/// The cells that contribute to the bounds of a grid. Their number along each axis is even. The first column and row,
+/// counted in steps of the grid, have odd indices.
 class Frame {
 public:
     Frame(const SampleGrid& grid, bool with_vertices)
@@ -115,14 +114,14 @@ public:
         }
     }
 
-    /// Turns the measured deviations into bounds.
+    /// Turns the measured deviations of vertices into bounds.
     void finish(const SpacingBounds& bounds);
 
-    /// Bound of the cell north-east of a lattice point, in steps.
+    /// Measured deviation of the cell to the north-east of a lattice point, whose indices are in steps.
     double cell(std::int64_t x, std::int64_t y) {
         return cells_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
-    /// Bound of a vertex of the grid's spacing, in steps.
+    /// Bound of a vertex of the grid's spacing, with indices in steps.
     double vertex(std::int64_t x, std::int64_t y) {
         return vertices_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
@@ -169,7 +168,7 @@ void Frame::read_heights(const MeshSamples& samples) {
     }
 }
 
-/// Height of a vertex above the middle of its two ends; 0 for a vertex of a coarser spacing.
+/// Height of a vertex above the mean height of its two ends; 0 for a vertex of a coarser spacing.
 double Frame::rise(int column, int row) {
     const std::int64_t x = first_x_ + column, y = first_y_ + row;
     int to_x = odd(x) ? 1 : 0;
@@ -179,13 +178,13 @@ double Frame::rise(int column, int row) {
            0.5 * (heights_.at(column - to_x, row - to_y) + heights_.at(column + to_x, row + to_y));
 }
 
-/// Reads the samples of some rows of cells. Rows must be read in order: the southern samples of the first row are the
-/// northern samples of the row before.
+/// Reads the samples of `count` rows of cells. Rows must be read in order, because the southernmost samples are copied
+/// from the northernmost ones of the previous call.
 void Frame::read_samples(const MeshSamples& samples, int row, int count, FineRows& centres,
                          FineRows& radii) {
     const int known = row > 0 ? 1 : 0;
     SampleGrid grid;
-    grid.step = step_;  // in quarters
+    grid.step = step_;  // in quarters of the finest spacing
     grid.corner = {kFine * first_x_ * step_, (kFine * (first_y_ + row) + known) * step_};
     grid.columns = kFine * columns_ + 1;
     grid.rows = kFine * count + 1 - known;

@@ -17,7 +17,7 @@ inline constexpr double kOutward = 1.0 + 0x1p-40;
 /// The square root of 2, rounded up.
 inline constexpr double kSqrt2 = 1.4142135623730952;
 
-/// Accuracy of HeightSource::height(), metres, in addition to the rounding of its sums.
+/// Largest error of HeightSource::height(), metres, in addition to the rounding of its sums.
 inline constexpr double kHeightAccuracy = 1e-9;
 
 }  // namespace terrane
@@ -27,7 +27,7 @@ namespace terrane::internal {
 
 using LatticeTriangle = std::array<LatticePoint, 3>;
 
-/// The two triangles of a square of lattice points of side `side`, cut between its corners of even index sum.
+/// The triangles of a square from corner `sw`, cut between the corners whose index sums, in units of `side`, are even.
 inline std::array<LatticeTriangle, 2> cut_square(const LatticePoint& sw, std::int64_t side) {
     const LatticePoint se{sw.x + side, sw.y}, nw{sw.x, sw.y + side}, ne{sw.x + side, sw.y + side};
     if (cut_to_north_east(sw.x / side, sw.y / side)) return {{{sw, se, ne}, {sw, ne, nw}}};
@@ -59,7 +59,7 @@ namespace terrane {
 /// The smallest float >= a bound >= 0.
 float round_up(double bound);
 
-/// A-priori bounds of the deviation of heights from their interpolation over triangles of spacing s.
+/// A-priori bounds of the deviation of heights from linear interpolation over right triangles, for a spacing of s.
 struct SpacingBounds {
     double centre = 0.0;    ///< half a square of side 2 s: the diamond of a centre of spacing s
     double midpoint = 0.0;  ///< half of that: the diamond of a midpoint of spacing s
@@ -83,7 +83,7 @@ struct MeshSamples {
     bool has_radii = false;
 };
 
-/// Computes HeightSource::vertex_bounds() and cell_bounds() from samples in one call; skips an empty span. Vertex
+/// Computes HeightSource::vertex_bounds() and cell_bounds() from samples in one call; an empty span is skipped. Vertex
 /// bounds require a corner that is a multiple of 2 * step.
 void compute_mesh_bounds(const SampleGrid& grid, const MeshSamples& samples,
                          const SpacingBounds& bounds, std::span<float> vertex_bounds_out,

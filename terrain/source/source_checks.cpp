@@ -223,7 +223,8 @@ SourceChecks::Peak SourceChecks::largest_deviation(const LatticeTriangle& triang
     }
     const double ax = xs[1] - xs[0], ay = ys[1] - ys[0], bx = xs[2] - xs[0], by = ys[2] - ys[0];
     const double area = ax * by - ay * bx;
-    // deviation at a position, by the barycentric coordinates of the second and third corner; below 0 outside
+    // deviation at a position with barycentric coordinates a and b of the second and third corner; -1 outside the
+    // triangle or the measured rectangle
     const auto measure = [&](double x, double y) {
         const double px = x - xs[0], py = y - ys[0];
         const double a = (px * by - py * bx) / area, b = (ax * py - ay * px) / area;
@@ -267,7 +268,7 @@ void SourceChecks::check_triangles(const GridAnswers& answers, const LatticePoin
                                    const std::array<LatticeTriangle, 2>& triangles, float bound,
                                    SourceLaw law, const std::string& what) {
     const auto claimed = static_cast<double>(bound);
-    if (!(claimed >= 0.0)) return;  // counted as not finite
+    if (!(claimed >= 0.0)) return;  // check_values() reports it as not finite
     for (const LatticeTriangle& triangle : triangles) {
         const Peak peak = largest_deviation(triangle, claimed);
         if (peak.value < 0.0) continue;  // outside the measured rectangle
@@ -318,7 +319,7 @@ bool same(float a, float b) {
 
 }  // namespace
 
-// Compares the bound of a vertex, with slack, with the bound of a child.
+// Checks that the bound `below` of a child is at most `slack` times the bound of the vertex at (column, row).
 void SourceChecks::check_nested(const GridAnswers& answers, int column, int row, float below,
                                 double slack, const char* what) {
     const auto bound = static_cast<double>(answers.vertices[answers.at(column, row)]);
@@ -358,7 +359,7 @@ void SourceChecks::check_nesting_of_cells(const GridAnswers& answers) {
     }
 }
 
-// Whether meshes can have a vertex there: beyond the world there are none, and bounds need not be nested.
+// Whether a point is in the world. Beyond it meshes have no vertices, and bounds need not be nested.
 bool SourceChecks::is_of_world(const LatticePoint& point) const {
     const Lattice& lattice = source_.lattice();
     return point.x >= lattice.west() && point.x <= lattice.east() && point.y >= lattice.south() &&
@@ -388,7 +389,7 @@ void SourceChecks::check_nesting_below(const GridAnswers& answers) {
     }
 }
 
-// Compares answers at points of `some` with answers of `other`, `shift` columns and rows further.
+// Compares the answers at each point of `some` with those of `other` there, `shift` columns and rows further.
 void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAnswers& other,
                            const LatticePoint& shift) {
     const auto dx = static_cast<int>(shift.x), dy = static_cast<int>(shift.y);
@@ -418,7 +419,7 @@ void SourceChecks::compare(SourceLaw law, const GridAnswers& some, const GridAns
 }
 
 void SourceChecks::check_window(const GridAnswers& answers) {
-    // even, so that the corner remains a multiple of twice the step
+    // west and south are even, so that the corner remains a multiple of twice the step
     const int west = 6, south = 4, east = 3, north = 7;
     SampleGrid large = answers.grid;
     large.corner = {large.corner.x - west * large.step, large.corner.y - south * large.step};

@@ -68,23 +68,23 @@ public:
 
     void check_values(const GridAnswers& answers);
     void check_bounds(const GridAnswers& answers);
-    /// Compares bounds of centres with the bounds of their midpoints, exactly.
+    /// Checks, without slack, that bounds of centres are at least the bounds of their midpoints.
     void check_nesting_within(const GridAnswers& answers);
-    /// Compares bounds of midpoints with the bounds of the cells around them, exactly: true of fractals, but no law.
+    /// Checks that bounds of midpoints are at least those of the cells around them: true of fractals, but not a law.
     void check_nesting_of_cells(const GridAnswers& answers);
-    /// Compares bounds of midpoints with the bounds of the centres of half the spacing around them, with the settings'
-    /// slack. Does nothing for a step of 1.
+    /// Checks, with the settings' slack, that bounds of midpoints are at least the bounds of the centres of half the
+    /// spacing around them. Does nothing for a step of 1.
     void check_nesting_below(const GridAnswers& answers);
     void check_window(const GridAnswers& answers);
     /// Compares samples with the next finer level's at the same points. Does nothing for a step of 1.
     void check_levels(const GridAnswers& answers);
-    /// Does nothing without cells.
+    /// Compares mesh_bounds() with the separate calls. Does nothing if the answers have no cells.
     void check_mesh_bounds(const GridAnswers& answers);
     /// Repeats the calls; counts a violation of `law` if a bit differs.
     void check_again(const GridAnswers& answers, SourceLaw law);
     void check_interval(const WorldRect& rect, int level);
     void check_rise(double distance, int level);
-    /// Counts one check of a law, and records its violation.
+    /// Counts one check of a law; if the law does not hold, records the violation.
     void count(SourceLaw law, bool holds, const std::function<SourceViolation()>& violation);
 
     const SourceReport& report() const { return report_; }

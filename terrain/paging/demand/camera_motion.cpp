@@ -18,22 +18,23 @@ namespace {
 constexpr double kPredictionAhead_s = 0.5;
 // Decay of prediction errors per tick: to a third in two seconds.
 constexpr double kErrorDecay = 0.973;
-// Rotation between two ticks above which it is a discontinuity (sine).
+// Sine of the rotation between two ticks above which the motion is discontinuous.
 constexpr double kLargestTurn = 0.87;
 // Seconds for which the acceleration is extrapolated.
 constexpr double kAcceleration_s = 1.5;
-// Angle up to which a new turn is trusted, radians, and initial time for which it is trusted, seconds.
+// A turn is trusted up to this angle, radians, or else for this time, seconds, plus the time that it has already
+// lasted.
 constexpr double kSmallTurn = 0.3;
 constexpr double kFirstTrust_s = 0.5;
-// Initial direction margin (sine), and horizon of speculation, seconds.
+// Sine of the direction margin just after the present, and time after which nothing is speculation, seconds.
 constexpr double kDirectionMargin = 0.17;
 constexpr double kSpeculation_s = 1.0;
 // Expected prediction error above which a state is speculation: angle, radians, and share of the distance travelled.
 constexpr double kTrustedError = 0.35;
 constexpr double kTrustedShare = 0.3;
-// Time constant of the decay of vertical speed: cameras over ground tend to follow it.
+// Time constant of the decay of predicted vertical speed, seconds: cameras near the ground tend to follow the ground.
 constexpr double kClimb_s = 1.0;
-// Interval between two predicted states: kGapShare of the time ahead, at least kFirstGap_s; shorter in turns.
+// Interval between two predicted states, seconds: kGapShare of the time ahead, at least kFirstGap_s; shorter in turns.
 constexpr double kFirstGap_s = 0.1;
 constexpr double kGapShare = 0.2;
 constexpr double kLargestGapTurn = 0.4;
@@ -133,7 +134,7 @@ void CameraMotion::estimate_motion(const CameraSample& now) {
     if (!(passed > 0.0)) return;
     Eigen::Vector3d view_turn_rate = Eigen::Vector3d::Zero();
     Eigen::Vector3d path_turn_rate = Eigen::Vector3d::Zero();
-    // summed over neighbouring samples, so that fast turns are not underestimated
+    // rotations between neighbouring samples are summed, so that fast turns are not underestimated
     const CameraSample* newer = &now;
     for (std::size_t i = 0; i < history_count_; ++i) {
         const CameraSample& older = history_[i];
@@ -226,7 +227,7 @@ void CameraMotion::extrapolate(const CameraNeed& camera, double horizon,
         const bool is_turning_on =
             turn_rate * time_s > kSmallTurn && time_s > kFirstTrust_s + steady_s_;
         PredictedView::CameraState state{.time_s = time_s, .eye_world = sample.eye_world};
-        // at present the camera may turn anywhere
+        // at present the camera may turn in any direction
         state.direction_margin = time_s <= 0.0 ? 1.0
                                  : time_s <= kSpeculation_s
                                      ? std::min(1.0, kDirectionMargin + turn_error_ * time_s)

@@ -11,7 +11,7 @@
 
 namespace terrane::internal {
 
-/// Interval of motion samples and plans, seconds.
+/// Interval between motion samples, and between plans, seconds.
 inline constexpr double kTick_s = 0.05;
 
 /// Tracks the motion of one camera and predicts its view.
@@ -24,9 +24,9 @@ public:
     /// @return whether there was a discontinuity
     bool observe(const CameraNeed& camera, double time_s);
 
-    /// Predicts the view: along the camera's trajectory if given, else extrapolated with the speed, acceleration and
-    /// turn rates of the last quarter of a second. A turn is trusted for as long as it has lasted; the direction margin
-    /// grows with the recent prediction errors.
+    /// Predicts the view: along the camera's trajectory if it has one, else extrapolated with the speed, acceleration
+    /// and turn rates of the last quarter of a second. A turn is trusted for about as long as it has lasted; the
+    /// direction margin grows with the recent prediction errors.
     PredictedView predict(const CameraNeed& camera, double time_s, double horizon) const;
 
     /// Discards all history, for a different camera.

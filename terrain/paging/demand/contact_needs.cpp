@@ -70,7 +70,7 @@ void TouchTable::touch_ancestors() {
         const TimeIndex time_index = chunks_[touched_[i]].time_index;
         const double end = chunks_[touched_[i]].end;
         Slot ancestor = chunks_[touched_[i]].parent;
-        // an ancestor touched as early and as long has already propagated
+        // an ancestor whose touch begins as early and lasts as long has already been propagated
         while (ancestor != kNone &&
                (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end)) {
             touch(ancestor, time_index, end);
@@ -144,12 +144,12 @@ constexpr double kGravity = 9.81;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 // Enlargement of the sphere's radius per metre of coordinates, to cover rounding.
 constexpr double kRounding = 1e-14;
-// Share of a chunk's side: for smaller spheres the box overlaps few chunks that the sphere does not.
+// Radius, in sides of a chunk, above which corners are tested: a smaller sphere touches most chunks that its box does.
 constexpr double kLargeSphere = 0.5;
 constexpr double kSqrt2 = 1.4142135623730951;
 constexpr double kPi = 3.141592653589793;
 
-// The earliest time at which speed * t + growth * t^2 / 2 is `gap`.
+// The earliest time at which speed * t + growth * t^2 / 2 reaches `gap`.
 double time_to_close(double gap, double speed, double growth) {
     if (gap <= 0.0) return 0.0;
     const double root = std::sqrt(speed * speed + 2.0 * growth * gap);
@@ -157,7 +157,7 @@ double time_to_close(double gap, double speed, double growth) {
     return growth > 0.0 ? (root - speed) / growth : kNever;
 }
 
-// Upper estimate of the squares that a segment touches: the area within one diagonal of it.
+// Upper estimate of the number of squares that a sphere touches: the area, in squares, within a diagonal of its path.
 double square_count(const MotionSegment& segment, double side) {
     const double distance =
         segment.duration > 0.0 ? segment.velocity.head<2>().norm() * segment.duration : 0.0;
@@ -166,7 +166,7 @@ double square_count(const MotionSegment& segment, double side) {
     return (2.0 * distance / side + kPi * reach) * reach;
 }
 
-// Shortens a segment until its square_count() is at most `most`; if necessary to its start, with a smaller radius.
+// Shortens a segment until its square_count() is at most `most`; if that does not suffice, also shrinks the sphere.
 void truncate(MotionSegment& segment, double side, double most) {
     const double duration = segment.duration;
     segment.duration = 0.0;
@@ -182,7 +182,7 @@ void truncate(MotionSegment& segment, double side, double most) {
     segment.duration = 0.0;
 }
 
-// Signed distance from a sphere to the column of a closed square below a height; negative in overlap.
+// Signed distance from a sphere to the column over a closed square, below `height`; negative if they overlap.
 double gap_to(const WorldPos& centre, double radius, const WorldRect& square, double height) {
     const double x = std::max({0.0, square.west - centre.x(), centre.x() - square.east});
     const double y = std::max({0.0, square.south - centre.y(), centre.y() - square.north});
@@ -190,7 +190,7 @@ double gap_to(const WorldPos& centre, double radius, const WorldRect& square, do
     return std::sqrt(x * x + y * y + z * z) - radius;
 }
 
-// The end of an interval beyond which both a and b lie; nothing if there is none.
+// The end of the interval [low, high] beyond which both a and b lie; nothing if there is no such end.
 std::optional<double> end_towards(double low, double high, double a, double b) {
     if (a < low && b < low) return low;
     if (a > high && b > high) return high;
@@ -243,14 +243,14 @@ struct BodySweep::AxisMotion {
           low_end(low(duration)),
           high_end(high(duration)) {}
 
-    // low() is concave and high() convex, so their extremes are at the ends.
+    // low() is concave and high() convex: the minimum of low() and the maximum of high() are at the ends.
     double low(double time) const { return from + speed * time - reach(time); }
     double high(double time) const { return from + speed * time + reach(time); }
     double reach(double time) const { return radius + 0.5 * growth * time * time; }
     double lowest() const { return std::min(low_begin, low_end); }
     double highest() const { return std::max(high_begin, high_end); }
 
-    // The time interval of overlap with [west, east], including the gap if the box leaves and, growing, returns.
+    // The time interval of overlap with [west, east]; if the box leaves it and returns by growing, the gap is included.
     Window over(double west, double east) const {
         Window when{0.0, duration};
         if (high_begin < west) {
@@ -302,7 +302,7 @@ void BodySweep::find_highest(const HeightSource& source) {
     highest_ = source.interval(source.extent()).high + source.lattice().quantum;
 }
 
-// Whether the sphere passes a corner of a square that its box overlaps, without touching the square.
+// Whether the sphere, whose box overlaps a square, passes a corner of the square without touching the square.
 bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& square,
                               const Window& when) {
     const Eigen::Vector2d from = segment.from_world.head<2>(),
@@ -312,7 +312,7 @@ bool BodySweep::passes_corner(const MotionSegment& segment, const WorldRect& squ
     if (!x) return false;
     const auto y = end_towards(square.south, square.north, begin.y(), end.y());
     if (!y) return false;
-    // the corner is the nearest point of the square throughout
+    // the corner is the nearest point of the square during the whole window
     const Eigen::Vector2d corner(*x, *y);
     const double nearest = (corner - from).dot(velocity) / velocity.squaredNorm();
     const double time = nearest > when.enter ? std::min(nearest, when.leave) : when.enter;
@@ -360,7 +360,7 @@ BodySweep::Cost BodySweep::find(MotionSegment segment, double most, TouchTable& 
         const Lane& row = row_lanes_[j];
         cost.squares += 1.0;
         if (row.when.intersect(in_columns).is_empty()) continue;
-        // the columns of a row are contiguous, and share at least one with the previous row
+        // columns that the box overlaps within a row are contiguous; adjacent rows have at least one of them in common
         const auto is_over = [&](std::size_t i) {
             return !row.when.intersect(column_lanes_[i].when).is_empty();
         };

@@ -17,16 +17,16 @@ namespace terrane::internal {
 /// The touched chunks of one level and their ancestors, each with its first and last touch. First touches are indices
 /// into the caller's ascending list of times.
 ///
-/// The highest ground and the order of chunks in use are cached across clear(); the cache changes no answer.
+/// The highest ground and the order of chunks in use are cached across clear(). The cache does not affect results.
 ///
-/// Allocates: when it grows
+/// Allocates: when the table grows
 class TouchTable {
 public:
     using Slot = std::uint32_t;
     using TimeIndex = std::uint32_t;
     static constexpr TimeIndex kNever = std::numeric_limits<TimeIndex>::max();
 
-    /// The source outlives it.
+    /// The source must outlive the table.
     TouchTable(const HeightSource& source, int level);
 
     /// Removes all touches and invalidates slots.
@@ -70,9 +70,9 @@ public:
     void touch_ancestors();
 
     const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
-    /// First touch of a chunk; kNever if it is not touched or not in the table.
+    /// Time index of the first touch of a chunk; kNever if it is not touched or not in the table.
     TimeIndex time_index(const ChunkKey& key) const;
-    /// Last touch, seconds. Requires a touched chunk.
+    /// End of the last touch of a chunk, seconds. Requires a touched chunk.
     double end(const ChunkKey& key) const { return chunks_[index_[bucket_of(key)].slot].end; }
 
     /// The touched chunks, ordered by time index, level and key.
@@ -210,11 +210,11 @@ struct Touch {
     double last = 0.0;
 };
 
-/// Finds the chunks that motion segments touch. A chunk stands for the column over its closed square that extends from
-/// the highest ground in it downwards without limit. Conservative: also finds some chunks that are narrowly missed.
+/// Finds the chunks that motion segments touch. A chunk is represented by the column over its closed square, from the
+/// highest ground in the square downwards without limit. Conservative: also finds some chunks that are narrowly missed.
 class BodySweep {
 public:
-    /// The source outlives it.
+    /// The source must outlive the sweep.
     BodySweep(const HeightSource& source, int level);
 
     struct Cost {
@@ -229,7 +229,7 @@ public:
     Cost find(MotionSegment segment, double most, TouchTable& table,
               std::vector<Touch>& touches_out);
 
-    /// Updates the highest ground of the source.
+    /// Updates the upper bound of all ground; call when the source's intervals have changed.
     void find_highest(const HeightSource& source);
 
 private:
@@ -270,9 +270,9 @@ struct RegionNeed {
 ///
 /// A body is a sphere that moves with the body's velocity and whose radius grows by g t^2 / 2, an allowance for the
 /// deviation from the straight line (mainly free fall); along a given trajectory it does not grow. The sphere touches a
-/// chunk if it shares a point with the column over the chunk's closed square, from the highest ground in it downwards.
-/// Bodies touch nothing beyond the source's extent. A region touches, at its deadline and whatever the horizon, all
-/// chunks of the world that share a point with it.
+/// chunk if it shares a point with the column over the chunk's closed square, from the highest ground in the square
+/// downwards. Bodies touch nothing beyond the source's extent. A region touches all chunks of the world that share a
+/// point with it, at its deadline, which may be beyond the horizon.
 ///
 /// Times are seconds from now. The first time is a lower bound of the first touch; for bodies it is rounded down to one
 /// of kSteps steps of the horizon. The last time is an upper bound of the last touch; it is infinite for regions and
@@ -284,8 +284,8 @@ class ContactNeeds {
 public:
     static constexpr std::size_t kSteps = 256;
     /// Approximate limit on squares tested for all bodies together, and again for all regions. Bodies have equal shares
-    /// of at least kLeastShare. A motion that would exceed its share is truncated to its beginning, a sphere to its
-    /// centre.
+    /// of at least kLeastShare. A motion that would exceed its share is cut off at its end; a sphere that is too large
+    /// for its share is shrunk about its centre.
     static constexpr double kMostSquares = 131072.0;
     static constexpr double kLeastShare = 128.0;
 
@@ -299,7 +299,7 @@ public:
         ChunkKey key;
     };
 
-    /// The source outlives it.
+    /// The source must outlive this object.
     ContactNeeds(const HeightSource& source, int contact_level);
 
     /// Recomputes the needs of bodies and regions. Requires finite bodies and regions, which Pager ensures; deadlines
@@ -325,7 +325,7 @@ public:
     /// descendants. Valid until the next find().
     std::span<const Entry> entries() const { return entries_; }
 
-    /// Current touches at the contact level, ordered by body. Valid until the next find().
+    /// Touches of bodies at the present time, at the contact level, ordered by body. Valid until the next find().
     std::span<const CurrentContact> current_contacts() const { return current_contacts_; }
 
     /// Whether needs were truncated at the limits above.

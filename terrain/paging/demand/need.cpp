@@ -25,7 +25,7 @@ constexpr double kSeenMargin = 0.05;
 
 // Reduction of the ratio outside the frustum, per sine of the angle to the frustum.
 constexpr double kOutsideLoss = 0.7;
-// A need's ratio is the maximum over this time from its start.
+// The ratio of a need is its maximum over this time from its start, seconds.
 constexpr double kSoon_s = 0.5;
 
 // Sine of the angle between a box and the frustum: 0 if they overlap, 1 from a right angle on.

@@ -44,8 +44,8 @@ inline Need combine(const Need& a, const Need& b) {
 struct LoadCandidate {
     ChunkKey key;
     Need need;
-    /// Seconds left until the load must start, for this chunk and the chunks whose ancestor it is to arrive in time;
-    /// negative if already too late.
+    /// Seconds until the load must start, so that this chunk and its urgent descendants arrive in time; negative if it
+    /// is already too late.
     double slack_s = 0.0;
     bool can_wait = false;  ///< the load may be postponed to a later update
 };
@@ -80,7 +80,7 @@ struct PredictedView {
     };
     /// At least one state; the first is the present; times do not decrease.
     std::vector<CameraState> states;
-    /// An error bound projects to the camera's threshold at this distance per metre of the bound.
+    /// Distance, per metre of an error bound, at which the bound projects to the camera's threshold.
     double distance_per_bound = 1.0;
     double near_distance = 1.0;
     /// Bounding box of the eyes of all states.

@@ -19,7 +19,7 @@ public:
     /// Requires a field that was checked.
     explicit AmplitudeField(const DetailField& field);
 
-    /// The two nodes around a coordinate; beyond the field, twice the same node.
+    /// The two nodes around a coordinate; beyond the field, both are its outermost node.
     struct Place {
         int low = 0, high = 0;
         double fraction = 0.0;
@@ -29,7 +29,7 @@ public:
 
     double amplitude(const Place& x, const Place& y) const;
 
-    /// Bounds over a closed rectangle; at least the bounds over any rectangle within it.
+    /// Bounds over a closed rectangle; they are at least the bounds over any rectangle within it.
     AmplitudeBounds over(const WorldRect& rect) const;
 
     /// Bounds everywhere.
@@ -45,7 +45,7 @@ private:
         int columns = 0, rows = 0;
         std::vector<Block> blocks;
     };
-    /// First and last cell of a range.
+    /// First and last cell of a range, inclusive.
     struct Stretch {
         int first = 0, last = 0;
     };

@@ -66,8 +66,8 @@ double AmplitudeField::amplitude(const Place& x, const Place& y) const {
 AmplitudeBounds AmplitudeField::over(const WorldRect& rect) const {
     const Stretch x = stretch(place_x(rect.west), place_x(rect.east), levels_[0].columns);
     const Stretch y = stretch(place_y(rect.south), place_y(rect.north), levels_[0].rows);
-    // A larger rectangle uses the same or a coarser level, whose blocks are unions of finer ones. Its blocks therefore
-    // contain the blocks of this rectangle.
+    // A larger rectangle uses the same level or a coarser one, whose blocks are unions of finer blocks. The blocks of a
+    // larger rectangle therefore contain the blocks of this one.
     const int longest = std::max(x.last - x.first, y.last - y.first);
     std::size_t level = 0;
     while ((longest >> level) > 3) ++level;
@@ -135,15 +135,15 @@ AmplitudeField::Block AmplitudeField::make_cell(int column, int row) const {
 //   |a N(p) - sum w_i a N(v_i)| <= a(p) |N(p) - sum w_i N(v_i)| + sum w_i |a(p) - a(v_i)| |N(v_i)|
 //                               <= A B(l) + slope(a) l / 2 sup |N|,  and  <= 2 A sup |N|,
 //
-// where B is the bound of OctaveBounds for unit amplitude and the smaller side of the cell (its wavelengths in world
-// metres), and sum w_i |p - v_i| <= l / 2 as in function_heights.cpp. The deviation adds to the base's, because both
-// are interpolated linearly over the same triangles.
+// where B is the interpolation bound of OctaveBounds for unit amplitude, with wavelengths in metres computed from the
+// smaller side of the cell, and sum w_i |p - v_i| <= l / 2 as in function_heights.cpp. This deviation adds to that of
+// the base, because both are interpolated linearly over the same triangles.
 //
 // Nesting. A and slope(a) are taken over a square around the vertex that contains the squares of its children, so that
-// the bound does not increase from parent to child. Half sides are 3 s around a centre of spacing s and 2 s around a
-// midpoint. Midpoints are at a distance s from their centre along an axis: 3 s = s + 2 s. Centres of spacing s / 2 are
-// at s / 2 from their parent along both axes: 2 s = s / 2 + 3 s / 2. This also holds after rounding, because lattice
-// integers are converted to coordinates and node indices by monotone operations.
+// the bound does not increase from parent to child. The square has a half side of 3 s around a centre of spacing s, and
+// of 2 s around a midpoint. A midpoint is a distance s from its parent, a centre, along an axis: 3 s = s + 2 s. A
+// centre of spacing s / 2 is s / 2 from its parent, a midpoint, along both axes: 2 s = s / 2 + 3 s / 2. This also holds
+// after rounding, because lattice integers are converted to coordinates and node indices by monotone operations.
 
 namespace {
 
@@ -154,11 +154,11 @@ struct GridAxis {
     double lattice_origin = 0.0;
     double lattice_spacing = 1.0;
     double offset = 0.0;  ///< grid coordinate of lattice index 0
-    double ratio = 1.0;   ///< cells per finest spacing
+    double ratio = 1.0;   ///< cells per spacing of the lattice
 
-    /// Corrects rounding, which would make the noise nonzero at the grid's points: a ratio of spacing to cell close to
-    /// a power of two becomes that power; a grid point within a millionth of the spacing of a lattice point becomes
-    /// that point.
+    /// Corrects rounding errors, because of which the noise would not be zero at the grid's points. A ratio of spacing
+    /// to cell close to a power of two becomes that power. A grid point within a millionth of the spacing of a lattice
+    /// point becomes that point.
     static GridAxis make(double lattice_origin, double lattice_spacing, double grid_origin,
                          double cell) {
         GridAxis axis{lattice_origin, lattice_spacing, (lattice_origin - grid_origin) / cell,
@@ -181,7 +181,7 @@ struct GridAxis {
     }
 };
 
-/// A grid coordinate in an octave. Coordinates are clamped to 2^38 cells.
+/// A grid coordinate, in cells of an octave. Grid coordinates are clamped to +-2^38 cells.
 NoiseCoordinate octave_coordinate(double grid, double frequency) {
     const double position = std::clamp(grid, -0x1p38, 0x1p38) * frequency;
     const double cell = std::floor(position);
@@ -223,7 +223,7 @@ public:
               GridAxis::make(lattice().origin_x, lattice().spacing, field.origin_x, field.cell_x)),
           axis_y_(
               GridAxis::make(lattice().origin_y, lattice().spacing, field.origin_y, field.cell_y)) {
-        // converting a coordinate to (u, v) rounds it a few times, which changes the noise by its slope
+        // rounding in the conversion of a coordinate to (u, v) changes the noise by at most its slope times the error
         const double reach = std::max({std::abs(extent().west), std::abs(extent().east),
                                        std::abs(extent().south), std::abs(extent().north),
                                        std::abs(field.origin_x), std::abs(field.origin_y)});
@@ -291,7 +291,7 @@ public:
     HeightInterval interval(const WorldRect& rect) const override {
         const HeightInterval base = base_->interval(rect);
         const double own = amplitude_.over(rect).most * unit_bounds_.sup() * kOutward;
-        // half an ulp for the sum, which the rounding of `own` may be too small to cover
+        // for the rounding of the sum, which the outward rounding of `own` may be too small to cover
         const double slack = own > 0.0 ? 0x1p-50 * (std::abs(base.low) + std::abs(base.high)) : 0.0;
         return {base.low - own - slack, base.high + own + slack};
     }
@@ -307,9 +307,9 @@ public:
     bool is_certified() const override { return base_->is_certified(); }
 
 private:
-    /// Constants of the bound of detail over right triangles of one size.
+    /// Terms of the bound of the detail's deviation over right triangles of one size.
     struct Triangles {
-        double interpolation = 0.0;  ///< of unit amplitude
+        double interpolation = 0.0;  ///< bound of the deviation for unit amplitude
         double radius = 0.0;         ///< half the hypotenuse
     };
 
@@ -374,7 +374,7 @@ private:
         return sums;
     }
 
-    /// The same for `count` columns, starting at column `west`.
+    /// Adds N at `count` columns of the grid, starting at column `west`, to the sums.
     void add_noise(const SampleGrid& grid, int west, int count, std::vector<double>& sums) const {
         NoiseColumns columns(internal::noise_kernels(internal::best_simd_level()));
         internal::NoiseRow noise_row;
@@ -407,7 +407,7 @@ private:
     OctaveBounds unit_bounds_;
     AmplitudeField amplitude_;
     GridAxis axis_x_, axis_y_;
-    double rounding_ = 0.0;  ///< of unit amplitude
+    double rounding_ = 0.0;  ///< rounding error of the noise for unit amplitude, metres
 };
 
 Result<void> check(const DetailField& field) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 //
 // A right triangle with hypotenuse l lies in the circle of radius r = l / 2 around the middle O of its hypotenuse. A
-// point p in it is sum w_i v_i of its corners with w_i >= 0 and sum w_i = 1, and sum w_i |p - v_i|^2 = r^2 - |p - O|^2
-// <= r^2. The interpolant at p is sum w_i n(v_i), so
+// point p in it is sum w_i v_i of its corners v_i with w_i >= 0 and sum w_i = 1, and sum w_i |p - v_i|^2 = r^2 - |p -
+// O|^2 <= r^2. The linear interpolation of the noise n of an octave is sum w_i n(v_i) at p, so
 //
 //   |n(p) - sum w_i n(v_i)| <= 2 sup |n|;
 //   ... <= slope * sum w_i |p - v_i| <= slope * r, by Cauchy and Schwarz;
 //   ... <= sum w_i curvature |p - v_i|^2 / 2 <= curvature * r^2 / 2, because the first-order terms
 //   of the Taylor series at p cancel: sum w_i (v_i - p) = 0.
 //
-// The smallest of the three is used for each octave; the sum over octaves bounds the fractal.
+// The smallest of the three bounds is used for each octave; their sum over all octaves bounds the fractal.
 #include "source/fractal/fractal_bounds.h"
 
 #include "source/fractal/fractal_surface.h"
@@ -23,7 +23,7 @@
 namespace terrane {
 namespace {
 
-/// Each of the following bounds is a sum of at most 24 terms of a few operations: relative error below 2^-45.
+/// Each of the following bounds is a sum of at most 24 terms of a few operations: its relative error is below 2^-45.
 
 }  // namespace
 
@@ -56,13 +56,13 @@ double OctaveBounds::rise(double distance) const {
     return sum * kOutward;
 }
 
-// A point p of a right triangle with hypotenuse l is sum w_i v_i of its corners, with w_i >= 0 and sum w_i = 1, and sum
-// w_i |p - v_i|^2 <= r^2 with r = l / 2 (see the head of this file). For a function f, let
+// A point p of a right triangle with hypotenuse l and corners v_i is sum w_i v_i, with w_i >= 0 and sum w_i = 1, and
+// sum w_i |p - v_i|^2 <= r^2 with r = l / 2 (see the head of this file). For a function f, let
 //
 //   spread(f) bound (sum w_i |f(p) - f(v_i)|^2)^(1/2),   bend(f) bound |f(p) - sum w_i f(v_i)|
 //
 // over all such points and triangles. By Cauchy and Schwarz, bend <= spread, and neither exceeds the length of an
-// interval that contains the values of f. From octaves to heights, with d_i = f(v_i) - f(p):
+// interval that contains the values of f. The following rules lead from octaves to heights, with d_i = f(v_i) - f(p):
 //
 //   noise of a place q:  d_i = grad n . (q_i - q) + R_i, |R_i| <= curvature / 2 |q_i - q|^2, so
 //                        spread <= slope spread(q),
@@ -78,20 +78,20 @@ double OctaveBounds::rise(double distance) const {
 //                        spread <= sup |f| spread(g) + sup |g| spread(f),
 //                        bend <= sup |f| bend(g) + sup |g| bend(f) + spread(f) spread(g)
 //
-// s' needs to be Lipschitz only: s'' may jump where the rounded part of a crest meets its flanks. For ridges |s'| <=
-// sqrt2 and |s''| <= 2 / c, where c is the crest; for the hybrid |s'| = 1 / sqrt2 and s'' = 0. The weighted values v =
-// w s of a multifractal lie between 0 and 1, and the next weight is 1 - k + k v. With slope S of an octave's s, the
-// slope of v is at most S (1 + k / 2 + k^2 / 4 + ...), so at most 2 S. (The usual weight of 2 v, clamped to 1, would
-// make it S times the number of octaves.)
+// Only a Lipschitz bound of s' is needed: s'' may jump at the borders of the rounded part of a crest. For ridges |s'|
+// <= sqrt2 and |s''| <= 2 / c, where c is the crest rounding; for the hybrid |s'| = 1 / sqrt2 and s'' = 0. The weighted
+// values v = w s of a multifractal lie between 0 and 1, and the next weight is 1 - k + k v, where k is the
+// heterogeneity. If S is the slope of an octave's s, the slope of v is at most S (1 + k / 2 + k^2 / 4 + ...), so at
+// most 2 S. (With the usual weight, 2 v clamped to 1, it would be S times the number of octaves.)
 //
-// The same recursion bounds the difference of f between two points r apart by the spread of f: each step also holds for
-// a single d_i. Sums, products and minima of non-decreasing functions of r are non-decreasing, in floating point too.
+// The same rules bound the difference of f between two points r apart by the spread of f: each also holds for a single
+// d_i. Sums, products and minima of non-decreasing functions of r are non-decreasing, in floating point too.
 
 namespace {
 
 using Deviation = FractalBounds::Deviation;
 
-/// The following bounds take a few hundred operations on numbers >= 0: relative error below 2^-44.
+/// The following bounds take a few hundred operations on numbers >= 0: their relative error is below 2^-44.
 
 Deviation within(double length, Deviation of) {
     const double spread = std::min(of.spread, length);
@@ -139,8 +139,8 @@ FractalBounds::FractalBounds(const FractalSurface& surface)
             rounding_ = sums_.interpolation(0.0);
             return;
         }
-        // The error of each component of the warp is below 2^-43 of its sum of amplitudes, and its rounding adds 2^-53
-        // of the component. A deviation involves three points.
+        // The error of each component of the warp is below 2^-43 of its sum of amplitudes; adding the component to a
+        // coordinate adds at most 2^-53 of the component. A deviation involves three points.
         double displacement = 0.0;
         for (const OctaveScale& octave : warp_) displacement += octave.amplitude;
         rounding_ = 3.0 * sums_.rise(0x1p-42 * displacement);

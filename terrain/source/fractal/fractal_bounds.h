@@ -24,11 +24,11 @@ public:
     /// Largest absolute value of the sum.
     double sup() const { return sup_; }
 
-    /// Bound of the deviation from linear interpolation over right triangles with at most this hypotenuse; does not
-    /// decrease when it grows.
+    /// Bound of the deviation from linear interpolation over right triangles with at most this hypotenuse; a
+    /// non-decreasing function of the hypotenuse.
     double interpolation(double hypotenuse) const;
 
-    /// Bound of the difference between two points at most `distance` apart. Does not decrease.
+    /// Bound of the difference between two points at most `distance` apart; a non-decreasing function of `distance`.
     double rise(double distance) const;
 
 private:
@@ -39,13 +39,13 @@ private:
 
 class FractalSurface;
 
-/// Bounds of a fractal's heights by its leading octaves, the head. Let L be their sum and w the weight that they pass
-/// to the following octaves (1 for kinds without weights). The height lies within
+/// Bounds of a fractal's heights from its leading octaves, the head. At a position, let L be the sum of these octaves
+/// and w the weight that they pass to the following octaves (1 for kinds without weights). The height lies within
 ///
 ///   L + centre + centre_slope w  +-  (radius + radius_slope w).
 ///
-/// Over a right triangle it lies within the linear interpolation of these limits between the corners, widened by
-/// `bend`: the interpolation error of the leading octaves, including the error of octaves sampled at twice the step.
+/// Over a right triangle the height lies between the linear interpolations of these limits from the corners, widened by
+/// `bend`: the interpolation error of the leading octaves, including that of octaves sampled at twice the step.
 struct FractalHead {
     int octave_count = 0;
     int coarse_count = 0;  ///< leading octaves that are sampled at twice the step
@@ -74,25 +74,25 @@ public:
     double coarsest_wavelength() const { return octaves_.front().wavelength; }
 
     /// Bound of the deviation of the heights from linear interpolation over right triangles with at most this
-    /// hypotenuse; does not decrease when it grows.
+    /// hypotenuse; a non-decreasing function of the hypotenuse.
     double interpolation(double hypotenuse) const;
 
     /// The head with the tightest bounds for samples at the corners of right triangles with this hypotenuse, or one
     /// with similar bounds that costs less.
     FractalHead head(double hypotenuse) const;
 
-    /// Bound of the difference between two points at most `distance` apart. Does not decrease.
+    /// Bound of the difference between two points at most `distance` apart; a non-decreasing function of `distance`.
     double rise(double distance) const;
 
 private:
-    /// Deviations of a head's sum and of the weight after it.
+    /// Deviations of the sum of a head, and of the weight after the head.
     struct Multifractal {
         Deviation sum, weight;
     };
 
     bool is_sum() const { return kind_ == FractalKind::fbm || kind_ == FractalKind::warped; }
 
-    /// Deviation of a head, without rounding. Without a warp the displacement is 0.
+    /// Deviation of the head of a sum, without rounding errors. A sum without a warp is displaced by 0.
     Deviation warped(double distance, std::size_t octave_count) const;
     Multifractal multifractal(double distance, std::size_t octave_count) const;
     Deviation deviation(double distance) const;
@@ -103,7 +103,7 @@ private:
 
     FractalKind kind_;
     std::vector<OctaveScale> octaves_;
-    std::vector<OctaveScale> warp_;  ///< of one axis
+    std::vector<OctaveScale> warp_;  ///< of either axis
     OctaveBounds sums_;              ///< of octaves_
     double heterogeneity_ = 0.0;
     double crest_ = 1.0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Sampling of heads. The first octaves of a head are so smooth that they are sampled at twice the step and interpolated
-// linearly: in the middle of a cell, between its south-western and north-eastern corner.
+// linearly. In the middle of a cell, the mean of its south-western and north-eastern corner is taken.
 #include "base/settings_check.h"
 #include "base/simd_level.h"
 #include "source/fractal/fractal_bounds.h"
@@ -25,7 +25,7 @@
 namespace terrane {
 namespace {
 
-/// Samples at twice the step, around a grid.
+/// The grid with twice the step that contains another grid.
 struct Coarse {
     UnitGrid grid;
     int column = 0, row = 0;  ///< of the fine grid's corner, in fine steps
@@ -43,8 +43,8 @@ struct Coarse {
     }
 };
 
-/// Interpolates a row between two coarse rows, which may be the same. A value at a coarse column is the mean of both
-/// rows there; a value between two columns, of `low` at the western one and `high` at the eastern one.
+/// Interpolates a row between two coarse rows, which may be the same. A value at a coarse column is the mean of `low`
+/// and `high` there; a value between two coarse columns is the mean of `low` to the west and `high` to the east.
 void interpolate_row(const double* low, const double* high, int first, std::span<double> out) {
     std::size_t i = 0;
     if (first != 0) {
@@ -102,14 +102,14 @@ void HeadSamples::sample(const UnitGrid& grid, std::span<double> centres_out,
 // centre_slope + radius_slope. Over a triangle both deviate from their interpolation by at most bend(L) + (centre_slope
 // + radius_slope) bend(w_m), and the height lies between them.
 //
-// The first octaves of a head may themselves be interpolated from samples at twice the step, which are corners of right
-// triangles with twice the hypotenuse. The error of their sum is at most its bend there, and so is the error of the
-// weight w after them. Octave i then adds a_i v_i, with an error of at most a_i times the error of w_i, and passes k
-// times the latter to w_(i+1), because 0 <= s_i <= 1.
+// The first octaves of a head may themselves be interpolated from samples at twice the step, the corners of right
+// triangles with twice the hypotenuse. The error of their sum is at most the bend of the sum over such a triangle, and
+// the error of the weight w after them at most the bend of w. Octave i then adds a_i v_i with an error of at most a_i
+// times the error of w_i. The error of w_(i+1) is at most k times that of w_i, because 0 <= s_i <= 1.
 //
-// `rounding_` is added twice: for the heights at a triangle's corners and for the samples.
+// `rounding_` is added twice: once for the heights at a triangle's corners and once for the samples.
 
-/// Adds the interval of the tail.
+/// Adds the interval of the tail to the centre and radius of a head.
 void FractalBounds::add_tail(FractalHead& head) const {
     const auto tail = std::span(octaves_).subspan(static_cast<std::size_t>(head.octave_count));
     if (is_sum()) {
@@ -147,7 +147,7 @@ FractalHead FractalBounds::make_head(double hypotenuse, std::size_t octave_count
     return head;
 }
 
-/// Error bound of the head's centre plus radius if its first octaves are interpolated.
+/// Bound of the error of centre + radius and of centre - radius if the first `coarse_count` octaves are interpolated.
 double FractalBounds::coarse_error(double hypotenuse, const FractalHead& head,
                                    int coarse_count) const {
     const double radius = 0.5 * hypotenuse;
@@ -163,7 +163,7 @@ double FractalBounds::coarse_error(double hypotenuse, const FractalHead& head,
 }
 
 FractalHead FractalBounds::head(double hypotenuse) const {
-    // largest accepted bend of an octave, relative to the radius that it removes
+    // an octave joins the head if it raises the bend by at most this share of the radius that it removes
     constexpr double kWorthwhile = 0.75;
     const auto radius_of = [](const FractalHead& head) { return head.radius + head.radius_slope; };
     FractalHead best = make_head(hypotenuse, 0);
@@ -189,7 +189,7 @@ FractalHead FractalBounds::head(double hypotenuse) const {
 
 namespace {
 
-/// The world's edges must lie within 2^38 m, half of the range of 64 bits, to leave room for margins.
+/// The world's edges lie within 2^38 m of the origin: half the range of 64-bit positions, to leave room for margins.
 constexpr int kMaxExtentLog2 = 38;
 
 class Fractal final : public HeightSource {
@@ -265,8 +265,8 @@ private:
                 fine};
     }
 
-    /// Samples farther apart than the wavelength of the first octave do not limit the heights between them. The range
-    /// of all heights bounds all of these spacings, so that bounds are nested.
+    /// If samples are farther apart than the wavelength of the first octave, they do not limit the heights between
+    /// them. The bound for all such spacings is the range of all heights, so that bounds are nested.
     void fill_coarse_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                             std::span<float> cell_bounds_out) const {
         const float bound = round_up(bounds_.range().high - bounds_.range().low);
@@ -346,8 +346,8 @@ Result<void> check(const FractalSettings& settings) {
     return check_origin("origin_y", settings.origin_y, settings);
 }
 
-/// The smallest quantum of which 32-bit multiples represent the fractal's heights, but at least a 4096th of the spacing
-/// or 2^-12 m, whichever is less.
+/// The smallest quantum for which 32-bit multiples represent all heights of the fractal, but at least a 4096th of the
+/// spacing or 2^-12 m, whichever is less.
 double make_quantum(double sup, int spacing_log2) {
     double quantum = std::ldexp(1.0, std::min(spacing_log2, 0) - 12);
     while (sup > 0x1p30 * quantum) quantum *= 2.0;

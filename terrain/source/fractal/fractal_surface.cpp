@@ -58,8 +58,8 @@ void NoiseColumns::find_row(std::uint64_t axis_key, std::uint64_t cell_mask, Noi
 //   Ebert, Musgrave, Peachey, Perlin, Worley. Texturing and Modeling. 3rd ed., 2003, ch. 16. (ridged and hybrid)
 //   Quilez. Domain warping. 2002. (warped)
 // Deviations, for tighter bounds (fractal_bounds.cpp): the crest, 1 - |n|, is rounded; the hybrid's first octave is
-// weighted like the others; a weight is a linear function of the octave's weighted value instead of a multiple that is
-// clamped to 1, so its slope grows from octave to octave no faster than the slope of the octaves.
+// weighted like the others; a weight is a linear function of the previous weighted value, not a multiple that is
+// clamped to 1. The slope of the weights therefore grows from octave to octave no faster than that of the octaves.
 
 namespace {
 
@@ -96,8 +96,8 @@ FixedCoordinate to_fixed(double metres) {
     return {static_cast<std::uint64_t>(static_cast<std::int64_t>(whole)), units - whole};
 }
 
-/// Shifts an octave by any number of cells plus a fraction between 1/4 and 3/4: with 0 or 1, all samples of a lattice
-/// coarser than the octave would be nodes, where noise is zero.
+/// Offset of an octave: any number of cells plus a fraction between 1/4 and 3/4. With a fraction of 0 or 1, all samples
+/// of a lattice coarser than the octave would be nodes, where noise is zero.
 std::uint64_t make_offset(std::uint64_t hash, int shift) {
     const std::uint64_t half = std::uint64_t{1} << (shift - 1), quarter = half >> 1;
     return (hash & half) != 0 ? hash & ~quarter : hash | quarter;
@@ -107,7 +107,7 @@ NoiseAxis make_axis(std::uint64_t key, int shift) {
     return {key, make_offset(mix64(key), shift), shift, std::ldexp(1.0, -shift)};
 }
 
-/// @param first_number  number of the first noise of the seed; the others follow with this `stride`
+/// @param first_number number of the seed's first octave to use; the numbers of the others follow by `stride`
 std::vector<NoiseOctave> make_octaves(const FractalSettings& settings, int count, double amplitude,
                                       int first_number, int stride) {
     std::vector<NoiseOctave> octaves;
@@ -138,7 +138,7 @@ double shaped(FractalKind kind, double noise, const internal::MultifractalShape&
     return 1.0 - (height + crest * (crest * shape.half_over_crest - 1.0));
 }
 
-/// A piece of a grid that stays in the inner processor caches while all octaves are added.
+/// A piece of a grid that is small enough to stay in the L2 cache while all octaves are added.
 struct Tile {
     static constexpr int kMaxRows = 44;
     /// Pieces of a row may be read past their end, to the end of a group.
@@ -200,19 +200,19 @@ void add_multifractal(const FractalSurface& surface, std::span<const NoiseOctave
         });
 }
 
-/// Length of the equal pieces into which a side is divided; the last one may be shorter.
+/// Length of the equal pieces, at most `most` long, into which a side is divided; the last one may be shorter.
 int piece_side(int side, int most) {
     const int pieces = (side + most - 1) / most;
     return (side + pieces - 1) / pieces;
 }
 
-/// Sets the points of a piece of a tile, row by row, each moved by its displacement.
+/// Sets the points of a piece of a tile, row by row, each displaced by the warp.
 void place_points(const Tile& tile, int west, int width, int south, int rows,
                   const internal::NoiseKernels& kernels, internal::NoisePoints& points_out) {
     const int padded_width = NoiseColumns::padded(width);
     for (int row = 0; row < rows; ++row) {
         const int first = row * width;
-        for (int column = 0; column < padded_width; ++column) {  // surplus: overwritten
+        for (int column = 0; column < padded_width; ++column) {  // padding: overwritten next
             points_out.x[first + column] =
                 tile.grid.x + tile.grid.step * static_cast<std::uint64_t>(west + column);
             points_out.y[first + column] =
@@ -236,7 +236,7 @@ void place_points(const Tile& tile, int west, int width, int south, int rows,
 
 void add_warped(const FractalSurface& surface, std::span<const NoiseOctave> octaves,
                 const internal::NoiseKernels& kernels, Tile& tile) {
-    // squares have the fewest nodes around them; a row may be written past its end
+    // pieces are nearly square, because squares have the fewest nodes around them; a row may be written past its end
     constexpr int kMaxWidth = 24, kMaxHeight = internal::kMaxNoisePoints / kMaxWidth;
     Tile::fill(tile.warp_x, tile.grid.rows, 0.0);
     Tile::fill(tile.warp_y, tile.grid.rows, 0.0);

@@ -14,11 +14,11 @@
 
 namespace terrane {
 
-/// The columns of a grid on one octave of noise, and rows of samples across them: bit-identical to noise() at every
-/// SIMD level. Large and without pointers: meant for the stack; allocates nothing.
+/// Computes one octave of noise for the columns of a grid, row by row; bit-identical to noise() at every SIMD level.
+/// The object is large and contains no pointers to heap memory: it is meant for the stack and allocates nothing.
 ///
-/// Call assign() for the columns, then find_row() and one of the sums for each row. Find a row before adding the
-/// previous one: see NoiseRow.
+/// Call assign() for the columns, then for each row find_row() and one of the add functions. Find the next row before
+/// adding the current one: see NoiseRow.
 class NoiseColumns {
 public:
     explicit NoiseColumns(const internal::NoiseKernels& kernels) : kernels_(kernels) {}
@@ -28,20 +28,20 @@ public:
         return (count + internal::kNoiseGroup - 1) / internal::kNoiseGroup * internal::kNoiseGroup;
     }
 
-    /// Columns at `first`, `first + step`, ... units.
+    /// Sets the columns to `first`, `first + step`, ... units.
     ///
     /// @param count  1 to kMaxNoiseColumns
     void assign(const internal::NoiseAxis& axis, std::uint64_t first, std::uint64_t step,
                 int count);
 
-    /// Columns at arbitrary coordinates.
+    /// Sets the columns to arbitrary coordinates.
     ///
     /// @param cell_mask    as in noise_place()
     /// @param coordinates  1 to kMaxNoiseColumns
     void assign(std::uint64_t axis_key, std::uint64_t cell_mask,
                 std::span<const NoiseCoordinate> coordinates);
 
-    /// Computes the nodes' contributions to a row of samples at y. Cheapest if rows are in order.
+    /// Computes the nodes' contributions to a row of samples at y. Cheapest if rows are found from south to north.
     void find_row(std::uint64_t axis_key, std::uint64_t cell_mask, NoiseCoordinate y,
                   internal::NoiseRow& row_out);
 
@@ -72,7 +72,7 @@ private:
 };
 
 /// Positions are integers in units of 2^-24 m, modulo 2^64: an octave's fraction has as many bits at 10^9 m from the
-/// origin as near it. The ground repeats itself beyond 2^39 m.
+/// origin as at the origin. The ground repeats itself beyond 2^39 m.
 inline constexpr int kUnitLog2 = -24;
 
 /// A grid of positions, `step` units apart.
@@ -89,7 +89,7 @@ struct UnitGrid {
 /// warped:  the same at (x + wx, y + wy), where wx and wy are sums of kWarpOctaves octaves
 /// ridged:  h = sum a_i v_i, v_i = w_i s(n_i), w_0 = 1, w_(i+1) = 1 - k + k v_i,
 ///          where k is the heterogeneity,
-///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 outside the crest c, t^2 / (2 c) within
+///          s(n) = 1 - m(sqrt2 n), m(t) = |t| - c / 2 for |t| >= c, t^2 / (2 c) otherwise, with the crest rounding c
 /// hybrid:  the same with s(n) = 1/2 + n / sqrt2
 class FractalSurface {
 public:
@@ -113,8 +113,8 @@ public:
     void sample(const UnitGrid& grid, internal::SimdLevel level,
                 std::span<double> heights_out) const;
 
-    /// Adds the octaves from `first` to before `last` to the sums of the previous ones. Starting with sums of 0 and
-    /// weights of 1, adding all octaves in any number of pieces gives bit-identical heights.
+    /// Adds the octaves `first` to `last` - 1 to the sums of the previous octaves. If all octaves are added, in any
+    /// number of pieces, to sums of 0 and with weights of 1 at the start, the heights are bit-identical.
     ///
     /// @param weights  weights of octave `first` on input, of octave `last` on output. May be empty if the kind has
     ///                 none, or if `first` is 0 and the weights are not needed
@@ -131,7 +131,7 @@ private:
     internal::MultifractalShape shape_;
 };
 
-/// Samples the bounds of heights that a fractal's head gives: see FractalHead.
+/// Samples the bounds of heights that are computed from a fractal's head: see FractalHead.
 class HeadSamples {
 public:
     /// @param surface  must outlive this object
@@ -141,7 +141,7 @@ public:
     /// Whether radii vary; otherwise all are FractalHead::radius.
     bool has_radii() const { return surface_.has_weights(); }
 
-    /// Centres and radii, row-major: pure functions of position and step, a power of two.
+    /// Centres and radii at the points of a grid, row-major: pure functions of position and of step, a power of two.
     ///
     /// @param radii_out  empty if has_radii() is false
     void sample(const UnitGrid& grid, std::span<double> centres_out, std::span<double> radii_out);

@@ -6,8 +6,8 @@
 // Deviations: 64-bit nodes, 64 unit gradients; gradients are blended along y first, so that each sample of a row in one
 // cell costs four products. noise_kernels_impl.h does the same operations in the same order for rows.
 //
-// Bounds. In a cell, n(p) = sum over its four nodes c of w_c(p) g_c . (p - c), where
-// w_c = wx wy >= 0 sum to 1, wx being f(t) = 6 t^5 - 15 t^4 + 10 t^3 or 1 - f(t). As |g_c| = 1:
+// Bounds. In a cell, n(p) = sum over its four nodes c of w_c(p) g_c . (p - c). The weights w_c = wx wy >= 0 sum to 1;
+// wx is f(tx) or 1 - f(tx) with f(t) = 6 t^5 - 15 t^4 + 10 t^3, and wy likewise. As |g_c| = 1:
 //
 //   |n| <= sum w_c |p - c| <= sqrt(sum w_c |p - c|^2) = sqrt(q(tx) + q(ty)),
 //   q(t) = (1 - f) t^2 + f (1 - t)^2. With t = 1/2 + u: q = 1/4 - u^2 (11/4 - 10 u^2 + 12 u^4), and

@@ -7,8 +7,8 @@
 
 namespace terrane {
 
-/// Suprema of gradient noise of wavelength 1 over all choices of unit gradients at the nodes: of its absolute value, of
-/// its slope, and of its second derivative in any direction. noise.cpp derives them; noise_test proves them
+/// Upper bounds of gradient noise of wavelength 1, over all choices of unit gradients at the nodes: of its absolute
+/// value, of its slope, and of its second derivative in any direction. noise.cpp derives them; noise_test proves them
 /// independently by interval subdivision.
 inline constexpr double kNoiseSup = 0.70710678118655;
 inline constexpr double kNoiseSlope = 2.08;
@@ -31,7 +31,7 @@ struct NoiseCoordinate {
     double fraction = 0.0;   ///< from this node, in cells, 0 to 1
 };
 
-/// Cell and fraction of an integer coordinate in an octave.
+/// Cell and fraction, in an octave, of a coordinate of `units` + `rest` units.
 ///
 /// @param rest  fraction of a unit, 0 to 1
 NoiseCoordinate noise_coordinate(const internal::NoiseAxis& axis, std::uint64_t units, double rest);

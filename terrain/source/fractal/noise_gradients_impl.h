@@ -57,7 +57,7 @@ Doubles to_doubles(Words value) {
     return doubles(value | kBits) - 0x1p52;
 }
 
-/// Products of the lower halves of lanes.
+/// Products of the lower 32 bits of the lanes.
 Words low_product(Words left, Words right) {
 #if defined(__AVX512F__)
     return __builtin_bit_cast(Words, _mm512_maskz_mul_epu32(0xff, __builtin_bit_cast(__m512i, left),
@@ -97,7 +97,7 @@ FadePair fade(Doubles s, Doubles t) {
 
 #if defined(__AVX512F__)
 
-/// The lanes of a register at the indices from make_lanes(); pick_next() reads the lanes after them.
+/// Selects lanes of a register by the indices from make_lanes(); pick_next() selects the lane after each of them.
 Doubles pick(Doubles from, Words lanes) {
     // all lanes enabled: the unmasked intrinsic triggers a warning of g++ 12
     return _mm512_maskz_permutexvar_pd(0xff, __builtin_bit_cast(__m512i, lanes), from);
@@ -107,7 +107,7 @@ Words make_lanes(Words relative) { return relative; }
 
 #elif defined(__AVX2__)
 
-/// The lanes of a register at the indices from make_lanes(); pick_next() reads the lanes after them.
+/// Selects lanes of a register by the indices from make_lanes(); pick_next() selects the lane after each of them.
 Doubles pick(Doubles from, Words lanes) {
     return __builtin_bit_cast(Doubles,
                               _mm256_permutevar8x32_ps(__builtin_bit_cast(__m256, from),
@@ -116,14 +116,14 @@ Doubles pick(Doubles from, Words lanes) {
 Doubles pick_next(Doubles from, Words lanes) {
     return pick(from, lanes + ((uint64_t{2} << 32) | 2));
 }
-/// Two 32-bit halves per lane.
+/// Indices of the two 32-bit halves of each lane.
 Words make_lanes(Words relative) {
     return (relative << 1) | (relative << 33) | (uint64_t{1} << 32);
 }
 
 #else
 
-/// Both lanes use the first of two nodes; otherwise they would not be in one register.
+/// A near run (NoiseRun) of two lanes has one lower node only, the first of the two nodes in the register.
 Doubles pick(Doubles from, Words /*lanes*/) { return Doubles{from[0], from[0]}; }
 Doubles pick_next(Doubles from, Words /*lanes*/) { return Doubles{from[1], from[1]}; }
 Words make_lanes(Words relative) { return relative; }
@@ -194,7 +194,7 @@ constexpr CosineHalves make_halves() {
 }
 constexpr CosineHalves kHalves = make_halves();
 
-/// Entries of two tables of eight: the second table's where bit 3 of the index is set.
+/// Looks up indices in two tables of eight entries: in the second one where bit 3 of the index is set.
 __m256 look_up(const uint32_t* low, const uint32_t* high, __m256i index, __m256i is_high) {
     __m256 from_low, from_high;
     __builtin_memcpy(&from_low, low, sizeof(from_low));
@@ -209,7 +209,7 @@ __m256 negate(__m256 values, __m256i signs) {
     return _mm256_xor_ps(values, __builtin_bit_cast(__m256, _mm256_and_si256(signs, sign)));
 }
 
-/// Eight gradients at once: the hashes' upper halves in one register, in an order that unpacking reverses.
+/// Computes eight gradients at once: packs the upper halves of the hashes in an order that unpacking reverses.
 [[gnu::always_inline]] inline GradientPair gradients_of(Words first, Words second) {
     const __m256i hash =
         __builtin_bit_cast(__m256i, _mm256_shuffle_ps(__builtin_bit_cast(__m256, first),
@@ -276,7 +276,7 @@ uint64_t node_index(uint64_t x_hash, uint64_t y_hash) {
 
 /// Calls write(node, gradients) for each vector of a row of nodes.
 ///
-/// @param x_hashes [count] a multiple of two vectors, or of one of eight lanes
+/// @param x_hashes [count] count must be a multiple of two vectors, or of one vector if that has eight lanes
 template <class Write>
 void for_each_gradients(const uint64_t* x_hashes, int count, uint64_t y_hash, Write write) {
     alignas(64) uint64_t row[kLanes];
@@ -332,7 +332,7 @@ struct NodesBeside {
         return __builtin_shufflevector(_mm256_loadu_pd(row + at[low]),
                                        _mm256_loadu_pd(row + at[high]), 0, 1, 2, 3, 4, 5, 6, 7);
     };
-    // west, west, east, east of two lanes, and of two others in the upper half
+    // results: western nodes of two lanes, eastern nodes of these lanes, then the same for two other lanes
     const auto x_of = [](Doubles even, Doubles odd) {
         return __builtin_shufflevector(even, odd, 0, 8, 2, 10, 4, 12, 6, 14);
     };
@@ -391,7 +391,7 @@ struct NodesBeside {
 #endif
 }
 
-/// Nodes around points that all lie in one cell: one number per vector.
+/// The four nodes around points that all lie in one cell: each vector repeats one number.
 struct SplatNodes {
     alignas(64) double numbers[8][kLanes];
 
@@ -411,7 +411,7 @@ private:
     }
 };
 
-/// An axis's nodes, from the one below the first unit to the one above the last unit.
+/// The nodes of an octave along an axis, from the one below the first unit to the one above the last unit.
 struct NodeRange {
     uint64_t origin;  ///< of the first node, in units, including the axis's offset
     uint64_t count;
@@ -440,7 +440,7 @@ struct NodePatch {
         const uint64_t x_first = x.origin >> octave.x.shift, y_first = y.origin >> octave.y.shift;
         const uint64_t x_mask = ~uint64_t{0} >> octave.x.shift;
         const uint64_t y_mask = ~uint64_t{0} >> octave.y.shift;
-        alignas(64) uint64_t hashes[kMaxNodes / 2];  // there are two rows at least
+        alignas(64) uint64_t hashes[kMaxNodes / 2];  // at least two rows
         for (uint64_t column = 0; column < columns; column += kLanes) {
             store(hashes + column, mix(octave.x.key + ((x_first + column + ramp()) & x_mask)));
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Included by sources that are compiled once for each SimdLevel: plain data, no inline functions.
+// Included by sources that are compiled once for each SimdLevel: contains only plain data, no inline functions.
 #pragma once
 
 #include "base/simd_level.h"
@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// Columns that kernels process at once: a multiple of the widest vector, and at least the side of a chunk.
+/// Most columns that kernels process at once: a multiple of the widest vector, and at least the samples of a chunk row.
 inline constexpr int kMaxNoiseColumns = 136;
 /// Columns are processed in whole groups of the widest level's lanes.
 inline constexpr int kNoiseGroup = 8;
@@ -49,11 +49,11 @@ struct NoiseNodes {
     alignas(64) double y[kMax];
 };
 
-/// Groups of lanes that look up their nodes together: one group, or several whose columns lie in one cell.
+/// A run: groups of lanes that look up their nodes together, either one group or several whose columns lie in one cell.
 struct NoiseRun {
     int first;     ///< first node of a near run
-    int end;       ///< column
-    bool is_near;  ///< both nodes lie within a vector's length of nodes; else anywhere
+    int end;       ///< column after the last one of the run
+    bool is_near;  ///< all lower and upper nodes of the run fit into one vector
 };
 
 /// The kernels' data for a grid's columns on one octave. Uninitialised: written before it is read.
@@ -91,7 +91,7 @@ struct MultifractalShape {
     double homogeneity = 1.0;  ///< 1 - heterogeneity
 };
 
-/// Points that kernels process at once: a patch of a warped grid.
+/// Largest number of points that kernels process at once: those of a patch of a warped grid.
 inline constexpr int kMaxNoisePoints = 768;
 
 /// Arbitrary points in the plane, in units.
@@ -101,12 +101,12 @@ struct NoisePoints {
     alignas(64) uint64_t y[kMaxNoisePoints];
     alignas(64) double rest_x[kMaxNoisePoints];  ///< fraction of a unit, 0 to 1
     alignas(64) double rest_y[kMaxNoisePoints];
-    /// The smallest rectangle around the whole units.
+    /// Low corner and size of the smallest rectangle around the points' whole units.
     uint64_t low_x, low_y, extent_x, extent_y;
 };
 
-/// The inner loops of noise. Rows of sums and weights have column_count values and are 64-byte aligned. Every level
-/// gives the same bits as noise() in noise.h.
+/// The inner loops of noise. Rows of sums and weights have column_count values and are 64-byte aligned. At every level,
+/// results are bit-identical to noise() in noise.h.
 struct NoiseKernels {
     /// Sets cells and fractions of columns at `first`, `first + step`, ... units.
     void (*place)(NoiseColumnData& columns, const NoiseAxis& axis, uint64_t first, uint64_t step);
@@ -118,7 +118,7 @@ struct NoiseKernels {
     /// Blends two rows of nodes for a row of samples between them.
     void (*blend)(const NoiseColumnData& columns, const NoiseNodes& low, const NoiseNodes& high,
                   double fraction, double fade, NoiseRow& row_out);
-    /// Adds amplitude * noise.
+    /// Adds amplitude * noise to the sums.
     void (*add)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                 double* sums);
     /// Adds an octave of a multifractal and updates the weights for the next octave.
@@ -126,7 +126,7 @@ struct NoiseKernels {
                        const MultifractalShape& shape, double* weights, double* sums);
     void (*add_hybrid)(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                        const MultifractalShape& shape, double* weights, double* sums);
-    /// Moves `count` points, starting at `first`, by (x, y) metres. Both are multiples of kNoiseGroup.
+    /// Moves `count` points, a multiple of kNoiseGroup, starting at `first`, by (x, y) metres.
     ///
     /// @param units_per_metre  a power of two; the displacement in units must be below 2^50
     void (*move)(NoisePoints& points, int first, int count, double units_per_metre, const double* x,

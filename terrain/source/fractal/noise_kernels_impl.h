@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Splits positions into whole units and fractions: rounds to even, and subtracts one where that rounded up.
+/// Moves positions, which are whole units and fractions: rounds to even, and subtracts one where that rounded up.
 void move_axis(int count, double units_per_metre, const double* metres, uint64_t* units,
                double* rests) {
     constexpr double kRounder = 0x1.8p52;
@@ -46,7 +46,7 @@ void enclose(NoisePoints& points) {
     enclose_axis(points.count, points.y, points.low_y, points.extent_y);
 }
 
-/// Data passed between stages; small enough for the innermost cache.
+/// A batch of points with the data that its stages pass on; small enough to stay in the L1 cache.
 struct PointBatch {
     static constexpr int kMax = 128;
     int first;  ///< of the points
@@ -67,9 +67,9 @@ void for_each_batch(const NoisePoints& points, Use use) {
 }
 
 /// The first stage: computes fractions and fades, and calls keep(point, x, y) with the cells of each vector of points.
-/// Both axes are interleaved step by step: a processor looks past waiting operations, but not past many.
+/// The operations on both axes are interleaved, because a processor looks ahead past only a few waiting operations.
 ///
-/// @param x_origin  multiple of a cell in units, including the axis's offset: cells are counted from there
+/// @param x_origin origin of the cells' indices along x: a multiple of a cell, in units, including the axis's offset
 template <class Keep>
 void place_points(const NoiseOctave& octave, uint64_t x_origin, uint64_t y_origin,
                   const NoisePoints& points, PointBatch& batch, Keep keep) {
@@ -116,7 +116,7 @@ bool are_equal(const uint64_t* numbers, int count) {
     return all == 0;
 }
 
-/// Adds noise at points whose nodes fit into a patch.
+/// Adds noise at points whose nodes fit into a NodePatch.
 void add_near(const NoiseOctave& octave, const NodeRange& x_range, const NodeRange& y_range,
               const NoisePoints& points, double* sums) {
     NodePatch patch;
@@ -143,7 +143,7 @@ void add_near(const NoiseOctave& octave, const NodeRange& x_range, const NodeRan
     });
 }
 
-/// Hashes of an axis's nodes below and above a batch of points.
+/// Hashes of the nodes below and above each point of a batch, along one axis.
 struct AxisHashes {
     alignas(64) uint64_t low[PointBatch::kMax], high[PointBatch::kMax];
 
@@ -350,7 +350,7 @@ Doubles lift(Doubles noise, const MultifractalShape& /*shape*/) {
     return noise * kNoiseToHalf + 0.5;
 }
 
-/// In two passes, because the combined chain of dependent operations would stall the processor.
+/// Works in two passes, because the combined chain of dependent operations would stall the processor.
 template <Doubles (*shaped)(Doubles, const MultifractalShape&)>
 void add_weighted(const NoiseColumnData& columns, const NoiseRow& row, double amplitude,
                   const MultifractalShape& shape, double* weights, double* sums) {

@@ -13,11 +13,11 @@ namespace terrane {
 using AssertHandler = void (*)(const char* condition, const char* message, const char* file,
                                int line);
 
-/// Replaces the handler and returns the previous one. Threads: call before anything else of the library.
+/// Sets the handler, null for the default one, and returns the previous one. Threads: call before any other function.
 AssertHandler set_assert_handler(AssertHandler handler);
 
 namespace internal {
-/// Prints the condition, the message and the place, and aborts.
+/// Calls the handler with the condition, the message and the place, and aborts if the handler returns.
 [[noreturn]] void assert_failed(const char* condition, const char* message, const char* file,
                                 int line);
 }  // namespace internal
@@ -33,12 +33,12 @@ namespace internal {
 
 namespace terrane {
 
-/// The kind of failure of an error.
+/// The kind of an error.
 enum class ErrorCode {
     invalid_argument,    ///< a setting or an input value is out of its range
-    io,                  ///< a file is missing, unreadable or cannot be written
+    io,                  ///< a file is missing, or cannot be read or written
     bad_data,            ///< a file was read, and its content is invalid
-    out_of_memory,       ///< a limit, or the system, allows less memory than needed
+    out_of_memory,       ///< more memory is needed than a limit or the system allows
     device_unavailable,  ///< no EGL device, or none with the required version
     cancelled,           ///< stopped on request
     timed_out,           ///< no answer within the time allowed
@@ -55,13 +55,13 @@ struct Error {
 template <class T>
 using Result = tl::expected<T, Error>;
 
-/// `return fail(ErrorCode::io, "cannot open " + path);` in a function that returns a Result.
+/// Makes an error: `return fail(ErrorCode::io, "cannot open " + path);` in a function that returns a Result.
 inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
     return tl::unexpected<Error>(Error{code, std::move(message)});
 }
 
-/// `TERRANE_TRY(expression);` returns the error of a Result from the calling function, and otherwise goes on.
-/// `TERRANE_TRY(const auto file, open(path));` also declares a variable with the value of the Result.
+/// `TERRANE_TRY(expression);` returns the error of a Result from the calling function if there is one, and otherwise
+/// continues. `TERRANE_TRY(const auto file, open(path));` also declares a variable with the value of the Result.
 #define TERRANE_TRY(first, ...) \
     TERRANE_TRY_EXPAND(__VA_OPT__(VALUE), __COUNTER__, first __VA_OPT__(, ) __VA_ARGS__)
 #define TERRANE_TRY_EXPAND(kind, count, ...) TERRANE_TRY_JOIN(kind, count, __VA_ARGS__)

@@ -16,12 +16,12 @@ const char* library_version();
 
 namespace internal {
 
-/// Defined by libraries of this version.
+/// Defined in the library that belongs to these headers.
 extern const char TERRANE_VERSIONED(library_is_version);
 
 /// Makes linking fail if headers and library have different versions, with one undefined reference to
-/// terrane::internal::library_is_version_0_1. The attributes keep it from being removed by the linker; 8 bytes per
-/// program.
+/// terrane::internal::library_is_version_0_1. The attributes keep the linker from removing this variable, which takes 8
+/// bytes of each program.
 [[gnu::used, gnu::retain]] inline const char* const TERRANE_VERSIONED(headers_are_version) =
     &TERRANE_VERSIONED(library_is_version);
 

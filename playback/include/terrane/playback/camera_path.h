@@ -24,7 +24,7 @@ struct CameraPose {
 
 /// Settings of CameraPath::create().
 struct CameraPathSettings {
-    /// Horizontal speed, m/s, > 0. Absent: the track's own times, or the default.
+    /// Speed, m/s, > 0: horizontal, or along a track with heights. Absent: the track's own times, or the default.
     std::optional<double> speed = std::nullopt;
     /// Metres above the smoothed ground, > 0: see CameraPath. Absent: the track's own heights, or kDefaultAltitude.
     std::optional<double> altitude = std::nullopt;
@@ -38,9 +38,9 @@ struct CameraPathSettings {
     /// straight of `turns` are centred on the region, and `orbit` circles its centre.
     std::optional<WorldVec2> start_world = std::nullopt;
 
-    static constexpr double kDefaultSpeed = 100.0;     ///< of built-in paths
+    static constexpr double kDefaultSpeed = 100.0;  ///< of built-in paths and tracks without times
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
-    static constexpr double kDefaultAltitude = 200.0;  ///< of built-in paths
+    static constexpr double kDefaultAltitude = 200.0;  ///< also of tracks without heights
     static constexpr double kDefaultSeconds = 20.0;    ///< of built-in paths
     static constexpr double kMostSeconds = 1e7;        ///< longest duration
 };
@@ -48,23 +48,23 @@ struct CameraPathSettings {
 /// The trajectory of a camera: a pure function of the terrain, the settings and the track.
 ///
 ///   straight   through the region's centre, parallel to its longer side
-///   orbit      around the centre, looking at it: the radius makes one turn, within limits of 10 m and
-///              0.3 times the region's shorter side
+///   orbit      around the centre, looking at it; the radius is such that the path makes one turn, but at least 10 m
+///              and at most 0.3 times the region's shorter side
 ///   canyon     along the valleys of the region's roughest part, banking in turns
 ///   turns      back and forth over the centre, with a half circle of 6 s at each end
 ///   spins      straight; the view rotates about the vertical at 90 degrees a second, rests and reverses
-///   teleports  legs of 5 s, straight; each starts elsewhere with another heading
+///   teleports  straight legs of 5 s, each in another place with another heading
 ///
-/// A built-in path longer than the region continues straight beyond it. With an altitude the camera flies that
-/// high above the smoothed ground, higher where its clearance would fall below half the altitude. A recorded track
-/// is raised to a clearance of 2 m; the heights of other tracks are used as they are.
+/// A built-in path longer than the region continues straight beyond it. If an altitude is set, the camera flies that
+/// high above the smoothed ground, and higher where it would be less than half the altitude above the ground. Otherwise
+/// a recorded track is raised to a clearance of 2 m, and the heights of other tracks are used as they are.
 ///
 /// Immutable, cheap to copy. Threads: any number
 class CameraPath {
 public:
     /// Whether a name is one of the built-in paths.
     static bool is_built_in(const std::string& name);
-    /// The names of the built-in paths in one text: "straight, orbit".
+    /// The names of the built-in paths in one text, such as "straight, orbit".
     static std::string built_in_list();
     /// The names of the built-in paths, in the order of built_in_list().
     static std::vector<std::string> built_in_names();
@@ -83,7 +83,7 @@ public:
     static Result<CameraPath> create(Track track, const HeightSource& source,
                                      const CameraPathSettings& settings);
 
-    /// Seconds, of the whole path.
+    /// Duration of the whole path, seconds.
     double duration() const;
     /// The pose at a time, 0 to duration(); at the time of a jump, the pose after it.
     CameraPose at(double time) const;
@@ -101,15 +101,15 @@ private:
 /// One sample of a path.
 struct PathMoment {
     double time = 0.0;            ///< seconds
-    bool is_before_jump = false;  ///< start of a jump; the next sample is its end
+    bool is_before_jump = false;  ///< before a jump; the next sample is after it
     CameraPose pose;              ///< at that time
 };
 
 /// Samples of a path from start to end, 50 ms apart; each jump adds two samples of the same time.
 std::vector<PathMoment> path_moments(const CameraPath& path);
 
-/// The part of a trajectory that a pager reads at `time_s`: from the last sample not after it to the first one beyond
-/// the horizon.
+/// The part of a trajectory that a pager reads at `time_s`: from the last sample at or before `time_s` to the first one
+/// beyond the horizon.
 ///
 /// @param moments times must not decrease
 template <class Moment>

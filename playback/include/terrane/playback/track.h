@@ -44,23 +44,23 @@ struct GeoReference {
 
 /// Reads a track in the format of the file extension:
 ///
-///   .csv   lines of numbers under a header that names the columns x_m and y_m and, where known,
-///          time_s and z_m (also eye_x_m and so on, so that a frames.csv can be replayed; other
-///          columns are ignored); without a header, lines of time_s,x_m,y_m,z_m
-///   .gpx   the track points (trkpt) of all segments in order; ele and time where all have them
-///   .igc   the fixes (B records); GNSS altitudes, or pressure altitudes without them
+///   .csv   lines of numbers under a header that names the columns x_m and y_m and optionally time_s and z_m (or
+///          eye_x_m and so on, so that a frames.csv can be replayed); other columns are ignored. Without a header, the
+///          columns are time_s,x_m,y_m,z_m
+///   .gpx   the track points (trkpt) of all segments in order; heights (ele) and times if all points have them
+///   .igc   the fixes (B records); heights are GNSS altitudes, or pressure altitudes if all of those are 0
 ///   .tum   lines of "time x y z qx qy qz qw", metres in the world; the rotation takes camera axes
 ///          (x right, y down, z forward) to world axes. Lines that start with # are comments
 ///
 /// GPX and IGC coordinates are converted to world metres by the reference. Points of equal times are merged into their
 /// mean.
 ///
-/// Fails: io where the file cannot be read; bad_data, naming file, line and value, where a line is
-///        invalid, times decrease, or fewer than two points remain; invalid_argument for another
-///        extension, or for longitudes and latitudes where the terrain has none
+/// Fails: io if the file cannot be read; bad_data, naming file, line and value, if a line is invalid, times decrease,
+///        or fewer than two points remain; invalid_argument for another extension, or for longitudes and latitudes if
+///        the reference is not geographic
 Result<Track> read_track(const std::string& path, const GeoReference& reference = {});
 
-/// Whether a name refers to a track file rather than a built-in path: it has an extension of read_track(), or a folder.
+/// Whether a name refers to a track file rather than a built-in path: it has an extension of read_track(), or a '/'.
 bool names_track_file(const std::string& path);
 
 }  // namespace terrane

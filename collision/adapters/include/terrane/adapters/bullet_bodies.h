@@ -2,7 +2,7 @@
 #pragma once
 
 // Keeps Bullet's bodies from falling through absent ground: holds them until their ground is resident, and lists their
-// needs for Terrain::update(). One object per world and BulletGround; see bullet_ground.h for units and frames.
+// needs for Terrain::update(). Use one object per world and BulletGround; see bullet_ground.h for units and frames.
 //
 // Each frame:  const Frame& frame = terrain.update(cameras, bodies.needs(world, ground), time);
 //              ground.set_ground(frame.ground);
@@ -13,7 +13,7 @@
 // body is not integrated (DISABLE_SIMULATION); its velocity is saved, and restored on release. on_held is called when
 // a body becomes held and when it is released.
 //
-// Threads: one, and not during a step.
+// Threads: one at a time, and not during a step.
 
 #include <terrane/adapters/bullet_ground.h>
 #include <terrane/terrain/body_need.h>

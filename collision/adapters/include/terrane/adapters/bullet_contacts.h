@@ -29,7 +29,7 @@ namespace terrane::adapters {
 /// The collision algorithm of one pair, created by BulletContacts.
 class BulletGroundAlgorithm final : public btCollisionAlgorithm {
 public:
-    /// @param is_swapped the ground is body 0
+    /// @param is_swapped whether the ground is body 0
     BulletGroundAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                           const btCollisionObjectWrapper* body0,
                           const btCollisionObjectWrapper* body1, bool is_swapped)
@@ -163,7 +163,7 @@ private:
 };
 
 /// Makes a dispatcher find the contacts of spheres, capsules and boxes with every BulletGround by Terrane's algorithm.
-/// Other concave shapes keep Bullet's.
+/// Other concave shapes keep Bullet's algorithm.
 class BulletContacts {
 public:
     /// Registers the algorithm with a dispatcher, which must not outlive this object.

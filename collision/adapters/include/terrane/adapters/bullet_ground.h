@@ -5,8 +5,8 @@
 // links Bullet; Terrane does not.
 //
 // Units:  metres, seconds, kilograms, as Terrane; z is up, so set gravity to (0, 0, -9.81).
-// Frame:  shape = world - origin, axes as the world's. The origin is in doubles. With a float Bullet, keep it within a
-//         few kilometres of the bodies (at 8 km a float resolves 0.5 mm). The collision object's transform is identity.
+// Frame:  shape = world - origin, axes as the world's. The origin is double. With a float Bullet, keep it within a few
+//         kilometres of the bodies (at 8 km a float resolves 0.5 mm). The collision object's transform is identity.
 // Ground: the shape reads one immutable Ground. Call set_ground(frame.ground) before each stepSimulation(), with the
 //         frame of the last Terrain::update().
 // Absent: ground that is not resident has no triangles. bullet_bodies.h holds bodies over it so that they do not fall
@@ -33,7 +33,7 @@ namespace terrane::adapters {
 /// Settings of a BulletGround.
 struct BulletGroundSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< origin of the shape's frame
-    /// Limit on cells under a query's box, at least 1; queries above it are refused and counted.
+    /// Limit on cells under a query's box, at least 1; queries over more cells are refused and counted.
     std::int64_t most_cells = kMostVisitedCells;
     /// Called when a query reaches absent ground, with the query's box (for a ray, its bounding box), from any of
     /// Bullet's threads. Exceptions are caught and counted.
@@ -42,9 +42,8 @@ struct BulletGroundSettings {
 
 /// Event counts of a BulletGround since its creation.
 struct BulletGroundCounts {
-    std::uint64_t absent = 0;  ///< queries that reached absent ground
-    std::uint64_t refused =
-        0;  ///< boxes not finite or over too many cells: no triangles were returned
+    std::uint64_t absent = 0;   ///< queries that reached absent ground
+    std::uint64_t refused = 0;  ///< queries not finite or over too many cells: no triangles
     std::uint64_t failed_callbacks = 0;  ///< calls of on_absent that threw
 };
 
@@ -60,8 +59,8 @@ public:
     void set_ground(Ground ground) { ground_ = std::move(ground); }
     /// The current ground; null before the first set_ground().
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
-    /// Moves the origin of the shape's frame. The caller shifts the bodies by the opposite translation and updates the
-    /// broadphase (btCollisionWorld::updateSingleAabb).
+    /// Moves the origin of the shape's frame. The caller must shift the bodies by the opposite translation and update
+    /// the broadphase (btCollisionWorld::updateSingleAabb).
     void set_origin(const WorldPos& origin_world) { settings_.origin_world = origin_world; }
     /// Origin of the frame, world.
     const WorldPos& origin_world() const { return settings_.origin_world; }
@@ -82,9 +81,9 @@ public:
                          static_cast<btScalar>(v.z()));
     }
 
-    /// Passes the triangles that may touch a box to the callback. partId and triangleIndex: for the heightfield, the
-    /// cell's column, and twice its row + 1 for the northern triangle, counted from lattice point (0, 0), low 31 bits;
-    /// for volumes, -1 and the triangle's index in its SolidSurface.
+    /// Passes the triangles that may touch a box to the callback. For the heightfield, partId is the cell's column, and
+    /// triangleIndex is twice its row, plus 1 for the northern triangle; both are the low 31 bits of indices from
+    /// lattice point (0, 0). For volumes, partId is -1, and triangleIndex is the triangle's index in its SolidSurface.
     ///
     /// If RTTI is enabled, rays of btCollisionWorld::rayTest() are recognised and traced along the surface, so that
     /// their cost does not grow with the area of their bounding box. A ray that reaches absent ground before any hit
@@ -112,12 +111,12 @@ public:
 
     /// Does nothing: the scale stays 1.
     void setLocalScaling(const btVector3&) override {}
-    /// (1, 1, 1).
+    /// Returns (1, 1, 1).
     const btVector3& getLocalScaling() const override {
         static const btVector3 one(1, 1, 1);
         return one;
     }
-    /// 0: the ground is static.
+    /// Returns 0: the ground is static.
     void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
     /// A concave shape type that no Bullet class uses. Bullet 3 uses CUSTOM_CONCAVE_SHAPE_TYPE for btSdfCollisionShape.
     static constexpr int kShapeType = FAST_CONCAVE_MESH_PROXYTYPE;

@@ -119,7 +119,7 @@ private:
 template <class Terrain, class Vector>
 class ChronoTerrain : public Terrain {
 public:
-    /// Takes the TyreGround that answers.
+    /// Takes the TyreGround that computes the answers.
     explicit ChronoTerrain(TyreGround tyre_ground) : tyre_ground_(std::move(tyre_ground)) {}
 
     /// The TyreGround: set the ground of each step here, and read the counts.

@@ -9,10 +9,10 @@
 //     const auto update = window.update(*shape, ground, boxes);                 // before world->step()
 //     if (update.has_changed) node->setRelativeTranslation(update.translation_sim);
 //
-// DART supports a HeightmapShape only in its Bullet and ODE collision detectors: float with Bullet, double with ODE.
+// DART supports a HeightmapShape only in two collision detectors: Bullet (HeightmapShapef) and ODE (HeightmapShaped).
 //
 // Units: metres. Frame: the world's axes (z up), translated by DartWindowSettings::origin_world. DART's rows run south
-// from the north-western sample, columns east; the shape's origin is the centre of the rectangle.
+// from the north-western sample, its columns run east; the shape's origin is the centre of the rectangle.
 // Heights: relative to the window's lowest ground, at which the shape's frame is placed; float rounds them to 2^-24 of
 // the window's range. The spacing equals the ground's contact spacing.
 // Surface: the engines split every cell along the same diagonal, Terrane along alternating diagonals. The surfaces
@@ -20,9 +20,9 @@
 // moves by more than its size in a step can tunnel through it.
 //
 // Moving: heights and frame of the shape shift together by whole cells, so the surface stays fixed in the world. DART
-// detects the new version of the shape and rebuilds the engine's shape in the next step; the skeleton does not move, so
-// nothing is dragged. A rebuild costs as much as the initial build: make the window at least twice as wide as a body
-// travels in a second.
+// detects the new version of the shape and rebuilds the engine's shape in the next step. The skeleton does not move, so
+// bodies on it are not dragged along. A rebuild costs as much as the initial build: make the window at least twice as
+// wide as the distance that a body travels in a second.
 //
 // Absent ground: the shape cannot have holes. Samples without ground are at the window's lowest height, and the update
 // counts boxes over them: the simulator should not step such a body, or should remove it. The same applies to boxes
@@ -76,10 +76,10 @@ public:
         return DartWindow(std::move(field));
     }
 
-    /// Moves the window to the boxes of bodies, DART's frame, and updates the shape's heights if they changed. Boxes
-    /// that are not finite are ignored and count as unsupported.
+    /// Moves the window to the boxes of bodies and updates the shape's heights if they changed. Boxes that are not
+    /// finite are ignored and count as unsupported.
     ///
-    /// Cost: O(boxes + changed cells); after a change O(cells), and DART's for a new shape
+    /// Cost: O(boxes + changed cells); after a change also O(cells), and DART's cost of a new shape
     DartWindowUpdate update(Shape& shape, const Ground& ground, std::span<const Aabb> boxes_sim) {
         DartWindowUpdate result;
         result.has_changed = field_.update(ground, boxes_sim);

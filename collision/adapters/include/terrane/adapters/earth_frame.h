@@ -5,11 +5,12 @@
 // through latitude 0, longitude 0; z through the north pole; metres. The earth is an ellipsoid of revolution, WGS84 by
 // default; a sphere if the semi-axes are equal.
 //
-// Two mappings between the ellipsoid and the planar world. tangent_plane: the world's axes are east, north and up at
-//   the origin. Lengths and angles are true; ground that follows the earth must be modelled with its curvature (785 m
-//   below the plane at 100 km). plate_carree: x and y are longitude and latitude times a constant, z is the height
-//   above the ellipsoid: Terrane's mapping of a raster in degrees. Heights equal the raster's everywhere; eastward
-//   lengths are true only at the origin's latitude. Slopes are converted with the true lengths.
+// There are two mappings between the ellipsoid and the planar world.
+// - tangent_plane: the world's axes are east, north and up at the origin. Lengths and angles are true; ground that
+//   follows the earth must be modelled with the earth's curvature (785 m below the plane at 100 km).
+// - plate_carree: x and y are longitude and latitude, relative to the origin, times constants; z is the height above
+//   the ellipsoid. This is Terrane's mapping of a raster in degrees: heights equal the raster's, eastward lengths are
+//   true only at the origin's latitude. Slopes are converted with the true lengths.
 //
 // Uses the C library's sine and cosine, so answers may differ in the last bits between machines.
 //
@@ -52,8 +53,8 @@ struct EarthFrameSettings {
     double semi_major = 6378137.0;          ///< of the ellipsoid; WGS84
     double semi_minor = 6356752.314245179;  ///< equal to semi_major for a sphere
     EarthMapping mapping = EarthMapping::tangent_plane;  ///< meaning of x and y
-    /// plate_carree: metres of x per radian of longitude; 0: the true length at the origin. For a raster in degrees:
-    /// 180 / pi times the metres_per_unit_x printed by `terrane info`.
+    /// With plate_carree: metres of x per radian of longitude; 0 for the true length at the origin. For a raster in
+    /// degrees: 180 / pi times the metres_per_unit_x printed by `terrane info`.
     double metres_per_radian_east = 0.0;
     double metres_per_radian_north = 0.0;  ///< as above, for y and latitude
 };
@@ -61,8 +62,8 @@ struct EarthFrameSettings {
 /// Transforms between ECEF and a world. Immutable. Threads: any number. Allocates: nothing.
 class EarthFrame {
 public:
-    /// Fails: invalid_argument, naming the field and its value: angles beyond their ranges, axes that are not 1e5 m to
-    ///        1e9 m with 0.9 semi_major <= semi_minor <= semi_major, plate_carree within 0.01 degrees of a pole
+    /// Fails: invalid_argument, naming the field and its value: angles, height or scales out of range, axes not 1e5 m
+    ///        to 1e9 m with 0.9 semi_major <= semi_minor <= semi_major, plate_carree within 0.01 degrees of a pole
     static Result<EarthFrame> create(const EarthFrameSettings& settings) {
         const double half_turn = std::numbers::pi;
         struct Range {
@@ -166,14 +167,14 @@ public:
         const double along = across * (1.0 - e2_) / (1.0 - e2_ * s * s);
         const double true_east = (across + place.height) * std::cos(place.latitude);
         const double true_north = along + place.height;
-        // normals transform by the inverse transpose of the scales; multiplied by true_east, which is 0 at a pole
+        // normals transform by the inverse transpose of the scales, here times true_east: no division by 0 at a pole
         const Eigen::Vector3d local(normal_world.x() * metres_east_,
                                     normal_world.y() * metres_north_ * (true_east / true_north),
                                     normal_world.z() * true_east);
         return (axes_at(place.latitude, place.longitude) * local).stableNormalized();
     }
 
-    /// The vertical at a world position in ECEF: the normal of the ellipsoid or of the tangent plane.
+    /// The vertical at a world position, as a vector in ECEF: the normal of the ellipsoid or of the tangent plane.
     Eigen::Vector3d up_earth(const WorldPos& p_world) const {
         if (settings_.mapping == EarthMapping::tangent_plane) return axes_.col(2);
         const Geodetic place = geodetic_from_flat(p_world);

@@ -12,7 +12,7 @@
 // Units: metres. Frame: the map's, x east, y north, z up, translated by ElevationMapSettings::origin_world.
 // Layout: column-major. Row and column indices increase towards -x and -y: unwrapped cell (0, 0) has the largest x and
 // y. Buffer index = unwrapped index plus start index, modulo the size. A cell holds the height of the contact surface
-// at its centre, the highest one if volumes make several.
+// at its centre; if volumes produce several surfaces there, that of the highest one.
 //
 // Absent ground: NaN, as in grid_map, with the reason in statuses(). Nothing is filled in.
 //
@@ -43,8 +43,8 @@ struct ElevationMapSettings {
 
 /// Report of an update.
 struct ElevationMapUpdate {
-    std::int64_t moved_x = 0;       ///< cells, positive eastward
-    std::int64_t moved_y = 0;       ///< cells, positive northward
+    std::int64_t moved_x = 0;       ///< motion of the map, cells, positive eastward
+    std::int64_t moved_y = 0;       ///< motion of the map, cells, positive northward
     std::int64_t read_cells = 0;    ///< cells whose height was read
     std::int64_t absent_cells = 0;  ///< cells of the map without a height
     bool is_refused = false;        ///< the position was not finite or too far; nothing changed
@@ -86,9 +86,9 @@ public:
         return map;
     }
 
-    /// Moves the map's centre to (x, y), rounded to whole cells. Reads the cells that entered, and every column of
-    /// cells over chunks that were replaced since the last update() or are absent. A position that is not finite or
-    /// beyond 2^40 m changes nothing.
+    /// Moves the map's centre to (x, y), rounded to whole cells. Reads the cells that entered the map, and all cells of
+    /// each map column over chunks that are absent or were replaced since the last update(). A position that is not
+    /// finite or beyond 2^40 m changes nothing.
     ///
     /// @param x, y metres, map frame
     ///
@@ -148,7 +148,7 @@ public:
         return static_cast<std::size_t>(wrap(column + start_column_, columns_) * rows_ +
                                         wrap(row + start_row_, rows_));
     }
-    /// Index in layer() of the cell that contains a place, map frame; nothing outside the map.
+    /// Index in layer() of the cell that contains a position, map frame; nothing outside the map.
     std::optional<std::size_t> find(double x, double y) const {
         const double row = 0.5 * static_cast<double>(rows_) - (x - position_x()) / resolution();
         const double column =
@@ -177,7 +177,7 @@ private:
         return (0.5 * static_cast<double>(size) - 0.5 - static_cast<double>(i)) *
                settings_.resolution;
     }
-    // Whether a move uncovered an unwrapped row or column: low indices after a move along the axis.
+    // Whether an unwrapped row or column entered with a move: low indices if it was along the axis, else high ones.
     static bool is_new(std::int64_t i, std::int64_t moved, std::int64_t size) {
         return moved > 0 ? i < moved : i >= size + moved;
     }

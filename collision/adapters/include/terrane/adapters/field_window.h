@@ -21,14 +21,14 @@ namespace terrane::adapters {
 
 /// Counts of boxes without ground below them, and of boxes over volumes.
 struct BoxSupport {
-    int unsupported = 0;   ///< not finite, or over a cell absent, outside or not in the window
+    int unsupported = 0;   ///< not finite, or over a cell without ground or not in the window
     int over_volumes = 0;  ///< over a cell that volumes replace
 };
 
 /// A rectangle of ground heights that follows boxes; its number of cells is fixed.
 class FieldWindow {
 public:
-    /// @param columns, rows cells
+    /// @param columns, rows numbers of cells
     /// @param margin        as in GroundWindowSettings
     /// @param origin_world  of the simulator's frame, within 2^40 m
     ///
@@ -41,7 +41,7 @@ public:
             return fail(ErrorCode::invalid_argument,
                         "origin_world must be finite and within 2^40 m");
         }
-        const auto clamped = [](std::int64_t cells) {  // out of range remains out of range
+        const auto clamped = [](std::int64_t cells) {  // values out of range remain so
             return static_cast<std::int32_t>(std::clamp<std::int64_t>(cells, 0, 1 << 30));
         };
         GroundWindowSettings settings;

@@ -13,11 +13,11 @@
 
 namespace terrane::adapters {
 
-/// Origin of a triangle.
+/// The part of the contact surface to which a triangle belongs.
 enum class TrianglePart {
     south,  ///< the southern triangle of a cell of the heightfield
     north,  ///< the northern triangle of a cell
-    solid,  ///< a triangle of the joined solid: SolidSurface
+    solid,  ///< a triangle of the joined solid: see SolidSurface
 };
 
 /// A triangle of the contact surface.
@@ -39,7 +39,7 @@ struct TriangleReport {
     std::size_t triangles = 0;  ///< visited
 };
 
-/// Default of most_cells in visit_triangles().
+/// Default limit of the adapters for most_cells of visit_triangles().
 inline constexpr std::int64_t kMostVisitedCells = std::int64_t{1} << 22;
 
 namespace internal {
@@ -144,9 +144,9 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 
 }  // namespace internal
 
-/// Visits the triangles of the contact surface that may touch a box. Skips a cell whose heights lie outside the box,
-/// and a triangle whose plane passes below the whole box. Where volumes replace triangles of the heightfield, visits
-/// the triangles of the joined solid instead. Reports absent ground that may reach into the box.
+/// Visits the triangles of the contact surface that may touch a box. Skips cells whose heights are all above or all
+/// below the box, and triangles whose planes pass below the whole box. Where volumes replace triangles of the
+/// heightfield, visits the triangles of the joined solid instead. Reports absent ground that may reach into the box.
 ///
 /// @param box_world    metres
 /// @param origin_world subtracted from every corner in double
@@ -155,7 +155,7 @@ std::size_t visit_solid(const Ground& ground, std::int64_t column, std::int64_t 
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
-/// Cost:      linear in the cells under the box; squares of 32 x 32 cells below or above it are skipped
+/// Cost:      linear in the cells under the box; squares of 32 x 32 cells below or above the box are skipped
 template <class Visit>
 TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
                                const Eigen::Vector3d& origin_world, std::int64_t most_cells,
@@ -209,9 +209,9 @@ TriangleReport visit_triangles(const Ground& ground, const Aabb& box_world,
     return report;
 }
 
-/// Whether absent ground may reach into a moving box: coarser chunks bound the height of absent ground, and this
-/// compares the bound with the bottom of the swept box. True without a test if the box covers more than 65,536 chunks;
-/// false for a box that is not finite.
+/// Whether absent ground may reach into a moving box: compares the bottom of the swept box with the upper bound of
+/// absent ground that coarser chunks give. True without a test if the box covers more than 65,536 chunks; false for a
+/// box that is not finite.
 ///
 /// Threads: any number at once
 /// Cost:    O(chunks under the box)

@@ -42,7 +42,8 @@ struct HeightmapSettings {
     double centre_y = 0.0;  ///< as centre_x
     int side = 513;         ///< samples along a side, 2^n + 1, 3 to kMostHeightmapSide
     int level = 0;          ///< lattice level, which sets the sample spacing
-    std::optional<double> absent_height = {};  ///< world z for samples without ground; none: fail
+    /// World z for samples without ground; if it is not set, such samples are an error.
+    std::optional<double> absent_height = {};
 };
 
 /// A square of heights.

@@ -46,10 +46,10 @@ struct JsbsimGroundSettings {
 /// Computes the answers of FGGroundCallback without JSBSim, in metres.
 class AircraftGround {
 public:
-    /// The ground below a place. ECEF.
+    /// The ground below a place, in ECEF.
     struct Answer {
         QueryStatus status = QueryStatus::invalid;  ///< ok if there is ground
-        /// Signed height of the place above the ground along the vertical; +infinity without ground.
+        /// Signed height of the place above the ground along the vertical; +infinity without ground or absent_height.
         double height_above_ground = std::numeric_limits<double>::infinity();
         Eigen::Vector3d contact_earth = Eigen::Vector3d::Zero();  ///< on the ground below the place
         Eigen::Vector3d normal_earth = Eigen::Vector3d::UnitZ();  ///< unit
@@ -74,8 +74,8 @@ public:
     /// Placement of the world on the earth, to convert needs to the world's frame.
     const EarthFrame& earth() const { return earth_; }
 
-    /// The ground below a place in ECEF, without counting. `invalid` if the place is not finite, in the earth's core,
-    /// or too far around the earth for a tangent plane.
+    /// The ground below a place in ECEF, without counting. `invalid` if the place is not finite, is deeper in the earth
+    /// than geodetic_from_earth() permits, or too far around the earth for a tangent plane.
     Answer find(const Eigen::Vector3d& p_earth) const {
         Answer answer;
         answer.contact_earth = p_earth;
@@ -130,7 +130,7 @@ private:
 template <class Callback, class Location, class Vector>
 class JsbsimGround : public Callback {
 public:
-    /// Takes the AircraftGround that answers.
+    /// Takes the AircraftGround that computes the answers.
     explicit JsbsimGround(AircraftGround aircraft_ground)
         : aircraft_ground_(std::move(aircraft_ground)) {}
 

@@ -12,16 +12,16 @@
 // Units: metres. Frame: the world's axes (z up), translated by MujocoWindowSettings::origin_world. Rows run north and
 // columns east from the south-western sample, as in Terrane; the spacing 2 size[0] / (ncol - 1) must equal the ground's
 // contact spacing.
-// Heights: in MuJoCo, hfield_data in [0, 1] times size[2], above the geom. 0 is the window's lowest ground, at which
-// the mocap body is placed; float rounds heights by size[2] 2^-25. A window whose heights span more than size[2] is
-// rejected. size[3] is the thickness of the solid below the geom. MuJoCo pushes out bodies inside a prism but not below
-// it, so choose more than the fastest body's motion per step plus its size.
+// Heights: MuJoCo multiplies hfield_data, 0 to 1, by size[2] and measures upwards from the geom. 0 is the window's
+// lowest ground, at which the mocap body is placed; float rounds heights by size[2] 2^-25. A window whose heights span
+// more than size[2] is rejected. size[3] is the thickness of the solid below the geom. MuJoCo pushes bodies out of this
+// solid but not up from below it, so choose more than the fastest body's motion per step plus its size.
 // Surface: MuJoCo splits every cell along the south-west to north-east diagonal, Terrane every other cell; over the
 // remaining cells the surfaces differ by up to half of the cell's twist, MujocoWindowUpdate::surface_error_m.
 //
-// Moving: body and data move together by whole cells, so the surface stays fixed in the world. MuJoCo finds contacts
-// anew in each step and gives a mocap body no velocity: a move neither drags nor pushes. Sizes never change, so
-// bounding spheres, boxes and trees of the compiled model stay valid.
+// Moving: the mocap body and hfield_data change together by whole cells, so the surface stays fixed in the world.
+// MuJoCo finds contacts anew in each step and gives a mocap body no velocity: a move neither drags nor pushes bodies.
+// Sizes never change, so bounding spheres, boxes and trees of the compiled model stay valid.
 //
 // When: before mj_step(), with mjData as the previous step left it. Do not call it in mjcb_control: that runs after the
 // collision detection of the step, and four times per step with the RK4 integrator. If an update sets has_changed and
@@ -29,7 +29,7 @@
 //
 // Absent ground: the hfield cannot have holes. Samples without ground are at the bottom (0), and the update counts
 // boxes over them: the simulator should not step such a body, or should remove it. The same applies to boxes over cells
-// replaced by volumes: here the heightfield closes their mouths.
+// replaced by volumes, whose mouths the heightfield closes.
 //
 // Threads: only the thread that calls mj_step().
 // Source: MuJoCo's XML reference (asset/hfield), modeling guide ("Mocap bodies") and mjmodel.h.
@@ -110,7 +110,7 @@ inline MujocoHfieldXml hfield_xml(const std::string& name, std::int32_t cells, d
 template <class Model, class Data>
 class MujocoWindow {
 public:
-    /// @param geom_id of the hfield geom, from mj_name2id()
+    /// @param geom_id id of the hfield geom, from mj_name2id()
     ///
     /// Fails: invalid_argument for an id that is not an hfield geom, a geom that is not alone on a mocap body, a field
     ///        of fewer than 2 x 2 samples, or settings out of range; out_of_memory
@@ -256,7 +256,7 @@ private:
     int hfield_, mocap_;
     bool is_written_ = false;  // hfield_data matches the window
     bool is_placed_ = false;
-    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // centre of the field written; z of 0
+    Eigen::Vector3d middle_sim_ = Eigen::Vector3d::Zero();  // centre of the heights last written
     std::vector<Aabb> boxes_;
     std::vector<BodyNeed> needs_;
 };

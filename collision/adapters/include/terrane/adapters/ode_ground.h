@@ -8,9 +8,9 @@
 //           (0, 0, -9.81).
 // Frame:    ODE = world - origin, axes as the world's. The geometry has no pose: dGeomSetPosition and dGeomSetRotation
 //           do not move it.
-// Contacts: spheres, capsules and boxes by find_contacts(): the ground is solid below the surface, depths are the
-//           overlaps along the normals, normals lie in the ground's normal cone. Rays by Ground::ray(). Other classes
-//           (cylinders, convexes, meshes) get no contacts and are counted as unsupported.
+// Contacts: those of spheres, capsules and boxes are found by find_contacts(): the ground is solid below the surface,
+//           depths are the overlaps along the normals, normals lie in the ground's normal cone. Ground::ray() traces
+//           rays. Other classes (cylinders, convexes, meshes) get no contacts; their collisions count as unsupported.
 // Volumes:  contacts and rays see the joined surface, as in find_contacts() and Ground::ray().
 // Absent:   a body that may reach absent ground in the next step is held (disabled, with its velocity kept) until
 //           update() finds its ground resident, so that nothing falls while it is loaded. needs() lists what to load.
@@ -20,7 +20,7 @@
 //              dSpaceCollide2(ground.geom(), dGeomID(space), data, &near);   // or dSpaceCollide, with it in the space
 //              dWorldQuickStep(world, dt);
 //
-// Threads:  one per ground, as for ODE's spaces.
+// Threads:  one at a time for each ground, as for ODE's spaces.
 
 #include <terrane/adapters/sphere_contacts.h>
 #include <terrane/collision/ground_queries.h>
@@ -45,7 +45,7 @@ struct OdeGroundSettings {
 
 /// Event counts of an OdeGround since its creation.
 struct OdeGroundCounts {
-    std::uint64_t refused = 0;      ///< geometries with pose or size out of range: no contacts
+    std::uint64_t refused = 0;      ///< collisions with invalid poses, sizes or rays: no contacts
     std::uint64_t unsupported = 0;  ///< collisions with geometries of other classes: no contacts
     std::uint64_t absent_rays = 0;  ///< rays that reached absent ground before any hit: no hit
     std::uint64_t failed_callbacks = 0;  ///< calls of on_held that threw

@@ -49,8 +49,8 @@ inline TrianglePoint closest_point(const Eigen::Vector3d& p, const Eigen::Vector
 
 /// Finds the contact of a sphere whose centre is above the surface. Gives the same answer as find_contacts(), except
 /// that it leaves out the feature and error_m, and that the lift is 0. Returns nothing if find_contacts() must be used
-/// instead: with volumes, over absent ground or the border of the ground, over more than 6 x 6 cells, under the
-/// surface, for several contacts, or for arguments that are not finite.
+/// instead: for ground with volumes, over absent ground or the border of the ground, over more than 6 x 6 cells, for a
+/// centre under the surface, for several contacts, or for arguments that are not finite.
 ///
 /// Threads:   any number at once
 /// Allocates: nothing

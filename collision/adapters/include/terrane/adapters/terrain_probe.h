@@ -50,12 +50,12 @@ public:
     /// One probe's answer, local frame.
     struct Answer {
         ProbeResult result = ProbeResult::error;    ///< as X-Plane would return
-        QueryStatus status = QueryStatus::invalid;  ///< reason; ok with an error: a function failed
+        QueryStatus status = QueryStatus::invalid;  ///< reason; ok with error if a function failed
         Eigen::Vector3d location =
             Eigen::Vector3d::Zero();  ///< on the surface; valid only for a hit, as all below
         Eigen::Vector3d normal = Eigen::Vector3d::Zero();    ///< unit
         Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second
-        bool is_wet = false;                                 ///< water
+        bool is_wet = false;                                 ///< whether the ground is water
     };
 
     /// Fails: invalid_argument, naming the field and its value
@@ -140,7 +140,7 @@ private:
         return answer;
     }
 
-    // False if the velocity is unknown.
+    // Returns false if the velocity function failed.
     bool ask_functions(const WorldPos& p_world, Answer& answer) const {
         answer.velocity = Eigen::Vector3d::Zero();
         if (settings_.is_wet) {
