@@ -10,7 +10,7 @@
 namespace terrane::internal {
 namespace {
 
-// With 4 samples of colour and depth: 2 GiB.
+// A picture of this size with 4 samples per pixel takes 2 GiB for colour and depth.
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 26;
 
 Result<void> check_size(int width_px, int height_px) {
@@ -162,7 +162,7 @@ std::byte* StreamBuffer::begin(std::size_t bytes) {
     Turn& turn = turns_[turn_];
     wait(turn);
     if (turn.bytes >= bytes) return turn.memory;
-    // 1.5 times the size, so that a slowly growing mesh reallocates rarely
+    // 1.5 times the requested size, so that a slowly growing mesh rarely needs a new buffer
     const std::size_t wanted = bytes + bytes / 2;
     constexpr GLbitfield kAccess = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     turn.buffer = make_buffer();

@@ -12,15 +12,14 @@
 
 namespace terrane::internal {
 
-/// An off-screen picture: drawing writes a multisampled depth (32-bit float) and overlay; a last pass combines them
-/// into the picture.
+/// An off-screen picture. Frames are drawn into two multisampled textures: depth (32-bit float) and overlay (8-bit
+/// RGBA). A last pass combines both into the picture.
 class Framebuffer {
 public:
-    /// @param wanted_samples per pixel; a count that the device does not support is replaced by the next larger one, or
-    ///         the largest
+    /// @param wanted_samples samples per pixel; an unsupported count is replaced by the next larger one, or the largest
     ///
-    /// Fails with invalid_argument for a size below 1 or above the device's limit (at most 2^26 pixels in all),
-    /// device_unavailable if no combination of formats is complete.
+    /// Fails with invalid_argument for a width or height below 1 or above the device's limit, and for more than 2^26
+    /// pixels in all; with device_unavailable if no combination of formats is complete.
     static Result<Framebuffer> create(int width_px, int height_px, int wanted_samples);
 
     int width_px() const { return width_px_; }
@@ -30,12 +29,12 @@ public:
     /// Binds depth, or depth and overlay, as the target, and sets the viewport.
     void bind_depth() const;
     void bind_depth_and_overlay() const;
-    /// Binds the overlay alone; depth may be read.
+    /// Binds the overlay alone as the target; shaders may then read the depth texture.
     void bind_overlay() const;
-    /// Binds the picture as the target; depth and overlay may be read.
+    /// Binds the picture as the target; shaders may then read the depth and overlay textures.
     void bind_colours() const;
     GLuint depth_texture() const { return depth_.name(); }
-    /// Premultiplied colour over ground and sky.
+    /// Colour with premultiplied alpha, to be blended over ground and sky.
     GLuint overlay_texture() const { return overlay_.name(); }
     Image read() const;
 
@@ -50,9 +49,10 @@ private:
 
 /// A buffer rewritten by the CPU every frame while the device may still read the previous ones.
 ///
-/// Triple buffering with persistent mapping and fences: begin() waits only if the device is two frames behind. On
-/// a software rasteriser, with a million triangles and 150 morphing chunks (16 MB a frame), a frame took 1.03 to 1.05
-/// times the CPU time of a single plain draw; with one buffer reallocated every frame (glNamedBufferData) 1.08 to 1.10.
+/// Uses triple buffering with persistent mapping and fences: begin() waits only while the device still reads the buffer
+/// of three frames ago. Measured on a software rasteriser with a million triangles and 150 morphing chunks (16 MB a
+/// frame): a frame took 1.03 to 1.05 times the CPU time of a single plain draw, and 1.08 to 1.10 times with one buffer
+/// that is reallocated every frame (glNamedBufferData).
 class StreamBuffer {
 public:
     StreamBuffer() = default;
@@ -90,10 +90,10 @@ using GlQuery = GlObject<QueryKind>;
 /// Cycles through three queries. A frame is not measured if the query to be reused has no result yet.
 class GpuTimer {
 public:
-    /// Call around the commands of a frame; no other time query may be active.
+    /// Call begin() before and end() after the commands of a frame; no other time query may be active between them.
     void begin();
     void end();
-    /// Milliseconds of the most recent frame with a reported time, if any.
+    /// Device time of the most recent frame whose result has arrived, milliseconds; none before the first result.
     std::optional<double> last_ms() const { return last_ms_; }
 
 private:

@@ -9,7 +9,7 @@ namespace {
 void on_message(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum severity, GLsizei length,
                 const GLchar* message, const void* user) {
     if (type != GL_DEBUG_TYPE_ERROR && severity != GL_DEBUG_SEVERITY_HIGH) return;
-    // the pointer from attach_log(), with const added by the callback type
+    // `user` is the pointer from attach_log(); the callback type adds const
     auto* log = static_cast<GlLog*>(const_cast<void*>(user));
     if (log->count == 0) {
         log->first = length < 0 ? std::string(message)

@@ -10,7 +10,8 @@
 
 namespace terrane::internal {
 
-/// Owns one OpenGL name; 0 owns nothing. The context must be current in the destructor. Kind says how to delete a name.
+/// Owns an OpenGL object by its name; the name 0 stands for no object. Kind::destroy() deletes an object. The context
+/// must be current when the destructor runs.
 template <class Kind>
 class GlObject {
 public:
@@ -103,7 +104,7 @@ inline GlRenderbuffer make_renderbuffer() {
     return GlRenderbuffer(name);
 }
 
-/// Messages of the debug output of a context since the last check.
+/// Errors and high-severity messages in the debug output of a context since the last check_gl().
 struct GlLog {
     std::string first;  ///< first error or high-severity message; empty: none
     int count = 0;
@@ -112,7 +113,7 @@ struct GlLog {
 /// Redirects the debug output of the current context to a log, which must outlive the context.
 void attach_log(GlLog& log);
 
-/// Fails with device_unavailable if the current context has an error or its log a message, and clears both.
+/// Fails with device_unavailable if the current context has an error or its log has a message; clears both.
 ///
 /// @param doing the operation, for the message: "draw the terrain"
 Result<void> check_gl(const std::string& doing);

@@ -30,7 +30,7 @@ struct EglContext::State {
     State() = default;
     State(const State&) = delete;
     State& operator=(const State&) = delete;
-    // the display stays initialised: another context of this process may use it, and EGL has no reference count
+    // the display stays initialised: another context of this process may use it, and EGL does not count references
     ~State() {
         if (context == EGL_NO_CONTEXT) return;
         if (eglGetCurrentContext() == context) {
@@ -53,7 +53,7 @@ struct Candidate {
     EGLDisplay display = EGL_NO_DISPLAY;
 };
 
-// The surfaceless platform of Mesa first, which needs no device; then every device in the order of EGL.
+// Lists Mesa's surfaceless platform first, because it needs no device, then every device in EGL's order.
 std::vector<Candidate> list_displays(std::string& trouble_out) {
     std::vector<Candidate> candidates;
     if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) {
@@ -167,7 +167,7 @@ std::shared_ptr<const void> EglContext::keep_alive() const { return state_; }
 
 namespace {
 
-// Largest size accepted from a file header; the renderer writes none larger.
+// Largest number of pixels that read_png() accepts; the renderer writes no larger picture.
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 
 // Owns the memory of libpng's simplified interface.
@@ -195,7 +195,7 @@ Result<void> check_image(const Image& image, const std::string& path) {
 
 Result<void> write_png(const Image& image, const std::string& path) {
     TERRANE_TRY(check_image(image, path));
-    // beside the file, so that the rename stays on one file system
+    // a temporary file beside the final one, so that the rename stays on one file system
     const std::string part = path + ".part";
     const auto refuse = [&](const std::string& why) -> Result<void> {
         std::remove(part.c_str());
@@ -209,11 +209,11 @@ Result<void> write_png(const Image& image, const std::string& path) {
     out.png.width = static_cast<png_uint_32>(image.width);
     out.png.height = static_cast<png_uint_32>(image.height);
     out.png.format = PNG_FORMAT_RGB;
-    // favours speed: files are about a tenth larger
+    // compresses faster; files are about a tenth larger
     out.png.flags = PNG_IMAGE_FLAG_FAST;
     const int is_written =
         png_image_write_to_stdio(&out.png, file, 0, image.rgb.data(), 0, nullptr);
-    // a full disk may only be reported at the flush
+    // a full disk may be reported only by the flush
     const bool is_flushed = std::fflush(file) == 0;
     const int flush_error = errno;
     std::fclose(file);

@@ -29,25 +29,26 @@ extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {
-    int cascades = 0;  ///< of shadow maps; 0: no shadows
+    int cascades = 0;  ///< number of shadow maps; 0: no shadows
     bool has_water = false;
-    bool has_imagery = false;  ///< of the ground: for shade.frag
+    bool has_imagery = false;  ///< whether the ground has imagery; for shade.frag
 };
-/// Text to prepend to a shader that calls lit_at() or shown_at(): shadow.glsl and water.glsl.
+/// Text to prepend to a shader that calls lit_at() or shown_at(): shadow.glsl, water.glsl and, if there is imagery,
+/// imagery.glsl, with the macros that select the features.
 std::string light_text(const LightFeatures& features);
 
 /// Compiles and links a program; light.glsl is prepended to both stages.
 ///
-/// Fails with device_unavailable, naming the program, with the driver's log.
+/// Fails with device_unavailable; the message has the program's name and the driver's log.
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                                std::string_view fragment);
 
-/// A hash table from squares of a quadtree to numbers, with linear probing, for a buffer texture of ivec4:
-/// find_entry() of light.glsl reads it.
+/// A hash table with linear probing that maps squares of a quadtree to numbers. It is uploaded as a buffer texture of
+/// ivec4, which find_entry() of light.glsl reads.
 class SquareTable {
 public:
     struct Entry {
-        std::int32_t x = 0, y = 0;  ///< in squares of the level, relative to the square of the eye
+        std::int32_t x = 0, y = 0;  ///< in squares of the level, relative to the eye's square
         std::int32_t level = -1;    ///< -1: free
         std::int32_t value = 0;
     };
@@ -57,8 +58,8 @@ public:
 
     /// Adds a square that is not in the table.
     ///
-    /// @param x, y relative to the square of the eye; clamped to 2^30, beyond which squares are below the precision of
-    ///           float
+    /// @param x, y position in squares of the level, relative to the square with the eye; clamped to +-2^30, where a
+    ///           float can no longer tell neighbouring squares apart
     void add(std::int64_t x, std::int64_t y, int level, std::int32_t value);
 
     std::span<const Entry> entries() const { return entries_; }

@@ -50,12 +50,12 @@ FrameUniforms::Vec4 pack(const Eigen::Vector3d& v) {
 }
 FrameUniforms::Vec4 pack(const Colour& c) { return {c.red, c.green, c.blue, 1.0f}; }
 
-// A whole number of periods per root square, so that the noise is continuous across its edge.
+// Repeats of the noise per metre: a whole number per root square, so that the noise is continuous across its edges.
 double repeats_per_metre(double root_size, double wanted) {
     return std::max(1.0, std::round(root_size / wanted)) / root_size;
 }
 
-// Position of the eye in its root square, metres from the south-west.
+// A coordinate of the eye in its root square, metres from the south-west corner.
 double place_in_root(const Lattice& lattice, std::int64_t index, double remainder) {
     const std::int64_t side = lattice.chunk_side(0);
     return lattice.spacing * static_cast<double>(((index % side) + side) % side) + remainder;
@@ -102,7 +102,7 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
                   static_cast<float>(fine), static_cast<float>(coarse)};
     const double x = place_in_root(lattice, eye.x, eye.remainder_x);
     const double y = place_in_root(lattice, eye.y, eye.remainder_y);
-    // the rotation of the coarse noise in shade.frag
+    // the coarse noise is rotated as in shade.frag
     frame.noise_phase = {fraction(fine * x), fraction(fine * y),
                          fraction(coarse * (3.0 * x + 4.0 * y)),
                          fraction(coarse * (3.0 * y - 4.0 * x))};

@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// An integer as high * 2^bits + low with low in [-2^(bits - 1), 2^(bits - 1)). A shader has no 64-bit
-/// integers; near zero the high part is zero, and conversion to float is exact.
+/// An integer written as high * 2^bits + low, with low in [-2^(bits - 1), 2^(bits - 1)), because shaders have no 64-bit
+/// integers. Near zero the high part is 0, and the conversion to float is exact.
 struct SplitInteger {
     std::int32_t high = 0;
     std::int32_t low = 0;
@@ -22,11 +22,11 @@ SplitInteger split(std::int64_t value, int bits);
 inline constexpr int kIndexBits = 20;
 inline constexpr int kHeightBits = 16;
 
-/// The eye on the lattice: nearest lattice point and quantum, and the remainder.
+/// The eye's position as integers, those of the nearest lattice point and height in quanta, and a remainder.
 ///
-/// The displayed position of a sample depends only on its integers and the eye, whichever chunk it is drawn with:
-/// float(integers - eye's integers) * spacing - remainder. Hence chunks of any level meet bit for bit, and nothing
-/// jitters far from the origin.
+/// A sample is displayed at float(sample's integers - eye's integers) * step - remainder, relative to the eye,
+/// whichever chunk it is drawn with; the step is the spacing or the quantum. Hence the shared edges of chunks of any
+/// levels are bit-identical, and nothing jitters far from the origin.
 struct EyeFrame {
     std::int64_t x = 0, y = 0;  ///< lattice index
     std::int64_t height = 0;    ///< quanta

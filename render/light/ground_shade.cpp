@@ -15,8 +15,8 @@
 
 namespace terrane::internal {
 
-/// A periodic noise texture for the tint and fine bumps of the ground: red and green are the slope, blue the value, all
-/// with mean 1/2. Mipmaps fade it out with distance.
+/// A periodic noise texture for the tint and fine bumps of the ground: red and green are slopes along x and y, blue is
+/// the value, all with mean 1/2. Mipmaps fade the noise out with distance.
 GlTexture make_ground_noise();
 
 namespace {
@@ -97,7 +97,7 @@ GlTexture make_ground_noise() {
 namespace {
 
 constexpr std::size_t kFirstLayers = 32;  // 4.4 MB
-constexpr int kMostLayers = 2048;         // 278 MB, the limit that every device supports
+constexpr int kMostLayers = 2048;         // 278 MB; every device supports this many
 constexpr std::size_t kLevels = 25;
 constexpr std::size_t kSlopeBytes =
     sizeof(std::int16_t) * 2 * std::size_t{kSlopeMapWidth} * kSlopeMapHeight;
@@ -113,7 +113,7 @@ struct LightBlock {
 };
 static_assert(sizeof(LightBlock) == 16 + 16 * kLevels);
 
-// Offset of the table; 256 is the largest alignment that devices require.
+// Byte offset of the table in the buffer: a multiple of 256, the largest alignment that devices require.
 constexpr std::size_t kTableOffset = 512;
 static_assert(kTableOffset >= sizeof(LightBlock));
 
@@ -144,7 +144,7 @@ GroundLight::GroundLight() : levels_(most_layers()), table_(make_texture_buffer(
     hold_layers(kFirstLayers);
 }
 
-// Grows the arrays to `count` layers, keeping their content.
+// Grows the arrays, if necessary, to hold `count` layers, keeping their content.
 void GroundLight::hold_layers(std::size_t count) {
     if (count <= layers_.size()) return;
     const std::size_t capacity = std::min<std::size_t>(std::bit_ceil(std::max(count, kFirstLayers)),
@@ -171,7 +171,7 @@ Result<void> GroundLight::prepare(const std::shared_ptr<const ResidentSet>& resi
     return write_table(resident->lattice(), eye);
 }
 
-// Uploads changed slope maps, nodes and table.
+// Uploads the slope maps and nodes that have changed.
 void GroundLight::upload(const ResidentSet& resident) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
     for (const LitChunk& lit : levels_.lit()) {
@@ -188,7 +188,7 @@ void GroundLight::upload(const ResidentSet& resident) {
             const std::vector<std::int16_t> map = make_slope_map(resident, *lit.chunk, side_levels);
             glTextureSubImage3D(slopes_.name(), 0, 0, 0, lit.layer, kSlopeMapWidth, kSlopeMapHeight,
                                 1, GL_RG, GL_SHORT, map.data());
-            layer.nodes[0].level = -1.0f;  // invalid: from another chunk
+            layer.nodes[0].level = -1.0f;  // invalid: the nodes are those of another chunk
         }
         if (layer.nodes == lit.nodes) continue;
         layer.nodes = lit.nodes;

@@ -14,8 +14,8 @@
 
 namespace terrane::internal {
 
-/// Device data for shading the ground: slope maps and nodes of the chunks selected by LightLevels, one layer each of
-/// two texture arrays, and a hash table from level and position of a chunk to its layer.
+/// Device data for shading the ground. Each chunk selected by LightLevels has one layer in two texture arrays, which
+/// hold its slope map and its nodes. A hash table maps the level and position of a chunk to its layer.
 class GroundLight {
 public:
     GroundLight();
@@ -50,7 +50,7 @@ private:
     StreamBuffer stream_;
 };
 
-/// Deferred shading of a frame: the ground from its depth, the sky, and the overlay over them.
+/// Deferred shading of a frame: colours the ground (from its depth) and the sky, and blends the overlay over both.
 class GroundShade {
 public:
     /// @param sample_count of the framebuffers passed to draw()

@@ -17,13 +17,13 @@ ChunkKey neighbour(const ChunkKey& key, int side) {
     return {key.x + kX[at], key.y + kY[at], key.level};
 }
 
-// The chunk of a coarser level that covers a chunk.
+// The ancestor of a chunk at `level`; the chunk itself if that is its own level.
 ChunkKey ancestor(ChunkKey key, int level) {
     while (key.level > level) key = key.parent();
     return key;
 }
 
-// Heights of a chunk and of the chunks around it, by lattice point.
+// Heights of a chunk and of its four neighbours, by column and row in the chunk.
 class Heights {
 public:
     Heights(const ResidentSet& resident, const Chunk& chunk, const SideLevels& side_levels)
@@ -59,8 +59,8 @@ private:
     std::array<const Chunk*, 4> around_{};
 };
 
-// Rise per sample spacing, quanta: central difference over `baseline` samples to either side, one-sided if one is
-// absent.
+// Rise per sample spacing, quanta: the central difference between the heights `baseline` samples before and after the
+// middle; one-sided if one of them is absent.
 double rise(std::int32_t middle, std::optional<std::int32_t> before,
             std::optional<std::int32_t> after, int baseline) {
     const double last = after.value_or(middle);
@@ -120,7 +120,7 @@ std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chun
 namespace {
 
 constexpr double kNearMovements =
-    10.0;  // a chunk fades in from this distance on, in eye movements per frame
+    10.0;  // least distance at which a chunk fades in, in eye movements per frame
 constexpr float kFadeStep = 1.0f / LightLevels::kFadeFrames;
 constexpr int kNoLevel = std::numeric_limits<int>::max();
 
@@ -253,7 +253,7 @@ void LightLevels::choose(const ResidentSet& resident, const View& view) {
     }
 }
 
-// Takes a free layer, or one of a chunk not lit in the previous frame.
+// Gives the record a free layer or, if there is none, one of a chunk that was last lit before the previous frame.
 bool LightLevels::allocate_layer(Record& record) {
     if (free_layers_.empty()) {
         for (Record* other : record_of_) {
@@ -267,8 +267,8 @@ bool LightLevels::allocate_layer(Record& record) {
     return true;
 }
 
-// Presence of a chunk: 0 if it is not resident, 1 beyond the world or its root window, so that lighting does not fade
-// towards the edge.
+// Presence of a chunk: 0 if it is not resident or has no layer; 1 beyond the world or its root window, so that lighting
+// does not fade towards the edge.
 float LightLevels::presence_at(const ResidentSet& resident, const ChunkKey& key) const {
     if (!resident.window().contains(key)) return 1.0f;
     const std::int32_t index = resident.find(key);
@@ -299,7 +299,7 @@ LightNodes LightLevels::make_nodes(const ResidentSet& resident, const LitChunk& 
                     node.own = std::min(node.own, presence[static_cast<std::size_t>(3 * y + x)]);
                 }
             }
-            // the parent's field, bilinear between its four surrounding nodes
+            // the parent's field at this node, interpolated from the parent's nodes around it
             const int west = (quadrant & 1) + column / 2, east = (quadrant & 1) + (column + 1) / 2;
             const int south = (quadrant >> 1) + row / 2, north = (quadrant >> 1) + (row + 1) / 2;
             const auto at = [&](int x, int y) {

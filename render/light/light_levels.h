@@ -14,37 +14,38 @@
 
 namespace terrane::internal {
 
-// The slope map of a chunk: shading normals at its samples for baselines of 1, 2, 4 ... 128 samples, so that a pixel is
-// lit with the slope at its own footprint, whichever triangle covers it.
+// The slope map of a chunk has shading normals at its samples for baselines of 1, 2, 4 ... 128 samples, so that a pixel
+// is lit with the slope over its own footprint, whichever triangle covers the pixel.
 //
-// Layer k: samples at multiples of 2^k, central differences over 2^k samples to either side. Because a coarse sample
-// equals the fine sample at that point, layer k of a chunk and layer k - 1 of its parent agree bit for bit where they
-// overlap, and so do neighbours along their shared edge: lighting has no seams between chunks of any levels.
+// Layer k has the samples whose column and row are multiples of 2^k. Their slopes are central differences over 2^k
+// samples to either side. A coarse sample equals the fine sample at the same point. Layer k of a chunk is therefore
+// bit-identical to layer k - 1 of its parent where the two overlap, and to layer k of a neighbour along their shared
+// edge: lighting has no seams between chunks of any levels.
 
 inline constexpr int kSlopeLayers = 8;  ///< 129, 65, 33, 17, 9, 5, 3 and 2 samples wide
 inline constexpr int kSlopeMapWidth = kChunkSamples;
 inline constexpr int kSlopeMapHeight = 2 * kChunkCells - 1 + kSlopeLayers;
 
-/// First row of a layer; layers are stacked from the south.
+/// First row of a layer; layers are stacked from south to north.
 constexpr int slope_layer_row(int layer) {
     return 2 * kChunkCells - (2 * kChunkCells >> layer) + layer;
 }
 static_assert(slope_layer_row(kSlopeLayers) == kSlopeMapHeight);
 
-/// For each side (west, east, south, north), the level of the finest resident neighbour not finer than this chunk; -1
-/// beyond the edge of the world.
+/// For each side (west, east, south, north), the level of the finest resident neighbour that is not finer than this
+/// chunk; -1 if no neighbour is resident, as at the edge of the world.
 using SideLevels = std::array<int, 4>;
 SideLevels find_side_levels(const ResidentSet& resident, const ChunkKey& key);
 
-/// x and y of unit normals (z is positive), scaled by 32767: [kSlopeMapHeight * kSlopeMapWidth * 2].
+/// A slope map: x and y of unit normals (z is positive), scaled by 32767: [kSlopeMapHeight * kSlopeMapWidth * 2].
 ///
-/// Heights beyond the edges come from resident neighbours; if none is fine enough, the difference is one-sided.
+/// Heights beyond the edges come from resident neighbours; if no neighbour has the sample, the difference is one-sided.
 std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chunk& chunk,
                                          const SideLevels& side_levels);
 
 /// The light level at one of the nine nodes of a chunk: corners, midpoints of sides, and centre.
 struct LightNode {
-    float level = 0.0f;  ///< sum over all levels up to the chunk's, 0 to its level
+    float level = 0.0f;  ///< contributions of all levels up to the chunk's, 0 to that level
     float own = 0.0f;    ///< contribution of the chunk's own level, 0 to 1
     friend bool operator==(const LightNode&, const LightNode&) = default;
 };
@@ -59,16 +60,16 @@ struct LitChunk {
     LightNodes nodes{};
 };
 
-/// The light level: a continuous field over the ground, the finest chunk level whose slopes are used.
+/// Computes the light level, a continuous field over the ground: the finest chunk level whose slopes light a point.
 ///
-/// Each level contributes 0 to 1, bilinear between nodes half a chunk apart; the value of a node is the smallest
-/// presence of the chunks of that level that touch it. A chunk that is not resident has presence 0; presence changes in
-/// kFadeFrames steps as chunks are loaded and evicted. Hence the field is continuous across all borders, between any
-/// two levels, and in time. The sum over all coarser levels is bilinear between the same nodes: a shader needs only
-/// the nine values of a chunk, see shade.frag.
+/// Each level contributes 0 to 1, interpolated bilinearly between nodes half a chunk apart. Its contribution at a node
+/// is the smallest presence of the chunks of that level that touch the node. A chunk that is not resident has presence
+/// 0; presence changes in kFadeFrames steps as chunks are loaded and evicted. Hence the field is continuous across all
+/// borders, between any two levels, and in time. The sum over all coarser levels is bilinear between the same nodes, so
+/// a shader needs only the nine values of a chunk, see shade.frag.
 ///
-/// Chunks whose spacing is below a pixel at their nearest point are omitted: their parents give the same lighting
-/// there.
+/// A chunk is omitted if its parent's spacing is at most a pixel at the chunk's nearest point, because the parent then
+/// gives the same lighting.
 class LightLevels {
 public:
     static constexpr int kFadeFrames = 16;
@@ -77,11 +78,11 @@ public:
     explicit LightLevels(int max_chunks);
 
     /// Call once a frame. A newly resident chunk fades in, unless its parent arrived in the same frame, or the eye has
-    /// moved by more than a tenth of the chunk's distance since the last frame. A chunk whose ResidentSet::fade() falls
-    /// fades out. The first frame shows everything.
+    /// moved by more than a tenth of the chunk's distance since the last frame. A chunk fades out while its
+    /// ResidentSet::fade() falls. In the first frame all chunks are present at once.
     void update(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
-    /// From coarse to fine; children follow their parents. Valid until the next update().
+    /// The lit chunks from coarse to fine; children follow their parents. Valid until the next update().
     std::span<const LitChunk> lit() const { return lit_; }
     /// Number of layers of resident chunks, lit in this frame or earlier.
     std::size_t layer_count() const;
@@ -95,7 +96,7 @@ private:
         float fade = 1.0f;
         bool is_leaving = false;
         int layer = -1;
-        int lit_index = -1;  ///< valid where lit_frame is the current frame
+        int lit_index = -1;  ///< valid if lit_frame is the current frame
     };
 
     void follow(const std::shared_ptr<const ResidentSet>& resident, const View& view);
@@ -112,7 +113,7 @@ private:
     std::vector<Record*> record_of_;  // [index in the set]
     std::vector<int> free_layers_;
     std::vector<LitChunk> lit_;
-    std::vector<std::int32_t> lit_indices_;  // of lit_, in the set
+    std::vector<std::int32_t> lit_indices_;  // [lit_] in the set
     int starved_level_ = 0;                  // chunks of this level and finer may lack a layer
 };
 

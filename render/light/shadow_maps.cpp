@@ -16,7 +16,7 @@ namespace {
 // filter and the receiver's displacement (shadow.glsl).
 constexpr double kBorderTexels = 4.0;
 
-// Rows: right, up and towards the sun.
+// Axes of the shadow maps as rows: right, up and towards the sun.
 Eigen::Matrix3d axes_towards(const Eigen::Vector3d& direction) {
     const Eigen::Vector3d sun = direction / direction.norm();
     // the world axis with the largest angle to the sun's direction
@@ -31,8 +31,8 @@ Eigen::Matrix3d axes_towards(const Eigen::Vector3d& direction) {
     return axes;
 }
 
-// The smallest sphere around the part of a cone within `reach` of its apex, the eye: distance of its centre along the
-// cone's axis, and radius.
+// The smallest sphere around the part of a cone within `reach` of its apex, the eye. The sphere's centre is at distance
+// `forward` from the eye on the cone's axis.
 struct ConeSphere {
     double forward = 0.0, radius = 0.0;
 };
@@ -89,7 +89,7 @@ std::array<SunCascade, kCascades> make_sun_cascades(const View& view,
                                                     const Eigen::Vector3d& sun_direction,
                                                     double distance, int texels) {
     const Eigen::Matrix3d axes = axes_towards(sun_direction);
-    // of the cone through the picture's corners
+    // tangent of half the opening angle of the cone through the picture's corners
     const double half_height = std::tan(0.5 * view.vertical_fov);
     const double tangent = half_height * std::hypot(1.0, 1.0 * view.width_px / view.height_px);
     std::array<SunCascade, kCascades> cascades;
@@ -140,7 +140,7 @@ ShadowMaps::ShadowMaps(int texels)
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    // 1 if the receiver is not farther from the sun than the depth in the map
+    // a comparison gives 1 if the receiver is not farther from the sun than the depth in the map
     glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
     glNamedBufferStorage(places_.name(), sizeof(ShadowBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);

@@ -34,16 +34,16 @@ struct SunCascade {
     bool meets(const Aabb& box_world) const;
     bool meets(const BoundingSphere& sphere_world) const;
 
-    /// Centre minus the eye along the axes.
+    /// Vector from the eye to the centre, along `axes`, metres.
     Eigen::Vector3d centre_from(const WorldPos& eye_world) const;
-    /// Column-major. Depth is 1 nearest to the sun and 0 farthest.
+    /// Maps positions relative to the eye into the map, column-major. Depth is 1 nearest to the sun and 0 farthest.
     std::array<float, 16> clip_from_eye(const WorldPos& eye_world) const;
 };
 
 /// The cascades of a view, nearest first.
 ///
 /// @param sun_direction towards the sun, finite and not zero
-/// @param distance      of the shadows from the eye, metres, > 0
+/// @param distance      largest distance of shadows from the eye, metres, > 0
 /// @param texels        along the side of each map
 std::array<SunCascade, kCascades> make_sun_cascades(const View& view,
                                                     const Eigen::Vector3d& sun_direction,
@@ -93,8 +93,8 @@ public:
     /// The cascades of the last prepare(), nearest first.
     std::span<const SunCascade, kCascades> cascades() const { return cascades_; }
 
-    /// Draws the casters of each cascade with draw(cascade number), then binds the maps for lit_at(). Rebinds the
-    /// frame's uniforms.
+    /// Calls draw_casters(cascade number) for each cascade, with its map as the target and its uniforms bound. Then
+    /// binds the maps for lit_at(); the uniforms of the last cascade stay bound.
     template <class Draw>
     void draw(const FrameUniforms& of_view, const View& view, const Draw& draw_casters) const {
         for (std::size_t cascade = 0; cascade < kCascades; ++cascade) {

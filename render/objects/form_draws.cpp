@@ -25,13 +25,13 @@ ObjectMesh upload(const std::vector<float>& vertices, const std::vector<std::uin
     return mesh;
 }
 
-/// A point of the profile of a surface of revolution about z, and its normal.
+/// A point on the profile of a surface of revolution about z, and the normal there.
 struct Outline {
     double radius, z;
     double normal_out, normal_up;
 };
 
-/// Surface of revolution of a profile, given from bottom to top, about z.
+/// The surface of revolution about z whose profile is outline(step), from bottom to top.
 template <class Line>
 ObjectMesh make_round(int step_count, const Line& outline) {
     constexpr int kMeridians = 32;

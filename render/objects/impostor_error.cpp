@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFieldOfView = 0.7;
 constexpr int kSides = 8;
-// Azimuth between successive sides, radians: no multiple of the angle between two views.
+// Azimuth between successive sides, radians: not a multiple of the angle between two views.
 constexpr double kTurn = 0.77;
 constexpr int kVisibleLevels = 8;
 
@@ -31,7 +31,7 @@ struct PixelSums {
     }
 };
 
-// Adds the pixels at which either picture differs from the one without the object.
+// Adds the differences of two pictures over the pixels at which either of them differs from the picture `empty`.
 void add_pixels(const Image& a, const Image& b, const Image& empty, PixelSums& sums) {
     for (std::size_t i = 0; i < a.rgb.size(); i += 3) {
         int apart = 0;
@@ -53,7 +53,7 @@ struct Pair {
     ImpostorId impostor{};
 };
 
-// Adds the pixels of one view: of the impostor, and of the mesh displaced by `shift_world`.
+// Adds a view's differences: of the mesh to its impostor, and of the mesh to itself displaced by `shift_world`.
 Result<void> add_view(TerrainRenderer& renderer, const View& view, const Pair& pair,
                       const Eigen::Vector3d& shift_world, PixelSums& of_impostor,
                       PixelSums& of_shift) {

@@ -103,7 +103,7 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLeve
     stored.is_two_sided = material.is_two_sided;
     const auto upload = [&](const void* data, std::size_t bytes) {
         GlBuffer buffer = make_buffer();
-        // a buffer must have a size
+        // OpenGL allows no empty buffer
         glNamedBufferStorage(buffer.name(),
                              static_cast<GLsizeiptr>(std::max<std::size_t>(bytes, 4)),
                              bytes > 0 ? data : nullptr, 0);
@@ -199,7 +199,7 @@ void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte) {
 
 namespace {
 
-// A view is rendered at this multiple of its stored size, a power of two.
+// A view is rendered at kOversampling times its stored size; kOversamplingLevel is the base-2 logarithm.
 constexpr int kOversampling = 4;
 constexpr int kOversamplingLevel = 2;
 
@@ -224,7 +224,7 @@ StoredImpostor measure(const StoredMesh& mesh, const ImpostorSettings& settings)
         height = std::max(height, std::abs(p.z()));
         radius = std::max(radius, p.norm());
     }
-    // Views of a flat object may have no extent: a small margin around each keeps its edge.
+    // A margin of a texel keeps the object's edges. A least extent keeps views of a flat object from being empty.
     const double margin = 1.0 + 2.0 / settings.texels;
     const double least = 1e-3 * radius + 1e-6;
     made.half_width = static_cast<float>(std::max(std::sqrt(squared), least) * margin);
@@ -233,7 +233,7 @@ StoredImpostor measure(const StoredMesh& mesh, const ImpostorSettings& settings)
     return made;
 }
 
-// Right, up and towards the viewer of a view.
+// Axes of a view as rows: right, up and towards the viewer.
 Eigen::Matrix3d axes_of(const ImpostorSettings& settings, int around, int above) {
     const double azimuth = 2.0 * std::numbers::pi * around / settings.views_around;
     const double elevation = settings.views_above > 1
@@ -263,7 +263,7 @@ GlTexture make_layers(int texels, int layers) {
     return texture;
 }
 
-// The large picture from which a view is averaged.
+// A large picture, which is averaged to give a view.
 struct BakeTarget {
     GlTexture colours = make_texture_2d(), shapes = make_texture_2d(), depths = make_texture_2d();
     GlFramebuffer framebuffer = make_framebuffer();

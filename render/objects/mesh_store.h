@@ -31,8 +31,8 @@ struct StoredMesh {
     struct Level {
         std::uint32_t first_index = 0, index_count = 0;
         GlBuffer
-            targets;  ///< morph targets of its vertices in the next level; no buffer: the level does not morph
-        /// In the order of the indices; none for meshes that are two-sided or small.
+            targets;  ///< the vertices that the level's vertices move to; no buffer: the level does not morph
+        /// Clusters of the triangles, in the order of the indices; none for two-sided meshes and small levels.
         std::optional<MeshClusters> clusters;
     };
     std::vector<ObjectVertex> vertices;  ///< kept for objects with moving vertices
@@ -49,15 +49,14 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
-    /// Fails: invalid_argument as TriangleMesh::validate(), for a level's index beyond the vertices, for a vertex of a
-    ///        morphing level without a target, and for more than 2^31 indices; device_unavailable if OpenGL reports an
-    ///        error
+    /// Fails: invalid_argument as TriangleMesh::validate(), for a level with an index beyond the vertices, for a
+    ///        morphing level in which a vertex has no target, and for more than 2^31 indices; device_unavailable if
+    ///        OpenGL reports an error
     Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                        const MeshMaterial& material);
     void remove(MeshId mesh) { meshes_.erase(mesh); }
     /// Null for an unknown id.
     const StoredMesh* find(MeshId mesh) const;
-    /// On the device.
     std::size_t bytes() const;
 
 private:
@@ -65,26 +64,26 @@ private:
     std::map<MeshId, StoredMesh> meshes_;
 };
 
-/// Vertex array of ObjectVertex (attributes 0 to 2, binding 0), ObjectInstance (3 to 5, binding 1), and the vertices
-/// that a level morphs to (6 to 8, binding 2).
+/// Vertex array with the attributes of ObjectVertex (0 to 2, binding 0), of ObjectInstance (3 to 5, binding 1), and of
+/// the vertices that a level morphs to (6 to 8, binding 2).
 GlVertexArray make_object_layout();
 
 /// Binds a layout with a mesh's buffers.
 ///
 /// @param targets buffer of the vertices that the level morphs to; 0: none
 void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets);
-/// Replaces the vertex buffer of the layout; the vertices do not morph.
+/// Replaces the vertex buffer of the layout by `buffer` from `byte` on; these vertices do not morph.
 void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte);
 
-/// Views of a mesh on the device.
+/// An impostor on the device: views of a mesh.
 struct StoredImpostor {
     ImpostorSettings settings;
     Eigen::Vector3f centre =
         Eigen::Vector3f::Zero();  ///< centre of the bounds, object's frame, metres
-    float half_width = 0.0f;  ///< largest distance of the bounds from the z axis through the centre
-    float half_height = 0.0f;  ///< metres
-    float radius = 0.0f;       ///< of the bounding sphere: range of depths
-    /// [views] layers: the ring around the axis, then those above. Square root of linear colour times opacity, opacity.
+    float half_width = 0.0f;      ///< largest distance of a vertex from the central z axis, metres
+    float half_height = 0.0f;     ///< metres
+    float radius = 0.0f;          ///< of the bounding sphere, metres: half the range of depths
+    /// A layer for each view, the horizontal ring first. RGB: square root of linear colour, times opacity; A: opacity.
     GlTexture colours;
     GlTexture
         shapes;  ///< normal (0.5 + 0.5 n) and depth (0.5 + 0.5 towards the viewer / radius), times opacity
@@ -103,7 +102,6 @@ public:
     Result<ImpostorId> add(const StoredMesh& mesh, const ImpostorSettings& settings);
     void remove(ImpostorId impostor) { impostors_.erase(impostor); }
     const StoredImpostor* find(ImpostorId impostor) const;
-    /// On the device.
     std::size_t bytes() const;
 
 private:

@@ -16,7 +16,7 @@ namespace {
 
 // Radius of a sphere around the object's origin that contains the mesh.
 double radius_of(const OpaqueDraw& draw) {
-    // vertices of its own may be anywhere
+    // streamed vertices may be anywhere
     if (draw.has_own_vertices) return std::numeric_limits<double>::infinity();
     const Aabb& bounds = draw.mesh->bounds;
     return bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs()).norm();

@@ -14,8 +14,8 @@
 
 namespace terrane::internal {
 
-/// Draws the objects of a frame into shadow maps: meshes as such, impostors as flat pictures that face the sun. Casters
-/// outside a map are culled.
+/// Draws the objects of a frame into shadow maps: meshes as triangles, impostors as flat pictures that face the sun.
+/// Casters that cannot cast a shadow into a map are culled.
 class ObjectCasters {
 public:
     /// Fails: device_unavailable if its shaders do not compile
@@ -37,9 +37,9 @@ public:
     void finish();
 
 private:
-    // Some instances of a draw.
+    // A range of selected_: the instances of a draw that are drawn into a map.
     struct Part {
-        std::size_t draw = 0;  // in solids_ or billboards_
+        std::size_t draw = 0;  // index in solids_ or billboards_
         std::uint32_t first = 0, count = 0;
     };
     struct List {
@@ -56,7 +56,7 @@ private:
     GlVertexArray object_layout_, no_layout_;
     StreamBuffer stream_;
 
-    // Of the frame.
+    // State of the current frame.
     std::span<const OpaqueDraw> solids_;
     std::span<const BillboardDraw> billboards_;
     GLuint frame_stream_ = 0;

@@ -66,16 +66,16 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::strin
 
 namespace {
 
-// An instance is drawn whole if fewer triangles than this would be omitted per command: about the cost of a command on
-// a software rasteriser.
+// An instance is drawn whole if fewer triangles than this would be omitted per command. On a software rasteriser a
+// command costs about as much as this many triangles.
 constexpr std::size_t kCommandTriangles = 64;
 
-// Roundings to float of instance.vert, relative to a vertex's distance from the object's origin and from the eye.
+// Errors of instance.vert from rounding to float, relative to a vertex's distance from the object's origin and the eye.
 constexpr double kVertexRounding = 0x1p-20;
 constexpr double kEyeRounding = 0x1p-19;
 
-// Rounding of window coordinates to the device's grid and to float, as an angle at the picture's centre, which bounds
-// it elsewhere.
+// Error of window coordinates, which are rounded to float and to the device's subpixel grid: an angle in radians. It is
+// computed for the picture's centre, where a pixel spans the largest angle.
 double window_error(const View& view, int subpixel_bits) {
     const double grid_px = std::ldexp(1.0, -std::clamp(subpixel_bits, 1, 24));
     const double float_px = 0x1p-22 * std::max(view.width_px, view.height_px);
@@ -147,7 +147,7 @@ void OpaqueParts::add_instance(const OpaqueDraw& draw, const ObjectInstance& ins
                              .first_instance = number});
 }
 
-// Consecutive instances that are drawn whole are one command.
+// Extends the previous command if that draws the preceding instances of the same draw whole; otherwise adds a command.
 void OpaqueParts::add_whole(const OpaqueDraw& draw, std::uint32_t number) {
     if (commands_.size() > first_of_draw_) {
         PartCommand& last = commands_.back();

@@ -30,7 +30,7 @@ struct OpaqueDraw {
     std::uint32_t first_part = 0, part_count = 0;  ///< range of these commands
 };
 
-/// The billboards of an impostor, copied to a separate range with the small ones first.
+/// The billboards of an impostor. Their instances are copied to a separate range with the small ones first.
 struct BillboardDraw {
     const StoredImpostor* impostor = nullptr;
     std::uint32_t first_instance = 0, instance_count = 0;
@@ -77,7 +77,7 @@ static_assert(sizeof(PartCommand) == 20);
 /// triangles would be omitted.
 class OpaqueParts {
 public:
-    /// Replaces the commands of the previous frame; draws without clusters get none.
+    /// Replaces the commands of the previous frame. Draws without clusters get no commands.
     ///
     /// @param solids        `has_parts`, `first_part` and `part_count` are set
     /// @param subpixel_bits of the device's window coordinates: GL_SUBPIXEL_BITS
@@ -86,7 +86,7 @@ public:
 
     void clear();
     std::span<const PartCommand> commands() const { return commands_; }
-    /// Triangles that no command draws.
+    /// Number of triangles that the commands omit.
     std::size_t culled_triangles() const { return culled_triangles_; }
 
 private:

@@ -20,20 +20,20 @@
 
 namespace terrane::internal {
 
-/// Fails: invalid_argument, naming the first instance or particle with a number that is not finite, a scale or radius
-///        that is not above 0, or a coverage beyond -1 to 2
+/// Fails: invalid_argument for a number that is not finite, a scale or radius that is not above 0, or a coverage
+///        outside -1 to 2; the message names the first such instance or particle
 Result<void> check_values(const SceneDraws& draws);
 
 /// Fails: invalid_argument for a range that ends beyond the instances
 Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count);
 
-/// Fails: invalid_argument for positions that are not finite or whose number differs from the vertices', and for
-///        triangles that are too many for OpenGL or refer to a vertex beyond the mesh's
+/// Fails: invalid_argument if there are positions but not one for each vertex, if a position is not finite, if a
+///        triangle refers to a vertex beyond the mesh's, and for more triangles than OpenGL can draw
 Result<void> check_streamed(const StreamedDraw& streamed, std::size_t vertex_count);
 
 namespace {
 
-// The sum times 0 is 0 for finite numbers, and NaN for infinity and NaN.
+// A number times 0 is 0 if it is finite, else NaN.
 template <class Record>
 bool is_finite(const Record& record) {
     constexpr std::size_t kFloats = sizeof(Record) / sizeof(float);
@@ -216,7 +216,7 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
     return {};
 }
 
-// Instances are first, so that the first_instance of a draw is valid in the buffer.
+// The instances come first in the buffer, so that a draw's first_instance is also an index into the buffer.
 Result<void> SceneObjects::upload(const SceneDraws& draws) {
     billboard_byte_ = aligned(draws.instances.size_bytes());
     billboard_count_ = 0;
@@ -265,7 +265,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     std::uint32_t copied = 0;
     for (BillboardDraw& draw : std::span(impostor_draws_).first(drawn_impostors_)) {
-        // largest diameter over distance
+        // largest scale over distance of an instance that is small
         const double most = kSmallImpostor_px /
                             (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
         const auto most_squared = static_cast<float>(most * most);

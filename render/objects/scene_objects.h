@@ -38,7 +38,7 @@ public:
     /// @param cascades maps for draw_casters(); empty: no shadows, and casters out of view are ignored
     ///
     /// Fails: invalid_argument, naming the item, for a number that is not finite, a scale or radius that is not above
-    ///        0, a coverage beyond -1 to 2, a mesh, level, impostor or range of instances that does not exist, or
+    ///        0, a coverage outside -1 to 2, a mesh, level, impostor or range of instances that does not exist, and
     ///        streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});
@@ -92,12 +92,12 @@ private:
     OpaqueParts parts_;
     GLint subpixel_bits_ = 0;  // 0: not queried yet
 
-    // Of the frame.
+    // State of the current frame.
     double pixels_per_radian_ = 0.0;
     std::vector<OpaqueDraw> solid_;              // visible ones, then casters out of view
     std::vector<BillboardDraw> impostor_draws_;  // in the same order
     std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
-    std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn solids, in their order
+    std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn_solids(), in order
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::size_t command_byte_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Selects the samples of a pixel that a partly covering object is drawn to. SAMPLES is defined by the program.
+// Selects the samples of a pixel to which an object of partial coverage is drawn. The program defines SAMPLES.
 // Thresholds are spread evenly over the samples of a pixel and over 8 x 8 pixels (B. Bayer, An optimum method for
 // two-level rendition of continuous-tone pictures, ICC 1973).
 

@@ -3,7 +3,7 @@
 
 #ifdef IMAGERY
 layout(binding = 8) uniform isamplerBuffer imagery_table;  // xy: square relative to the eye's, z: its level (-1: free),
-                                                           // w: layer times 256, and presence, 0 to 255
+                                                           // w: layer times 256, plus presence, 0 to 255
 layout(binding = 9) uniform sampler2DArray imagery_squares;  // colour times opacity, opacity
 layout(std140, binding = 3) uniform Imagery {
     float root_texel;  // side of a texel at level 0, metres
@@ -40,7 +40,7 @@ vec4 imagery_at(vec3 p_eye, float pixel_m) {
     return colour * (1.0 - kCoarseLoss * blur);
 }
 
-// Albedo of ground that is displayed in this colour where it is level and sunlit: the inverse of display(), without its
+// Albedo of ground that is displayed in this colour if it is level and sunlit: the inverse of display(), without its
 // contrast.
 vec3 albedo_of(vec3 shown) {
     vec3 squared = min(shown * shown, 0.85);

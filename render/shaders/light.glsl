@@ -24,8 +24,8 @@ layout(std140, binding = 0) uniform Frame {
 const int kIndexBits = 20;
 const int kHeightBits = 16;
 
-// Metres along an axis from the eye's lattice point to the `index`-th sample of a chunk, given its corner and the
-// stride between samples, in high and low parts.
+// Metres along an axis from the eye's lattice point to the `index`-th sample of a chunk. high, low: the chunk's corner
+// relative to the eye's lattice point. stride: between samples, high and low part.
 float lattice_place(int high, int low, int index, ivec2 stride) {
     low += index * stride.y;
     int carry = (low + (1 << (kIndexBits - 1))) >> kIndexBits;
@@ -47,7 +47,7 @@ float lattice_rise(int height) {
     return metres;
 }
 
-// The value of a square of a level in the table of shader.h, or -1. square: relative to the eye's square
+// The value of a square of a level in a table (SquareTable in shader.h), or -1. square: relative to the eye's square
 int find_entry(isamplerBuffer table, int mask, ivec2 square, int level) {
     uint hash = uint(square.x) * 0x9e3779b1u ^ uint(square.y) * 0x85ebca77u ^
                 uint(level) * 0xc2b2ae3du;

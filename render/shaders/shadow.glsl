@@ -12,16 +12,16 @@ layout(std140, binding = 2) uniform Shadow {
 layout(binding = 6) uniform sampler2DArrayShadow shadow_maps;
 
 // Displacement of the receiver along its normal, texels: see D. Holbert, Saying Goodbye to Shadow Acne, GDC 2011.
-// Shadows become shorter by this divided by the tangent of the sun's elevation. Measured: stripes remain with 0, none
-// with 0.3.
+// Shadows become shorter by this divided by the tangent of the sun's elevation. Measured: stripes remain with 0, but
+// not with 0.3.
 const float kAway = 0.4;
-// Distance of the filter's samples from its centre, texels; each is bilinear.
+// Distance of the filter's samples from its centre, texels; each sample is bilinear.
 const float kFilter = 0.5;
 // kBlendFrom: share of a cascade's reach from which it fades to the next one. kFadeFrom: share of the last cascade's
 // reach from which it fades to full light.
 const float kBlendFrom = 0.9, kFadeFrom = 0.75;
 
-// Share of sunlight by one map, 0 to 1.
+// Share of sunlight that reaches a point according to one map, 0 to 1.
 float sun_share(vec3 p_eye, vec3 normal, int cascade) {
     vec4 place = shadow.places[cascade];
     vec3 p = p_eye + normal * (kAway * shadow.reach.w / place.w);

@@ -16,9 +16,9 @@ const float kOpaque = 52.0;
 const vec3 kDeepWater = vec3(0.010, 0.026, 0.030);
 // Reflectance at normal incidence, for the refractive index 1.33.
 const float kReflection = 0.02;
-// Ripples: repeats of the noise in its period of 56 m, and slope.
+// Ripples: repeats of the noise within its period of 56 m, and factor of its slope.
 const float kRepeats = 3.0, kSlope = 0.2;
-// Exponent of the sun's highlight, and the least visible value of it.
+// Exponent of the sun's highlight, and the highlight's least visible value.
 const float kGlint = 500.0, kLeastGlint = 0.002;
 // Mipmap bias, as in shade.frag.
 const float kSharperRipples = -1.0;

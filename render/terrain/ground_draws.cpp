@@ -148,10 +148,10 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
     return made;
 }
 
-// Enlarges the box for the rounding of positions to float, relative to the eye, on the device.
+// Enlargement of boxes for the rounding of positions to float on the device, relative to the distance from the eye.
 constexpr double kViewMargin = 1e-5;
 
-// The volume or cascade that chunks are culled against.
+// The volumes against which chunks are culled: the view, and the cascades of the shadow casters.
 struct Culling {
     const ViewVolume* view = nullptr;  // null: list 0 has all chunks
     WorldPos eye_world;
@@ -167,7 +167,7 @@ std::uint8_t lists_of(const Aabb& box, const Culling& culling) {
     return static_cast<std::uint8_t>(lists);
 }
 
-// A chunk between two heights.
+// Box of a chunk between two heights, enlarged by the margin.
 Aabb box_of(const Lattice& lattice, const Chunk& chunk, double low, double high,
             const WorldPos& eye_world) {
     const std::int64_t side = kChunkCells * chunk.step;

@@ -157,7 +157,7 @@ private:
     GlVertexArray vertices_;
     std::weak_ptr<const ResidentSet> followed_;
     std::size_t drawn_count_ = 0, culled_count_ = 0;
-    std::vector<ChunkDraw> draws_;  // in any list
+    std::vector<ChunkDraw> draws_;  // chunks in at least one list
     std::vector<List> lists_;
     Layout layout_;
 };

@@ -30,7 +30,7 @@ struct ImageryBlock {
 };
 static_assert(sizeof(ImageryBlock) == 16 + 16 * kLevels);
 
-// Offset of the table; 256 is the largest alignment that devices require.
+// Byte offset of the table in the buffer: a multiple of 256, the largest alignment that devices require.
 constexpr std::size_t kTableOffset = 512;
 static_assert(kTableOffset >= sizeof(ImageryBlock));
 
@@ -120,7 +120,7 @@ void GroundImagery::load(const ResidentSet& resident, const std::vector<ImageryS
     loader_.request(std::move(absent));
     if (waits_) loader_.finish();
     for (ImageryLoad& load : loader_.take()) arrived_.push_back(std::move(load));
-    // out of view by now, or of another world
+    // drops squares that are out of view by now, or of another world
     std::erase_if(arrived_, [&](const ImageryLoad& load) {
         return std::ranges::find(wanted, load.request.square) == wanted.end() ||
                load.request != request_of(load.request.square);
@@ -128,7 +128,7 @@ void GroundImagery::load(const ResidentSet& resident, const std::vector<ImageryS
     const std::size_t count = waits_ ? arrived_.size() : std::min(arrived_.size(), kUploadsAFrame);
     for (std::size_t i = 0; i < count; ++i) upload(arrived_[i]);
     arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(count));
-    // failed squares that are no longer wanted
+    // forgets failed squares that are no longer wanted
     std::erase_if(slots_, [&](const auto& slot) {
         return slot.second.layer < 0 && slot.second.wanted_frame < frame_;
     });

@@ -13,9 +13,9 @@
 
 namespace terrane::internal {
 
-/// Imagery of the ground on the device: squares in the layers of a texture array, and a hash table from level and
-/// position of a square to its layer, which imagery.glsl searches from the finest level that a pixel needs to the
-/// coarsest.
+/// Imagery of the ground on the device: squares in the layers of a texture array, and a hash table that maps the level
+/// and position of a square to its layer. imagery.glsl searches the table from the finest level that a pixel needs to
+/// the coarsest.
 class GroundImagery {
 public:
     static constexpr int kFadeFrames = 16;

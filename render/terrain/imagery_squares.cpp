@@ -58,14 +58,14 @@ ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels) {
 
 namespace {
 
-// Root squares that are more than this many root squares from the eye's one are ignored.
+// Root squares more than this many root squares away from the eye's are ignored.
 constexpr std::int64_t kMostRoots = 16;
 
 bool do_meet(const WorldRect& a, const WorldRect& b) {
     return a.west < b.east && b.west < a.east && a.south < b.north && b.south < a.north;
 }
 
-// A square with the heights of the finest chunk that covers it.
+// Box of a square, with the heights of the finest resident chunk that contains the square.
 Aabb box_of(const ResidentSet& resident, const ImagerySquare& square) {
     const Lattice& lattice = resident.lattice();
     const WorldRect rect = imagery_rect(lattice, square);
@@ -133,7 +133,7 @@ std::vector<ImagerySquare> select_imagery(const ResidentSet& resident, const Vie
     std::set<ImagerySquare> known;
     const std::vector<ImagerySquare> roots = roots_around(lattice, view.eye_world, rect);
     for (const bool is_for_view : {true, false}) {
-        // breadth first: a square precedes those in it
+        // breadth first: a square precedes the squares that it contains
         std::vector<ImagerySquare> level = roots, next;
         while (!level.empty()) {
             next.clear();
@@ -169,7 +169,7 @@ ImageryLoader::~ImageryLoader() = default;
 void ImageryLoader::request(std::vector<ImageryRequest> wanted) {
     {
         const std::lock_guard lock(mutex_);
-        // skips the square that is being read, and read ones that have not been taken
+        // skips the square that is being read, and those that have been read but not taken
         std::erase_if(wanted, [&](const ImageryRequest& request) {
             return request == loading_ ||
                    std::ranges::find(loaded_, request, &ImageryLoad::request) != loaded_.end();

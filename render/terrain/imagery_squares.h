@@ -21,7 +21,7 @@
 namespace terrane::internal {
 
 // Imagery is paged in squares of the quadtree rooted in the world's root squares: the squares of chunks down to the
-// finest chunk level, and finer squares as long as the imagery is finer.
+// finest chunk level, and finer squares down to the resolution of the imagery.
 
 /// Texels along the side of a square's texture. kImageryBorder of them at each edge show the neighbours, so that the
 /// coarsest mipmap still has one border texel.
@@ -55,7 +55,7 @@ struct ImageryTexture {
 /// @param texels [kImageryTexels * kImageryTexels] of a source
 ImageryTexture make_imagery_texture(std::vector<ImageryTexel> texels);
 
-/// The finest level for which imagery has texels.
+/// The coarsest level with texels no larger than those of the imagery, `texel_size` metres; at most kMostImageryLevel.
 int finest_imagery_level(const Lattice& lattice, double texel_size);
 
 /// The squares that a view needs at its pixel size, each after the square that contains it: those in view, then those

@@ -47,7 +47,7 @@ std::vector<SolidVertex> make_solid_vertices(const Lattice& lattice, const Chunk
     const SolidTriangles& solid = chunk.solid->triangles();
     const double spacing = lattice.level_spacing(chunk.key.level);
     std::vector<Eigen::Vector3d> normals(solid.vertices_world.size(), Eigen::Vector3d::Zero());
-    // From walls only: adjacent parts of the heightfield are shaded as heightfield.
+    // Normals come from walls only: adjacent triangles of the heightfield are shaded as heightfield.
     for (const auto& [a, b, c] : std::span(solid.triangles).subspan(solid.ground_count)) {
         const auto& v = solid.vertices_world;
         const Eigen::Vector3d across = (v[b] - v[a]).cross(v[c] - v[a]);

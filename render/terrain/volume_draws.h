@@ -14,8 +14,8 @@
 
 namespace terrane::internal {
 
-/// A vertex of a solid surface on the device: attributes 0 to 3 of solid.vert. The offset of a heightfield sample is 0:
-/// its position equals the one that terrain.vert computes bit for bit.
+/// A vertex of a solid surface on the device: attributes 0 to 3 of solid.vert. A vertex at a heightfield sample has
+/// offset 0, and its position is bit-identical to the one that terrain.vert computes.
 struct SolidVertex {
     std::int32_t column = 0, row = 0, height = 0;  ///< nearest sample of the chunk; quanta
     float offset[3] = {};                          ///< from that point, metres
@@ -49,7 +49,6 @@ public:
     /// Draws with a program, which becomes current.
     void draw(Part part, const Program& program) const;
 
-    /// Bytes on the device.
     std::size_t bytes() const;
 
 private:

@@ -52,7 +52,7 @@ void add_blocks(const SamplePyramid& pyramid, int log2_side, int column, int row
 }
 
 SampleRange range_of_blocks(const Chunk& chunk, const ChunkCells& cells) {
-    // the smallest aligned square that contains them all
+    // the smallest aligned square that contains all cells
     const auto differing =
         static_cast<unsigned>((cells.west ^ cells.east) | (cells.south ^ cells.north));
     const int log2_side = std::max(static_cast<int>(std::bit_width(differing)), kBlockLog2);
@@ -101,7 +101,7 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
     extent_ = resident_->extent();
     in_extent_ = {column_at(extent_.west), row_at(extent_.south), column_at(extent_.east),
                   row_at(extent_.north)};
-    // cells that only touch the extent's edge are excluded, and cells outside the root squares
+    // excludes cells that only touch the extent's edge, and cells outside the root squares
     if (columns_.at(in_extent_.east) >= extent_.east) --in_extent_.east;
     if (rows_.at(in_extent_.north) >= extent_.north) --in_extent_.north;
     in_extent_.west = std::max(in_extent_.west, lattice.west() / step_);
@@ -297,7 +297,7 @@ inline HeightAnswer Ground::height_at_most(double x, double y, double at_most) c
     };
     const CellPoint point = over(0, 0);
     if (height_over(point, at_most, answer)) return answer;
-    // cells are closed: on a line, the western or southern cell answers if its neighbour is not ground
+    // cells are closed: on a line, the western or southern cell answers if the eastern or northern one is not ground
     const bool is_on_column = point.x == 0.0, is_on_row = point.y == 0.0;
     if (is_on_column && height_over(over(1, 0), at_most, answer)) return answer;
     if (is_on_row && height_over(over(0, 1), at_most, answer)) return answer;

@@ -176,7 +176,7 @@ private:
                 static_cast<double>(last)};
     }
 
-    // Dummy samples for points answered individually.
+    // Dummy samples for points that are answered individually.
     static constexpr std::array<std::int32_t, kChunkSamples + 2> kNoSamples{};
 
     void find_samples(std::size_t k) {
@@ -331,7 +331,7 @@ Result<void> GroundBatch::rays(const Ground& ground, const PointArray& from_worl
     const internal::ChunkOrder::Grid grid(ground);
     state_->run_slices(
         count, kLeastRays, [&](std::size_t begin, std::size_t end, State::Worker& worker) {
-            // by the midpoint, which distinguishes rays with a common start
+            // by the midpoint of each ray, which distinguishes rays with a common start
             const auto bucket_of = [&](std::size_t i) {
                 const std::size_t from = (begin + i) * from_world.stride;
                 const std::size_t to = (begin + i) * to_world.stride;

@@ -63,7 +63,7 @@ public:
         /// Bucket of a place; all places beyond the extent share one bucket.
         std::uint16_t bucket(double x, double y) const {
             if (!extent.contains(x, y)) return kNowhere;
-            // exact borders do not matter
+            // rounding at the borders of chunks does not matter
             const auto column = static_cast<std::int64_t>((x - origin_x) * inverse_side + kShift);
             const auto row = static_cast<std::int64_t>((y - origin_y) * inverse_side + kShift);
             return static_cast<std::uint16_t>((row & (kSide - 1)) * kSide + (column & (kSide - 1)));
@@ -138,8 +138,7 @@ struct GroundBatch::State {
         internal::ChunkOrder order;
     };
 
-    /// Calls job(begin, end, worker) for slices of items 0 to count - 1. Each has at least `least` items, if there are
-    /// that many.
+    /// Calls job(begin, end, worker) for slices of items 0 to count - 1. All but the last have at least `least` items.
     template <class Job>
     void run_slices(std::size_t count, std::size_t least, const Job& job) {
         // several slices per worker, so that all end at about the same time
@@ -154,7 +153,7 @@ struct GroundBatch::State {
 
     internal::WorkerTeam team;
     std::vector<Worker> workers;
-    std::uint64_t call = 0;  // number of the call, for the tables
+    std::uint64_t call = 0;  // number of calls of heights(), for the tables
     RayFan fan;              // for rays with a common origin
 };
 

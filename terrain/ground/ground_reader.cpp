@@ -50,8 +50,7 @@ GroundCell GroundReader::cell(std::int64_t column, std::int64_t row) {
     return Ground::read_cell(*found, column, row);
 }
 
-// Calls visitor(chunk, part) for each resident chunk that overlaps the range clipped to the extent, with the chunk's
-// part of the range.
+// Calls visitor(chunk, part) for each resident chunk that overlaps the range within the extent; `part` is the overlap.
 template <class Visitor>
 void GroundReader::visit_chunks(const CellRange& range, Visitor visitor) {
     const CellRange& in_extent = ground_->in_extent_;

@@ -176,7 +176,7 @@ void GroundWindow::read_changed_chunks(GroundReader& reader, const Ground& last,
     }
 }
 
-// Reads a rectangle of samples, and the bits of the cells with a corner among them.
+// Reads a rectangle of samples, and the bits of the cells that have a corner in the rectangle.
 void GroundWindow::read(GroundReader& reader, const SampleRect& rect) {
     if (rect.is_empty()) return;
     changed_.push_back(rect);

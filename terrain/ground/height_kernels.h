@@ -38,7 +38,7 @@ struct BlockNormals {
     alignas(64) double x[kHeightBlock], y[kHeightBlock], z[kHeightBlock];
 };
 
-/// Loops over the points of a block, compiled for each vector width. All are bit-identical to
+/// Loops over the points of a block, compiled for each vector width. Their results are bit-identical to those of
 /// Ground::Lines::last_up_to() and height_in_cell().
 struct HeightKernels {
     /// @param p  [kHeightBlock] positions along the axis, metres; any values

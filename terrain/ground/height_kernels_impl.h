@@ -49,7 +49,7 @@ void find_cells(const AxisLines& lines, const double* p, AxisCells& out) {
     const auto line_at = [&](Doubles index) { return lines.origin + lines.spacing * index; };
     for (std::size_t k = 0; k < kHeightBlock; k += kLanes) {
         const Doubles at = load(p + k);
-        // the product with the reciprocal is inexact; corrected by comparison with the lines
+        // the product with the reciprocal is inexact; the index is corrected by comparison with the lines
         Doubles index = floor_of((at - lines.origin) * lines.inverse_spacing);
         index = at < line_at(index) ? index - 1.0 : index;
         index = at >= line_at(index + 1.0) ? index + 1.0 : index;
@@ -83,7 +83,7 @@ void heights(const std::int32_t* const* corners, const AxisCells& x, const AxisC
         const Doubles south_east = samples_at(corners + k, 1);
         const Doubles north_west = samples_at(corners + k, kRow);
         const Doubles north_east = samples_at(corners + k, kRow + 1);
-        // as height_in_cell(): the triangle with the southern edge, and the one with the eastern edge
+        // as in height_in_cell(): whether the triangle has the southern edge of the cell, and the eastern one
         const Masks is_south = is_cut_to_north_east ? Masks(u >= v) : Masks(u + v <= 1.0);
         const Masks is_east = ~(is_south ^ is_cut_to_north_east);
         const Doubles south = quantum * (south_east - south_west);

@@ -70,9 +70,9 @@ RayAnswer Ground::ray_after(double fraction, const WorldPos& from_world,
 //   A. Tevs, I. Ihrke, H.-P. Seidel. Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field Rendering.
 //     I3D 2008. (a pyramid of height intervals)
 // Deviations: within a cell the ray's height above the surface is evaluated as a function of the ray parameter, linear
-// over each triangle and continuous across cells. The hit is its first change of sign, so a ray cannot slip through an
-// edge or a corner. Squares are skipped by both ends of their height interval, from above and below, but never if that
-// would change the side of the surface that the ray is on.
+//             over each triangle and continuous across cells. The hit is the first change of its sign, so a ray cannot
+//             slip through an edge or a corner. A square is skipped if the ray stays above or below its height
+//             interval, but never if that would change the side of the surface on which the ray is.
 
 namespace {
 
@@ -185,12 +185,12 @@ bool Ground::RayWalk::visit_solid_chunk(const SquareSpan& over) {
     return true;
 }
 
-// A cell that may lie beyond the extent or not be ground.
+// Intersects a cell that may lie beyond the extent or not be ground.
 bool Ground::RayWalk::visit_partial_cell(const SquareSpan& over) {
     GroundReader reader(ground_);
     std::int64_t column = over.column, row = over.row;
     GroundCell cell = reader.cell(column, row);
-    // cells are closed: along a line, only the cell on the other side may be ground
+    // cells are closed: for a ray along a line, only the cell on the other side of the line may be ground
     if (cell.status == QueryStatus::outside && x_.d == 0.0 && x_.p == x_.offset(column)) {
         cell = reader.cell(column - 1, row);
         if (cell.status == QueryStatus::ok) --column;

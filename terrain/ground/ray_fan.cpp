@@ -145,7 +145,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
     const double quantum = ground.lattice().quantum;
     const std::int64_t column = ground.column_at(origin_world.x());
     const std::int64_t row = ground.row_at(origin_world.y());
-    // the origin in its cell, cells from the corner
+    // position of the origin in its cell, in cells from the south-western corner
     const double x = (origin_world.x() - ground.cell_x(column)) / spacing_;
     const double y = (origin_world.y() - ground.cell_y(row)) / spacing_;
     for (int level = 0; level <= SamplePyramid::kCoarsest; ++level) {
@@ -158,7 +158,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
         const auto span = static_cast<std::int64_t>(outer) + 2 + side;
         for (std::int64_t j = (row - span) & -side; j <= row + span; j += side) {
             for (std::int64_t i = (column - span) & -side; i <= column + span; i += side) {
-                // relative to the origin, enlarged
+                // the square relative to the origin, in cells, enlarged
                 const double west = static_cast<double>(i - column) - x - kSlackCells;
                 const double south = static_cast<double>(j - row) - y - kSlackCells;
                 const double east = west + static_cast<double>(side) + 2.0 * kSlackCells;
@@ -181,7 +181,7 @@ void HorizonProfile::build(const Ground& ground, const WorldPos& origin_world, d
                     square.rise = (high - origin_world.z() + rounding_) / spacing_;
                 }
                 if (near_squared > 0.0) {
-                    // spans less than half a turn, so its corners differ by less than 2
+                    // the square spans less than half a turn, so diamond angles of its corners differ by less than 2
                     const double middle = diamond_angle(west + east, south + north);
                     double least = 0.0, greatest = 0.0;
                     for (const double to_x : {west, east}) {
@@ -259,9 +259,9 @@ RayAnswer RayFan::ray(const WorldPos& from_world, const WorldPos& to_world) cons
     if (state_->ground == nullptr) return {};
     const Ground& ground = *state_->ground;
     const Eigen::Vector3d displacement = to_world - from_world;
-    // A hit is bit-identical if the walk starts in a cell before the cell that is hit: it starts a diagonal earlier.
-    // The walk of a ray nearly parallel to the lines starts at the ray's start, because rounding at a later start might
-    // select the neighbouring column.
+    // A hit is bit-identical if the walk starts in a cell before the cell that is hit, so it starts a cell's diagonal
+    // earlier. The walk of a ray nearly parallel to the lines starts at the ray's start, because rounding at a later
+    // start might select the neighbouring column.
     constexpr double kSlowest = 1e-6, kEarlierCells = 1.5;
     const double spacing = ground.spacing();
     const auto is_slow = [&](double d) { return d != 0.0 && std::abs(d) < kSlowest * spacing; };

@@ -61,7 +61,7 @@ namespace terrane {
 /// log2 of kChunkCells: a right shift by it gives a cell's chunk index, rounded down for negative indices too.
 inline constexpr int kChunkShift = SamplePyramid::kCoarsest;
 
-/// The product with the reciprocal is inexact; corrected by comparison with the lines.
+/// The product with the reciprocal is inexact; the index is corrected by comparison with the lines.
 inline std::int64_t Ground::Lines::last_up_to(double p) const {
     const double guess = (p - origin) * inverse_spacing;
     auto index = static_cast<std::int64_t>(guess);
@@ -128,7 +128,7 @@ struct Plane {
     double z0, slope_x, slope_y;
 };
 
-// A square of cells and the interval of t over it. The interval is empty if rounding makes its end less than its begin.
+// A square of cells and the interval of t over it. The interval is empty if rounding makes `end` less than `begin`.
 struct SquareSpan {
     std::int64_t column, row;
     double begin, end;
@@ -136,8 +136,8 @@ struct SquareSpan {
 
 }  // namespace internal
 
-// Traverses a ray chunk by chunk. Chunks whose height interval it overlaps are traversed by squares of the pyramid, and
-// the smallest squares cell by cell.
+// Traverses a ray chunk by chunk. Chunks whose height interval the ray overlaps are traversed by squares of the
+// pyramid, and the smallest squares cell by cell.
 class Ground::RayWalk {
     using RayAxis = internal::RayAxis;
     using Plane = internal::Plane;
@@ -171,8 +171,8 @@ private:
     double height(double t) const { return z_ + dz_ * t; }
     double above_base(std::int32_t quanta) const { return static_cast<double>(quanta) - base_; }
 
-    // Calls visit() in order for each square of 1 << kLog2 cells along the ray within the given cells, until it returns
-    // true. Returns whether it did.
+    // Calls visit() in order for the squares of 1 << kLog2 cells along the ray within the given cells, until visit()
+    // returns true. Returns whether it did.
     template <int kLog2, class Visit>
     bool visit_squares(const CellRange& cells, double begin, double leave, Visit visit) {
         constexpr std::int64_t kSide = std::int64_t{1} << kLog2;

@@ -74,11 +74,11 @@ Result<std::shared_ptr<const SurfaceMap>> SurfaceMap::from_function(
 // A surface map of rectangles: a tree of boxes over them, searched for the last rectangle that contains a place.
 //
 // Sources:    Ericson. Real-time collision detection. 2005, chapter 6 (top-down construction, median cut).
-// Deviations: every node stores the last rectangle below it, so that a search can prune subtrees that cannot win.
+// Deviations: every node stores the last rectangle below it, so that a search skips subtrees without a later rectangle.
 
 namespace {
 
-// Maximum rectangles in a leaf: testing one costs about as much as testing a node's box.
+// Largest number of rectangles in a leaf: testing one costs about as much as testing a node's box.
 constexpr std::size_t kMostInLeaf = 4;
 
 class RectMap final : public SurfaceMap {

@@ -22,10 +22,10 @@ std::uint64_t north_side_bits(const OpenChunk& chunk, int area);
 /// How the squares of an area are drawn: bit i of each word is for square i.
 struct AreaBits {
     std::uint64_t centre = 0;  ///< the square's centre is active
-    /// The side has an active midpoint: south, east, north, west.
+    /// [side: south, east, north, west] the side has an active midpoint.
     std::uint64_t split[4] = {};
-    /// A child's centre divides the quarter (then both its sides are split): south-west, south-east, north-east,
-    /// north-west.
+    /// [quarter: south-west, south-east, north-east, north-west] a child's centre divides the quarter; then both sides
+    /// of the quarter are split.
     std::uint64_t divided[4] = {};
 };
 /// Requires mark_active() of the chunk, its neighbours and its open children. All zero if the area has no active
@@ -38,12 +38,13 @@ AreaBits area_bits(const OpenChunk& chunk, int area);
 ///   share = clamp(full * (1 - (threshold_px / priority_px)^2), 0, 1),
 ///   full = ratio^2 / (ratio^2 - 1).
 ///
-/// So it lies on its edge when it becomes active, and at its own height once its priority is at least `ratio`
+/// So a vertex lies on its edge when it becomes active, and at its own height once its priority is at least `ratio`
 /// thresholds. The share is linear in the key.
 ///
-/// The vertices whose share exceeds a value are closed under parents, so the displayed surface is an average of
-/// conforming meshes. Its error at a point is at most the integral, over the share s, of the priority p of the next
-/// vertex there: 2 full threshold^2 (1 / p - 1 / q) from s(p) to s(q), and threshold * 2 ratio / (ratio + 1) in total.
+/// For any value s, the vertices whose share exceeds s are closed under parents, so the displayed surface is an average
+/// of conforming meshes. Its error at a point is at most the integral over s of the priority of the next vertex there.
+/// If p is the priority with share s(p), the integral from s(p) to s(q) is 2 full threshold^2 (1 / p - 1 / q), and from
+/// 0 to 1 it is threshold * 2 ratio / (ratio + 1).
 class Morph {
 public:
     /// @param ratio >= 1; 1: vertices do not morph
@@ -52,7 +53,7 @@ public:
 
     bool is_on() const { return is_on_; }
 
-    /// Vertices with smaller keys are displayed at their final heights.
+    /// The key below which vertices are displayed at their final heights.
     float in_place(float threshold_key) const {
         return threshold_key / static_cast<float>(ratio_ * ratio_);
     }

@@ -22,7 +22,7 @@ inline constexpr float kNestMargin = 1.0f + 0x1p-9f;
 struct EyeHeights {
     float unit = 1.0f;
     float base = 0.0f;
-    float near_squared = 1.0f;  ///< of the view
+    float near_squared = 1.0f;  ///< square of View::near_distance
 };
 
 /// Inward normals of side planes of the view, which pass through the eye: only of planes that cut some vertices off.
@@ -139,9 +139,9 @@ struct VertexGroup {
     const std::uint16_t* inverse_square_bounds = nullptr;  ///< [64] upper halves of floats
     const std::int16_t* low = nullptr;                     ///< [64] of the reaches, see EyeHeights
     const std::int16_t* high = nullptr;                    ///< [64]
-    const float* x = nullptr;                              ///< half width of the reaches, metres
-    const float* y = nullptr;                              ///< [8] by row
-    float half_width = 0.0f;                               ///< of the reaches
+    const float* x = nullptr;  ///< [8] by column, relative to the eye, metres
+    const float* y = nullptr;  ///< [8] by row, relative to the eye, metres
+    float half_width = 0.0f;   ///< of the reaches, metres
 };
 
 /// Keys of the midpoints in and around a quarter of an area: the parents of the centres of the finer area that covers
@@ -175,7 +175,7 @@ struct AreaMorph {
     MorphShare share;
 };
 
-/// Loops over the vertices of an area, compiled once per vector width; all give the same bits.
+/// Loops over the vertices of an area, compiled once per vector width; their results are bit-identical.
 struct KeyKernels {
     /// Keys from bounds and distances, before they are raised to the parents' keys.
     void (*own)(const VertexGroup& group, const EyeHeights& eye, float* keys_out);
@@ -189,9 +189,9 @@ struct KeyKernels {
     /// Raises the keys of midpoints to the keys of the two adjacent centres.
     /// @param south [8] the last row of centres in the area to the south
     bool (*trim_along_x)(const float* centres, const float* south, float floor, float* keys);
-    /// @param west [64] the centres of the area to the west
+    /// As trim_along_x(), for midpoints along y. @param west [64] the centres of the area to the west
     bool (*trim_along_y)(const float* centres, const float* west, float floor, float* keys);
-    /// Returns the number of keys below a window, and appends the keys inside the window to it.
+    /// Returns the number of keys below a window, and appends the keys inside the window to `keys`.
     std::uint32_t (*count)(const float* keys, int count, KeyWindow& window);
     /// Bit i: whether key i of 64 is below a threshold.
     std::uint64_t (*mask)(const float* keys, float threshold);

@@ -95,7 +95,8 @@ bool trim_centres(const ParentSides& parents, float floor, float* keys) {
                                : trim_quarter<true>(parents, floor, keys);
 }
 
-// Raises keys[i] to the larger key of its two parents. Returns whether any key was raised by more than kNestMargin.
+// Raises keys[i] to the larger key of its two parents. Returns whether a key below the floor was raised by more than
+// kNestMargin.
 inline int trim(float* __restrict keys, int count, const float* __restrict a,
                 const float* __restrict b, float floor) {
     const float limit = floor / kNestMargin;

@@ -117,7 +117,7 @@ Morph::Morph(double ratio, float threshold_key) : is_on_(ratio > 1.0), ratio_(ra
     share_of_.slope = share_of_.full / threshold_key;
 }
 
-// The functions below take priorities in thresholds.
+// The functions below take priorities as multiples of the threshold.
 double Morph::share(double excess) const {
     return std::clamp(full_ * (1.0 - 1.0 / (excess * excess)), 0.0, 1.0);
 }
@@ -140,7 +140,8 @@ double Morph::error_with_held(double excess, double shown) const {
 
 double Morph::error_with_fade(double excess, double fade) const {
     if (!is_on_ || excess * fade <= 1.0) return error_with_missing(excess);
-    // the vertex is missing between its faded and its own share; below that, priorities are larger by 1 / fade
+    // the vertex is missing for shares between its faded and its own share; for smaller shares, priorities are larger
+    // by 1 / fade
     return std::max(error_factor_, integral(excess, ratio_) +
                                        (share(excess) - share(excess * fade)) * excess +
                                        integral(1.0, excess * fade) / fade);
@@ -190,8 +191,8 @@ void Morph::morph_coarse(OpenChunk& root, float quantum) const {
     }
 }
 
-// Computes offsets of midpoints on the eastern and northern side: on the world's border, or owned by a neighbour, which
-// computes the same bits.
+// Computes offsets of midpoints on the eastern and northern side. They are on the world's border, or owned by a
+// neighbour, which computes bit-identical offsets.
 void Morph::morph_sides(OpenChunk& chunk, float quantum) const {
     constexpr int kLastArea = kChunkAreas - 1;
     for_each_bit(chunk.active_areas, [&](int area) {

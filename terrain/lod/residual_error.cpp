@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // Errors of triangles whose refinement is blocked by missing vertices. If the vertex that would split a triangle is
-// missing, the triangle's error is at most the vertex's bound at the triangle's distance. It is evaluated for one
-// triangle at a time, in double precision, over the part of the triangle that may be in view.
+// missing, the triangle's error is at most the vertex's bound at the triangle's distance. This error is evaluated for
+// one triangle at a time, in double precision, over the part of the triangle that may be in view.
 #include "lod/frame_mesh.h"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ private:
     bool is_held(float own_key, float key) const {
         return own_key < threshold_ && own_key * kNestMargin < key && !(key < in_place_);
     }
-    /// World position of a sample of `owner`, addressed by this chunk's column and row, which may be beyond its sides.
+    /// World position of a sample of `owner`, at a column and row of this chunk that may be beyond this chunk's sides.
     Eigen::Vector3d point(const Chunk& owner, int column, int row) const {
         const Lattice& lattice = keys_.lattice();
         const Chunk& chunk = *chunk_.chunk;
@@ -69,7 +69,7 @@ private:
     ResidualError& residual_;
 };
 
-// Error over a square of the chunk's samples, with either diagonal.
+// Error over a square of the chunk's samples that is cut along either diagonal.
 double ResidualErrorSearch::error_of_square(int west, int south, int side, double bound,
                                             double most) const {
     const std::array<Eigen::Vector3d, 4> corners{point(west, south), point(west + side, south),

@@ -230,7 +230,7 @@ double clearance_of(const HeightSource& source, const WorldPos& eye) {
     constexpr int kTries = 12;
     constexpr double kSmaller = 0.75;
     double clearance = 0.0;
-    // outside the square the surface is farther away than half its side
+    // outside the square the true surface is farther away than half the square's side
     double around = gap(0.0);
     for (int i = 0; i < kTries && around > clearance; ++i, around *= kSmaller) {
         const double inside = gap(around);
@@ -312,7 +312,7 @@ float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is
                           static_cast<double>(kLeastWeight));
     }
     const double bound = static_cast<double>(largest_bound);
-    // 0.9999: the rounding of the keys
+    // 0.9999 covers the rounding of keys
     const double key = 0.9999 * std::max(distance_squared, near_ * near_) /
                        std::max(bound * bound * weight * weight,
                                 static_cast<double>(std::numeric_limits<float>::min()));

@@ -98,7 +98,9 @@ struct OpenChunk {
     Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
     const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
 
-    /// Key of the vertex at a sample; kNever if another chunk owns it or its area is not open.
+    /// Key of the vertex at a sample. On the eastern and northern side the key comes from the open neighbour that owns
+    /// the vertex. kNever if that neighbour or the vertex's area is not open, and for vertices of coarser chunks
+    /// (column and row even, unless this chunk is a root).
     float key_at(int column, int row) const;
     /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: stored by the neighbour, or at
     /// the world's border computed from the heights.
@@ -111,7 +113,7 @@ void for_each_bit(std::uint64_t bits, const Use& use) {
     for (; bits != 0; bits &= bits - 1) use(std::countr_zero(bits));
 }
 
-/// The same for areas; prefetches each area with fetch(area) while the previous one is processed.
+/// Calls use(area) for each set bit of a word, and fetch(area) one area ahead, to prefetch it.
 template <typename Use, typename Fetch>
 void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     if (areas != 0) fetch(std::countr_zero(areas));
@@ -123,7 +125,6 @@ void for_each_area(std::uint64_t areas, const Use& use, const Fetch& fetch) {
     }
 }
 
-/// Prefetches memory.
 inline void fetch(const void* from, std::size_t bytes) {
     constexpr std::size_t kCacheLine = 64;
     const auto* line = static_cast<const char*>(from);
@@ -160,14 +161,14 @@ struct Reaches {
 Reaches make_reaches(const HeightSource& source);
 
 /// Lower bound of the distance from a point to the true surface, metres, from the source's intervals around the point;
-/// also valid where chunks are absent.
+/// also valid if chunks are absent.
 double clearance_of(const HeightSource& source, const WorldPos& eye);
 
 /// The screen error of vertical deviations from one eye.
 ///
-/// The *key* of a vertex orders refinement, smaller keys first: (distance from the eye to the vertex's reach)^2 /
-/// bound^2, and larger outside the view. It equals (pixels_per_radian / priority)^2, where the priority is the screen
-/// error in pixels. Keys are floats, computed in a fixed order of operations.
+/// The *key* of a vertex orders refinement, smaller keys first. In the view it is (distance from the eye to the
+/// vertex's reach)^2 / bound^2; outside the view it is larger. It equals (pixels_per_radian / priority)^2, where the
+/// priority is the screen error in pixels. Keys are floats, computed in a fixed order of operations.
 class ScreenError {
 public:
     /// Factor that makes pixels computed from keys upper bounds: it covers the square root of kNestMargin and the
@@ -193,7 +194,7 @@ public:
     /// Box of the samples of a chunk or an area.
     WorldBox box_of(const Chunk& chunk) const;
     WorldBox box_of_area(const Chunk& chunk, int area) const;
-    /// Box that contains the reaches of a chunk's or an area's own vertices; `half_width` is a reach's.
+    /// Box that contains the reaches of a chunk's or an area's own vertices; `half_width` is that of one reach.
     WorldBox reach_of(const Chunk& chunk, float half_width) const;
     WorldBox reach_of_area(const Chunk& chunk, int area, float half_width) const;
 
@@ -210,7 +211,7 @@ public:
     double error_in_view(const WorldBox& box, double bound) const;
 
     using Triangle = std::array<Eigen::Vector3d, 3>;  ///< world
-    /// The same for a surface within a vertical distance of `bound` from a triangle.
+    /// As above, for a surface within a vertical distance of `bound` from a triangle.
     double error_in_view(const Triangle& triangle, double bound) const;
 
 private:

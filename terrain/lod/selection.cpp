@@ -9,7 +9,7 @@ namespace {
 
 // Capacity of a worker's windows, in keys. A chunk adds at most as many keys as it has samples.
 constexpr std::size_t kWindowCapacity = std::size_t{1} << 17;
-// Half width of the first window, as a factor: 1 % in pixels.
+// The first window extends by this factor to either side of its middle key: 1 % in pixels.
 constexpr float kFirstWidth = 1.02f;
 
 // Positive floats have the order of their bit patterns.
@@ -147,8 +147,8 @@ void Selection::begin(float floor, float guess) {
 
 float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
                       std::size_t budget, WorkerTeam& team) {
-    float least = 0.0f;   // the vertices below it fit
-    float most = floor_;  // the vertices below it do not fit, unless it is the floor
+    float least = 0.0f;   // vertices with smaller keys than this fit into the budget
+    float most = floor_;  // vertices with smaller keys than this do not, unless it is the floor
     float low = low_, high = high_;
     bool is_counted = true;
     for (float spread = kFirstWidth * kFirstWidth;; spread *= spread) {
@@ -167,7 +167,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
             low = std::max(least, low / spread);
             if (bits_of(high) - bits_of(least) <= 1) return least;
         } else if (is_full) {
-            // too many to collect: bisects; if all have the same key, they are selected together
+            // too many keys to collect: bisects the window; if all keys are equal, their vertices are selected together
             const bool is_one_key = bits_of(high) - bits_of(low) <= 1;
             const float halfway = is_one_key ? high : middle(low, high);
             if (count(open, kernels, halfway, halfway, team) > budget) {

@@ -99,7 +99,7 @@ public:
 
     /// Open chunks from coarse to fine, in the order of the resident set.
     std::span<OpenChunk* const> open() const { return {open_.data(), open_count_}; }
-    /// The open chunk with an index in the resident set; null if it is not open.
+    /// The chunk at an index of the resident set, if it is open; else null. kNone gives null.
     OpenChunk* find(std::int32_t index) const;
 
     /// *Own keys* of an area: keys before they are raised to the parents' keys.

@@ -22,7 +22,7 @@ inline constexpr std::size_t kSquareTriangles = 8;
 struct ReplacedTriangles {
     struct OfArea {
         int area = 0;
-        /// Bit i: the triangle of square i is replaced.
+        /// [triangle of a square] bit i: this triangle of square i is replaced.
         std::array<std::uint64_t, kSquareTriangles> squares{};
         std::uint64_t any() const {
             std::uint64_t bits = 0;
@@ -40,7 +40,7 @@ struct ReplacedTriangles {
 };
 
 /// Regions where volumes require the heightfield at its finest level. A *pin* is a rectangle of lattice points around
-/// replaced triangles, with the key of drawing the volumes.
+/// replaced triangles, with a key that follows from the screen error of omitting the volumes.
 ///
 /// The key of a vertex is lowered to the key of every pin that touches the square around the vertex. The square extends
 /// three spacings to each side of a centre, and two of a midpoint. Squares are nested from parent to child (see

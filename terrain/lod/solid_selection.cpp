@@ -11,7 +11,7 @@ namespace {
 
 /// Share of the target that omitted volumes may use.
 constexpr double kHiddenShare = 0.2;
-/// Share of the target that the level of detail of volumes may use.
+/// Share of the target that the error of the volumes' level of detail may use.
 constexpr double kLevelShare = 0.5;
 /// Share of the budget that volumes may use.
 constexpr double kBudgetShare = 0.5;
@@ -317,7 +317,8 @@ void SolidSelection::decide(const VertexKeys& keys, const Morph& morph, float th
             if (solid.replaced->count > 0) keys.find(solid.index)->replaced = solid.replaced.get();
             continue;
         }
-        // omitted because of the target or the budget, or because chunks are absent or fading
+        // Omitted because of the target or the budget if not wanted, or if a vertex with the same screen error would
+        // not be in place at this threshold; else because chunks are absent or fading, or by separate_corners().
         const float pin = screen.key_of(solid.hidden_px);
         const bool is_chosen = !solid.is_wanted || !(pin < morph.in_place(threshold));
         double& px = is_chosen ? left_out_px_ : absent_px_;

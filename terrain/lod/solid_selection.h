@@ -20,7 +20,7 @@ namespace terrane::internal {
 /// Selects the chunks whose volumes a frame draws, and their levels of detail.
 ///
 /// A chunk's volumes are drawn if omitting them would cause a screen error above a share of the target. Where volumes
-/// replace the heightfield, it must be in the mesh at its finest level, so the replaced triangles are pinned. If they
+/// replace the heightfield, it must be in the mesh at its finest level, so replaced triangles are pinned. If these
 /// are not in the mesh (because of the budget, absent chunks or fades), all volumes of the chunk are omitted: the
 /// heightfield closes over them, and caps close the volumes of the neighbours.
 ///
@@ -44,7 +44,7 @@ public:
     /// Upper bound of triangle_count().
     std::size_t reserved_triangles() const { return reserved_; }
     /// Largest screen error of the volumes that are omitted within the target, pixels: the heightfield's error must be
-    /// smaller by this.
+    /// smaller than the target by this.
     double allowed_px() const { return allowed_px_; }
 
     /// Decides which volumes are drawn, and sets OpenChunk::replaced of their chunks. Requires mark_active() of all
@@ -57,8 +57,8 @@ public:
     /// Triangles of the heightfield that drawn volumes replace.
     std::size_t replaced_count() const { return replaced_count_; }
 
-    /// Bounds of the screen error of volumes, pixels: of drawn ones; of those omitted because of target or budget; of
-    /// those omitted because chunks are absent or fading.
+    /// Bounds of the screen error, pixels: of drawn volumes; of volumes that are omitted because of the target or the
+    /// budget; of volumes that are omitted because chunks are absent or fading.
     double drawn_px() const { return drawn_px_; }
     double left_out_px() const { return left_out_px_; }
     double absent_px() const { return absent_px_; }

@@ -195,7 +195,7 @@ double Triangulator::State::fading_error(const ScreenError& screen, const Morph&
                 continue;
             factor = std::max(factor, above->fade_factor);
             const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
-            // the diamonds of vertices on its sides extend beyond it
+            // the diamonds of vertices on the chunk's sides extend beyond the chunk
             ScreenError::WorldBox box = keys.reach_of(screen, *above->chunk);
             box.low.z() -= bound;
             box.high.z() += bound;

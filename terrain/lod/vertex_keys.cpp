@@ -34,7 +34,7 @@ void for_stride(int stride, const Use& use) {
     }
 }
 
-// Raises a key to its parents' keys, and records whether this holds the vertex.
+// Raises a vertex's key to its parents' keys, and records whether the vertex is thereby held.
 void trim(OpenChunk& root, float& key, float parents, float floor) {
     root.is_coarse_held |= key < floor && key < parents;
     key = std::max(key, parents);

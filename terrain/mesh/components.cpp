@@ -9,7 +9,7 @@
 namespace terrane::internal {
 namespace {
 
-// Least cosine between a triangle of a sheet and its largest triangle: 60 degrees.
+// Least cosine of the angle between the normals of a sheet's triangle and of its largest triangle: 60 degrees.
 constexpr double kSheetCosine = 0.5;
 
 std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
@@ -100,7 +100,8 @@ std::optional<Reduction> Components::find_reduction(std::uint32_t component) {
     return best;
 }
 
-// Keeps the connected triangles whose normals are within 60 degrees of the largest one's; if all are, only the largest.
+// Keeps the triangles connected to the largest one whose normals are within 60 degrees of its normal. If all triangles
+// are, keeps only the largest.
 Reduction Components::to_sheet(std::span<const std::uint32_t> all) const {
     std::vector<Eigen::Vector3d> normals;
     std::size_t largest = 0;
@@ -170,7 +171,7 @@ std::optional<Reduction> Components::to_others(std::uint32_t component,
     return reduction;
 }
 
-// Quick test: false if the centroid of a triangle is too far from all others.
+// Quick test: false if the centroid of a triangle is too far from all triangles of other components.
 bool Components::has_others_near(std::uint32_t component, std::span<const std::uint32_t> all,
                                  double limit) const {
     return std::all_of(all.begin(), all.end(), [&](std::uint32_t triangle) {

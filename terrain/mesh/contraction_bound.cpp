@@ -43,16 +43,16 @@ double TriangleBound::largest() const {
 }
 
 // Second certificate, for surfaces that cannot be projected onto a plane without folds, such as the edges of thin
-// bodies. A point of an old triangle at u maps to the point of the new triangle with the same barycentric weights: it
-// moves by w_u (v - u). The two triangles at the contracted edge map to the edges between v and their apexes, which
-// belong to new triangles. The map is continuous and onto.
+// bodies. A point of an old triangle at u maps to the point of the new triangle with the same barycentric weights: the
+// point moves by w_u (v - u), where w_u is its weight at u. The two triangles at the contracted edge map to the edges
+// between v and their apexes, which belong to new triangles. The map is continuous and onto.
 
 namespace {
 
 // Least ratio of a new triangle's height to its longest edge, unless a removed triangle is worse.
 constexpr double kMinThinShape = 0.02;
 constexpr double kMinThinShapeEver = 1e-5;
-// Least cosine between a new triangle and the old one that it replaces.
+// Least cosine of the angle between the normals of a new triangle and of the old one that it replaces.
 constexpr double kMinTurnCosine = 0.2;
 
 }  // namespace
@@ -69,7 +69,7 @@ bool ContractionBound::evaluate_along_edge(std::uint32_t u, const Ring& ring) {
         TriangleBound& bound = new_bounds_[k];
         bound = bounds_[ring.triangles[k]];
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            // from a new to an old point
+            // displacement from a new point to the old one
             const double step = -to_target[static_cast<Eigen::Index>(axis)] * (1.0 + 0x1p-44);
             bound.low[axis] += std::min(step, 0.0);
             bound.high[axis] += std::max(step, 0.0);
@@ -126,14 +126,14 @@ constexpr double kMinFlatness = 0.1;
 // Tolerance of parameters along a spoke; their rounding errors are below 1e-8.
 constexpr double kAlongTolerance = 1e-7;
 // Rounding error of a displacement, relative to the size of the star: parameters along spokes have an error of at most
-// 16 u (u = 2^-53) over the sine of their angle, times 1 / kMinFlatness in space.
+// 16 u (u = 2^-53) over the sine of the angle between the spokes, times 1 / kMinFlatness in space.
 constexpr double kRounding = 320.0 * 0x1p-53;
 // If the edges' coefficients have less influence than this, as near a corner, a deficit is added to the constant.
 constexpr double kLeastShare = 0.02;
 
 }  // namespace
 
-// Finds all corners of cells in new triangle k. The image of u, if inside, comes fourth, after the triangle's corners.
+// Finds all corners of cells in new triangle k. The image of u, if in the triangle, comes fourth, after its corners.
 bool ContractionBound::find_corners(const Ring& ring, std::size_t k) {
     corner_count_ = 0;
     OverlayCorner corner;
@@ -264,9 +264,9 @@ void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& 
         ++cell_count_;
 }
 
-// Raises the new quadratic form until, on a cell, it exceeds the old form plus the displacement. It suffices that its
-// polar form does so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which determine a
-// single coefficient, come first.
+// Raises the new quadratic form until, on a whole cell, it is at least the old form plus the displacement. It suffices
+// that its polar form is so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which
+// determine a single coefficient, come first.
 void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound) {
     const bool was_exact =
         std::max({cell.edges[0], cell.edges[1], cell.edges[2], cell.constant}) == 0.0;
@@ -319,8 +319,8 @@ namespace {
 constexpr double kMinShape = 0.02;
 // Least ratio in any case: below it, results in the plane would be too inexact for kRounding.
 constexpr double kMinShapeEver = 1e-3;
-// Least cosine between a new triangle and the direction of projection, and between an old triangle and the new one that
-// replaces it.
+// Least cosine of the angle between the normal of a new triangle and the direction of projection, and between the
+// normals of an old triangle and the new one that replaces it.
 constexpr double kMinCosine = 0.2;
 
 }  // namespace

@@ -187,7 +187,8 @@ void AttributeQuadrics::add_triangle(const TriangleMesh::Triangle& t) {
     for (const std::uint32_t v : t) sums_[v].weight += area;
 }
 
-// Squared deviation, summed over a vertex's triangles, of the position and attributes of another vertex.
+// Sum over the triangles of `vertex`, times area: squared deviation of the attributes of `place` from those
+// extrapolated.
 double AttributeQuadrics::sum_at(std::uint32_t vertex, std::uint32_t place) const {
     const Eigen::Vector3d& p = positions_[place];
     double sum = sums_[vertex].square.at(p);
@@ -250,7 +251,7 @@ ContractionRecorder::ContractionRecorder(const WeldedMesh& mesh, AttributeQuadri
 }
 
 // The vertex that replaces a vertex of u when u moves along the edge to ring.vertices[0]: the one at that place in the
-// triangles at the edge that contain the vertex. kNone if there are none; not unique if the two triangles differ.
+// triangles at the edge that contain the vertex. kNone if no triangle does; not unique if the two triangles differ.
 std::uint32_t ContractionRecorder::partner(std::uint32_t vertex, const Ring& ring,
                                            bool& is_unique_out) const {
     is_unique_out = true;
@@ -300,7 +301,7 @@ double ContractionRecorder::cost(std::uint32_t u, std::uint32_t v) const {
     return sum;
 }
 
-// The vertex in use at a place with the most similar attributes; kNone if none is in use.
+// Of the vertices in use at a place, the one whose attributes are most similar to those of `vertex`; kNone if none is.
 std::uint32_t ContractionRecorder::nearest(std::uint32_t vertex, std::uint32_t place) const {
     std::uint32_t best = kNone;
     double least = kInfinity;
@@ -341,7 +342,8 @@ void ContractionRecorder::on_contraction(std::uint32_t u, const Ring& ring, doub
         vertex = to;
     }
     retire(v);
-    // If a partner lost its last triangle in the same step, uses the partner's parent: a parent must remain longer.
+    // If a partner lost its last triangle in this step too, uses the partner's parent: a parent must outlast its
+    // vertex.
     for (const std::uint32_t vertex : mesh_.vertices_at(u)) {
         if (record_.unused_from[vertex] != steps_with_this()) continue;
         std::uint32_t& parent = record_.parents[vertex];

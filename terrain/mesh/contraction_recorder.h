@@ -34,8 +34,8 @@ struct WeldedMesh {
 /// @param mesh must have passed validate()
 WeldedMesh weld(const TriangleMesh& mesh);
 
-/// The attributes of vertices, scaled to metres, and for each vertex the sum of squared deviations from the attributes
-/// of its triangles, each extrapolated linearly.
+/// The attributes of vertices, scaled to metres, and a quadric for each vertex: how far the attributes at a position
+/// deviate from those of the vertex's triangles, extrapolated linearly, squared and summed.
 class AttributeQuadrics {
 public:
     /// @param corners triangles as indices of vertices
@@ -90,7 +90,7 @@ struct ContractionRecord {
     std::vector<std::uint32_t>
         unused_from;  ///< [vertices] the step after which no triangle uses it, or kNever
     std::vector<std::uint32_t>
-        parents;  ///< [vertices] the vertex that then replaces it; itself: none
+        parents;  ///< [vertices] the vertex that replaces it from then on; itself: none
 };
 
 /// Chooses, for each vertex of a contracted place, the vertex of the target place that replaces it, and records the

@@ -17,11 +17,11 @@ namespace {
 
 // Weight of the plane that keeps a border edge in place, relative to the square of the edge's length.
 constexpr double kBorderWeight = 4.0;
-// A contraction's length adds the square of a thousandth of it to the cost. This determines the order on flat parts.
+// The cost includes the square of a thousandth of the contraction's length. This determines the order on flat parts.
 constexpr double kLengthWeight = 1e-6;
-// Cost per area whose orientation is lost: an area costs the square of a tenth of its width.
+// Cost per area whose orientation is lost: a square costs as much as a move by a tenth of its side.
 constexpr double kTurnedWeight = 0.01;
-// A deferred contraction is performed if its cost has grown by at most this factor since.
+// A deferred contraction is performed if its cost has grown by at most this factor since it was deferred.
 constexpr double kDeferredGrowth = 1.25;
 
 }  // namespace
@@ -210,7 +210,7 @@ void Contractor::requeue(std::uint32_t w, std::uint32_t u, std::uint32_t v,
     const Candidate* const queued = queue_.find(w);
     if (queued == nullptr || had_refusal_[w] != 0 || queued->target == u) return queue_best(w);
     Candidate present = *queued;
-    // replaces the cost at which it was deferred
+    // replaces the cost at which the candidate was deferred
     if (!least_costs_.empty() && present.cost <= least_costs_[w])
         present.cost = cost(w, present.target);
     Candidate candidate = {cost(w, v), w, v};
@@ -303,7 +303,7 @@ bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
     std::size_t triangle_count = 0;
     for (std::size_t i = 0; i < of_target_.count; ++i)
         triangle_count += of_target_.edge_triangles[i];
-    // each triangle contributes two ends of edges
+    // each triangle is counted at two of v's edges
     const std::size_t after = triangle_count / 2 + ring.count - (ring.is_closed ? 4 : 3);
     if (after > kMaxValence) return false;
     const std::size_t last = ring.count - 1;
@@ -311,7 +311,7 @@ bool Contractor::keeps_topology(std::uint32_t u, const Ring& ring) {
         const bool is_apex = (i == 1 && ring.triangles[0] != kNoTriangle) ||
                              (i == last && ring.triangles[last] != kNoTriangle);
         if (of_target_.contains(ring.vertices[i]) != is_apex) return false;
-        // the new edges
+        // a new edge must not join locked vertices
         if (!is_apex && !may_join_locked_ && is_locked(v) && is_locked(ring.vertices[i]))
             return false;
     }
@@ -339,7 +339,7 @@ void Contractor::contract(std::uint32_t u, const Ring& ring) {
         requeue(of_target_.vertices[i], u, v, of_target_.edge_triangles[i]);
 }
 
-// Returns a cost comparable with contractions' costs: from the distance that the surface moves, and the length.
+// Cost of a reduction, comparable with those of contractions: from its error, longest removed edge, and turned_area.
 double Contractor::reduction_cost(const Reduction& reduction) const {
     const double ratio = options_.error_ratio < kInfinity ? options_.error_ratio : 1.0;
     double longest = 0.0;

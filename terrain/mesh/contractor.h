@@ -19,8 +19,8 @@
 
 namespace terrane::internal {
 
-/// Fails: invalid_argument for 2^32 or more vertices, more than 1e9 triangles, or a number of locks that is neither 0
-///        nor the number of vertices
+/// Fails: invalid_argument for 2^32 - 1 or more vertices, more than 1e9 triangles, or a number of locks that is neither
+///        0 nor the number of vertices
 Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
                          std::size_t locked_count);
 
@@ -94,7 +94,7 @@ public:
     bool is_empty() const { return heap_.empty(); }
     const Candidate& first() const { return heap_.front(); }
 
-    /// The candidate at an index of the heap; small indices are among the next ones. nullptr beyond the end.
+    /// The candidate at an index of the heap; those at small indices are among the next ones. nullptr beyond the end.
     const Candidate* at(std::size_t place) const {
         return place < heap_.size() ? &heap_[place] : nullptr;
     }
@@ -210,7 +210,7 @@ private:
     std::vector<std::size_t> begins_;   // [components] first index in list_
     std::vector<std::size_t> ends_;     // [components] end of the remaining ones in list_
     std::vector<std::size_t> left_;     // [components] number of remaining triangles
-    std::vector<AabbNode> tree_;        // over the triangles as of its construction
+    std::vector<AabbNode> tree_;        // over the triangles that remained when it was built
     std::vector<std::uint32_t> items_;  // [leaves] triangles
     std::size_t alive_at_build_ = 0;
 };
@@ -240,7 +240,7 @@ struct ContractorOptions {
     std::span<const EdgeToKeep> edges_to_keep =
         {};  ///< in addition to borders; only used by the constructor
     /// A contraction is deferred while its certified error exceeds this multiple of the square root of its cost;
-    /// infinity: quadrics alone decide.
+    /// infinity: quadrics alone determine the order.
     double error_ratio = std::numeric_limits<double>::infinity();
     /// Allows thin bodies to become sheets and small components to vanish, if that is cheapest.
     bool may_change_topology = false;
@@ -252,7 +252,7 @@ public:
     /// @param input checked; the viewed arrays must outlive this object
     explicit Contractor(const SimplifyInput& input, const ContractorOptions& options = {});
 
-    /// Contracts until the mesh has at most the level's triangles, or no contraction is left within its error.
+    /// Contracts until the mesh has at most the level's triangles, or no contraction is left within the level's error.
     SimplifyStop contract_to(const SimplifyLevel& level);
 
     /// The current mesh.

@@ -35,8 +35,8 @@ private:
     double slope_of_quantum_;  // slope of a rise by one quantum per spacing
 };
 
-/// Normals of the vertices of a chunk's volumes: area-weighted means over a vertex's triangles in this frame, or up if
-/// it has none.
+/// Normals of the vertices of a chunk's volumes: area-weighted means over a vertex's triangles in this frame, or +z if
+/// the vertex has none.
 std::vector<Eigen::Vector3f> solid_normals(const MeshSolid& solid);
 
 /// Calls visit(triangle) with the indices of each triangle of a chunk's volumes in this frame.
@@ -116,8 +116,8 @@ std::vector<Eigen::Vector3f> solid_normals(const MeshSolid& solid) {
 namespace terrane {
 namespace {
 
-// A displayed position. Chunks whose heights differ at a lattice point do not share the vertex, so that a crack becomes
-// visible in the mesh.
+// The bits of a displayed position. Chunks whose heights differ at a lattice point do not share the vertex, so that a
+// crack becomes visible in the mesh.
 using Bits = std::array<std::uint64_t, 3>;
 
 Bits bits_of(const WorldPos& p_world) {

@@ -36,7 +36,7 @@ struct Ring {
 struct Neighbours {
     std::array<std::uint32_t, 2 * kMaxValence> vertices;
     std::array<std::uint8_t, 2 * kMaxValence>
-        edge_triangles;  ///< number of triangles at the edge to it
+        edge_triangles;  ///< number of triangles at the edge to this neighbour
     std::size_t count = 0;
     bool has_all = true;  ///< false if there are more than kMaxValence triangles
 
@@ -75,7 +75,6 @@ public:
                       std::uint32_t not_of);
     /// The triangle whose winding contains the directed edge between two vertices; kNoTriangle if there is none.
     std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
-    /// Removes a triangle.
     void remove(std::uint32_t triangle);
     /// Moves u onto ring.vertices[0]: removes the triangles at this edge; the others keep their index.
     void contract(std::uint32_t u, const Ring& ring);
@@ -102,7 +101,7 @@ private:
     std::size_t alive_count_ = 0;
 };
 
-/// Bounds of the distance from a triangle to the points of the input that map to it. There are two; both hold.
+/// Two bounds of the distance from a triangle to the points of the input that map to the triangle. Both hold.
 struct TriangleBound {
     /// This box contains the displacements from points of the triangle to the corresponding points of the input,
     /// metres.
@@ -120,8 +119,8 @@ struct TriangleBound {
     double largest() const;
 };
 
-/// Two triangles that share an edge count as folded onto each other if the cosine between their normals is below this:
-/// a thousandth of a radian.
+/// Two triangles that share an edge count as folded onto each other if the cosine of the angle between their normals is
+/// below this: the normals are within a thousandth of a radian of opposite.
 inline constexpr double kFoldedCosine = -(1.0 - 5e-7);
 
 /// Decides whether a vertex can be contracted, and bounds how far the surface moves.
@@ -138,8 +137,8 @@ public:
     /// @param limit evaluation stops if the error exceeds this, metres
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
 
-    /// The same with a certificate for triangles of any shape: every point of the old triangles moves parallel to the
-    /// edge to the target, by more the nearer it is to u. The error is never smaller than the edge's length.
+    /// As evaluate(), with a certificate for triangles of any shape: every point of the old triangles moves parallel to
+    /// the edge to the target, by more the nearer it is to u. The error is never smaller than the edge's length.
     bool evaluate_along_edge(std::uint32_t u, const Ring& ring);
 
     /// Largest error of the new triangles, metres.
@@ -211,8 +210,8 @@ private:
     double error_ = 0.0;
 };
 
-/// Largest distance of a point of one triangle from another triangle, rounded up. It is attained at a corner, because
-/// the distance from a convex set is convex.
+/// Largest distance from a point of the triangle `from` to the triangle `to`, rounded up. It is attained at a corner,
+/// because the distance from a convex set is convex.
 double largest_distance(const Corners& from, const Corners& to);
 
 /// Upper bound of the distance of a triangle's points from a set of triangles: splits the triangle until further splits

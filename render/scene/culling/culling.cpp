@@ -12,7 +12,7 @@
 namespace terrane {
 namespace {
 
-// Relative rounding of sums of a few products, with a margin.
+// Bound of the relative rounding error of a sum of a few products.
 constexpr double kRounding = 0x1p-49;
 
 }  // namespace
@@ -29,7 +29,7 @@ Aabb bounding_box(std::span<const Eigen::Vector3d> points) {
 
 OrientedBox transform(const Pose& target_from_source, double scale, const Aabb& box_source) {
     const Eigen::Vector3d middle = 0.5 * (box_source.low + box_source.high);
-    // Measuring both ends from the computed middle covers its rounding.
+    // The larger distance from the computed middle to an end covers the rounding of the middle.
     const Eigen::Vector3d half =
         (box_source.high - middle).cwiseMax(middle - box_source.low) * (1.0 + kRounding);
     OrientedBox box;
@@ -50,9 +50,9 @@ BoundingSphere bounding_sphere(const OrientedBox& box) {
     return {box.frame_from_box.translation, box.half_extents.norm() * (1.0 + kRounding)};
 }
 
-// Deviation from the sources: the volume is a pyramid without a near plane, in general infinite. It is treated as any
-// convex polyhedron: the candidate separating axes are the face normals of volume and box, and the cross products of
-// their edges (the facets of the Minkowski difference).
+// Deviation from the sources: the volume is a pyramid without a near plane, and infinite if it has no far plane. It is
+// tested like any convex polyhedron: the candidate separating axes are the face normals of volume and box, and the
+// cross products of their edges (the facets of the Minkowski difference).
 
 namespace {
 
@@ -94,7 +94,7 @@ ViewVolume::ViewVolume(const View& view, double far_distance) : eye_(view.eye_wo
         plane_count_ = 5;
         far_ = far_distance;
     }
-    // Around the picture: left and bottom, bottom and right, right and top, top and left.
+    // Pairs of planes, in order around the picture: left and bottom, bottom and right, right and top, top and left.
     const std::array<std::array<std::size_t, 2>, 4> pairs = {{{0, 2}, {2, 1}, {1, 3}, {3, 0}}};
     for (std::size_t i = 0; i < 4; ++i) {
         Eigen::Vector3d edge = cross(normals_[pairs[i][0]], normals_[pairs[i][1]]);
@@ -110,7 +110,7 @@ double ViewVolume::inward(int plane, const Eigen::Vector3d& p) const {
     return plane == kFarPlane ? along + far_ : along;
 }
 
-// extent(normal): largest distance of a point of the bounding volume from its centre along a normal.
+// extent(normal): how far the bounding volume extends from its centre along a normal.
 template <class Extent>
 Containment ViewVolume::test(const Eigen::Vector3d& centre_eye, double size, const Extent& extent,
                              PlaneState& state) const {
@@ -170,8 +170,8 @@ bool ViewVolume::is_inside_but(int plane, const Eigen::Vector3d& p_eye) const {
     return true;
 }
 
-// Squared distance of a point from the volume: 0 inside, else the smallest to a face (if the projection of the point is
-// on the face) or to an edge.
+// Squared distance of a point from the volume: 0 inside, else the smallest to the apex, to an edge, or to a face onto
+// which the point projects.
 double ViewVolume::squared_distance(const Eigen::Vector3d& p_eye) const {
     if (is_inside_but(-1, p_eye)) return 0.0;
     double least = dot(p_eye, p_eye);  // the apex
@@ -208,7 +208,7 @@ bool ViewVolume::meets(const BoundingSphere& sphere_world) const {
 // infinite along its edges.
 bool ViewVolume::is_separated(const LocalBox& box, const Eigen::Vector3d& axis) const {
     const double squared = dot(axis, axis);
-    // The direction of the product of nearly parallel edges is lost to rounding; other axes cover it.
+    // The cross product of nearly parallel edges loses its direction to rounding; other axes cover this case.
     if (!(squared > 1e-20)) return false;
     const double norm = std::sqrt(squared);
     const double at = dot(axis, box.centre);
@@ -311,8 +311,8 @@ bool ViewVolume::meets_triangles(const Pose& world_from_object, double scale,
 
 // Source: M. Stamminger, G. Drettakis. Perspective Shadow Maps. SIGGRAPH 2002 (casters are in the convex hull of the
 //         receivers and the light).
-// Deviation: a plane passes through the extreme corner of the receivers along its normal. It then excludes no caster if
-//            the normal does not point away from the sun, however the corners are rounded.
+// Deviation: each plane passes through the receivers' corner that is extreme along the plane's normal. If this normal
+//            does not point away from the sun, the plane excludes no caster, however the corners are rounded.
 
 namespace {
 
@@ -361,7 +361,7 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
         return std::array{low, high};
     };
     for (const Eigen::Vector3d& normal : receivers.normals()) {
-        // the other planes are crossed on the way from a receiver to the sun
+        // a ray from a receiver to the sun may cross the other planes
         if (dot(normal, sun) >= 0.0) add(normal, range_along(normal)[0]);
     }
     for (std::size_t i = 0; i < 4; ++i) {
@@ -383,11 +383,11 @@ CasterVolume::CasterVolume(const View& view, const SunShadows& shadows) : eye_(v
 }
 
 void CasterVolume::add(const Eigen::Vector3d& normal, double least) {
-    // a volume with more planes has no thickness: both sides of its edges are extreme
+    // only a volume without thickness has more planes, because both sides of its edges are extreme
     if (plane_count_ < kMostPlanes) planes_[plane_count_++] = {normal, least};
 }
 
-// extent(normal): largest distance of a point of the bounding volume from its centre along a normal.
+// extent(normal): how far the bounding volume extends from its centre along a normal.
 template <class Extent>
 bool CasterVolume::meets(const Eigen::Vector3d& centre_eye, double size,
                          const Extent& extent) const {
@@ -422,9 +422,9 @@ bool CasterVolume::meets(const OrientedBox& box_world) const {
 
 // Sources: J. Clark. Hierarchical Geometric Models for Visible Surface Algorithms. CACM 19(10), 1976 (hierarchy).
 //          U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
-//          Tools 5(1), 2000 (masks of planes, the last plane first).
-// Deviation: nodes are in depth-first order without pointers (base/aabb_tree.h), so that the objects below a node that
-//            is inside are one range.
+//          Tools 5(1), 2000 (masks of planes; the plane that last culled a node is tested first).
+// Deviation: nodes are in depth-first order without pointers (base/aabb_tree.h): the objects below a node are one
+//            range.
 
 namespace {
 
@@ -438,7 +438,7 @@ bool is_one_plane(std::uint8_t mask) { return (mask & (mask - 1)) == 0; }
 
 struct CullTree::Nodes {
     std::vector<AabbNode> nodes;
-    std::vector<std::uint32_t> order;  // [objects] as the leaves
+    std::vector<std::uint32_t> order;  // [objects] in the order of the leaves
 };
 
 CullTree::CullTree(std::span<const Aabb> boxes_world) : nodes_(std::make_unique<Nodes>()) {
@@ -462,7 +462,7 @@ void CullTree::cull(const ViewVolume& volume, CullTest test, CullMemory& memory,
     if (memory.last_plane.size() != nodes.size()) memory.last_plane.assign(nodes.size(), 0);
     visible_out.clear();
 
-    // Masks of the nodes around the current one.
+    // An ancestor of the current node: the end of its nodes, and its mask of planes.
     struct Around {
         std::uint32_t end;
         std::uint8_t mask;

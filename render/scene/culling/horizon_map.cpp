@@ -13,7 +13,7 @@
 
 namespace terrane::internal {
 
-/// Whether a point is above the drawn triangles at its x and y. False if none is drawn there.
+/// Whether a point is above the drawn triangles at its x and y. False if no triangle is drawn there.
 ///
 /// Cost: O(triangles of the chunks below the point)
 bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place);
@@ -85,19 +85,22 @@ bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
 }  // namespace terrane::internal
 
 // Proof that the ground hides objects below the horizon. A slope is a rise over a horizontal distance from the eye. At
-// distance d the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
+// distance d from the eye the drawn ground is at most e d + f below the true surface (TerrainMesh), where e is
 // GroundError::refinable_px over pixels per radian, and f is finest_m. The horizon is computed for the lowered surface:
 // the true surface, lowered by f / (1 - e).
 //
-//   1. A ray of slope t has an azimuth in a sector whose horizon U satisfies U - e sqrt(1 + U^2) > t. Along its azimuth
-//      the slope of the lowered surface goes from -infinity below the eye to at least U, continuously: all is ground.
-//   2. Hence it somewhere attains the slope u between t and U with u - e sqrt(1 + u^2) = t. The lowered surface there
-//      is e sqrt(1 + u^2) times the horizontal distance above the ray: e times its distance from the eye.
-//   3. The true point above it is farther away by at most f / (1 - e). If it is in view, the drawn ground is at most
-//      e d + e f / (1 - e) + f = e d + f / (1 - e) below it, d being the distance of the lowered point: not below the
-//      ray. Distances are not below near_distance, because the true surface is farther than that from the eye.
+//   1. Let t be the slope of a ray whose azimuth is in a sector with horizon U, where U - e sqrt(1 + U^2) > t. Along
+//      this azimuth the slope of the lowered surface goes from -infinity below the eye to at least U, continuously,
+//      because there is ground everywhere.
+//   2. Hence that slope somewhere has the value u between t and U with u - e sqrt(1 + u^2) = t. There the lowered
+//      surface is above the ray by e sqrt(1 + u^2) times the horizontal distance, which is e times its distance from
+//      the eye.
+//   3. The point of the true surface above it is farther from the eye by at most f / (1 - e). If that point is in view,
+//      the drawn ground is at most e d + e f / (1 - e) + f = e d + f / (1 - e) below it, where d is the distance of the
+//      lowered point: so the drawn ground is not below the ray. Distances are not below near_distance, because the true
+//      surface is farther than that from the eye.
 //   4. The ray starts above the drawn ground and is not above it at the point in 3: it has met the drawn ground before
-//      the object. It has also met the true surface, which is above the ray at the point in 3 and below the eye.
+//      the object. It has also met the true surface, which is below the eye, and above the ray at the point in 3.
 //
 // For "in view" in 3 the object, raised by the height of the true point above the ray, must be within the planes of the
 // view that face down.
@@ -114,7 +117,7 @@ using internal::Wedge;
 
 // Margin for rounding to float on the GPU.
 constexpr double kMargin_px = 1.0;
-// Largest error as an angle, radians.
+// No map is built if the refinable error, as an angle, is larger than this, radians.
 constexpr double kMostError = 0.25;
 // Least horizontal component of a unit direction whose azimuth is reliable.
 constexpr double kLeastHorizontal = 1e-6;
@@ -133,7 +136,7 @@ SectorRange sectors_of(const View& view, const Frustum& frustum) {
         shows_zenith = shows_zenith && normal.z() >= -kLeastHorizontal;
     }
     if (shows_nadir || shows_zenith) return SectorRange::all();
-    // the projection of a convex cone is convex: its extreme directions are corners
+    // the horizontal projection of the view's cone is convex, so its extreme directions are those of corners
     std::array<Eigen::Vector2d, 4> corners;
     for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Vector3d direction = direction_through(
@@ -154,7 +157,7 @@ SectorRange sectors_of(const View& view, const Frustum& frustum) {
     return wedge.touched();
 }
 
-// Cells of a level around a position.
+// Cells of a level within a distance of a position along both axes.
 CellRange cells_around(const Ground& ground, const WorldPos& eye, double reach) {
     return {ground.column_at(eye.x() - reach), ground.row_at(eye.y() - reach),
             ground.column_at(eye.x() + reach), ground.row_at(eye.y() + reach)};
@@ -179,7 +182,7 @@ bool is_above_ground(const std::shared_ptr<const ResidentSet>& resident, const W
     const Ground ground(resident, *level);
     const CellRange cells = cells_around(ground, eye, distance);
     GroundReader reader(ground);
-    // squares at least as wide as the distance: at most three along a side
+    // squares at least as wide as the distance, so that at most three lie along a side
     int log2_side = 0;
     while (log2_side < 7 && static_cast<double>(1 << log2_side) * ground.spacing() < distance)
         ++log2_side;
@@ -216,7 +219,7 @@ struct HorizonMap::State {
     bool hides(const Occludee& object, const Reach& reach) const;
 };
 
-// reach(normal): largest distance of a point from the centre along a normal.
+// reach(normal): how far the object extends from its centre along a normal.
 template <class Reach>
 bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const {
     const Eigen::Vector2d centre(object.centre.x(), object.centre.y());

@@ -15,10 +15,10 @@ namespace terrane::internal {
 /// An aligned square of a resident chunk's cells, over which the chunk certifies bounds of the true surface.
 struct GroundSquare {
     std::int32_t index = 0;                    ///< of the chunk in ResidentSet::chunks()
-    int log2_side = SamplePyramid::kCoarsest;  ///< cells along its side
+    int log2_side = SamplePyramid::kCoarsest;  ///< log2 of the cells along its side
     int column = 0, row = 0;                   ///< of its south-western cell in the chunk
 
-    /// The four quarters of the square, as squares of children where these are resident. Requires can_divide().
+    /// The four quarters of the square, as squares of child chunks if these are resident. Requires can_divide().
     std::array<GroundSquare, 4> quarters(const ResidentSet& resident) const;
     /// False for the smallest squares for which a chunk stores a height range.
     bool can_divide() const { return log2_side > SamplePyramid::kFinest; }
@@ -98,15 +98,15 @@ bool is_all_ground(const Chunk& chunk, const GroundSquare& square) {
 //   - The horizon is kept for each distance, so that objects can be tested in any order.
 //   - The horizon is a function of azimuth, not of picture columns, and hence independent of the camera's roll.
 //   - Occluders are squares with a lower bound of the true surface instead of projected edges of the drawn mesh, which
-//     is not known yet. A square is convex, so that every ray with an azimuth between its outermost corners crosses it:
-//     it covers the sectors entirely between them. Sectors at the seam of two squares get the slope of their common
-//     parent, which is an occluder too.
+//     is not known yet. A square is convex, so every ray with an azimuth between those of its outermost corners crosses
+//     it: the square covers the sectors that lie entirely between these azimuths. Sectors at the seam of two squares
+//     get the slope of their common parent, which is an occluder too.
 
 namespace {
 
-// A square is divided while its side exceeds this share of its distance, about thirteen sectors. Measured by
-// scene_benchmark (filter horizon): 0.05 takes 1.6 times as long and hides 3 % more from 20 m above the ground and
-// 12 % more from 100 m.
+// A square is divided while its side exceeds this share of its distance, at which it spans about thirteen sectors.
+// Measured by scene_benchmark (filter horizon): 0.05 takes 1.6 times as long, and hides 3 % more from an eye 20 m above
+// the ground, 12 % more from 100 m.
 constexpr double kSideShare = 0.08;
 
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
@@ -120,7 +120,7 @@ bool is_within(const WorldRect& rect, const WorldRect& extent) {
            rect.north <= extent.north;
 }
 
-// Rounded down.
+// The slope as a float, rounded down.
 float lowered(double slope) {
     return static_cast<float>(slope - 0x1p-22 * std::abs(slope) - 0x1p-100);
 }
@@ -135,8 +135,8 @@ bool HorizonRows::is_below_horizon(const SectorRange& touched, double slope) con
     return is_below;
 }
 
-// A ray through the square enters it no farther away than the farther of its outermost corners, and the surface there
-// is at least `rise` above the eye.
+// A ray through the square enters it no farther from the eye than the farther of its outermost corners, and the surface
+// there is at least `rise` above the eye.
 void HorizonRows::add_occluder(const EyeRect& rect, const Wedge& wedge, double rise) {
     const double farthest =
         std::sqrt(std::max(wedge.right.squaredNorm(), wedge.left.squaredNorm()));
@@ -149,7 +149,7 @@ void HorizonRows::add_occluder(const EyeRect& rect, const Wedge& wedge, double r
     });
 }
 
-// Ends the ground at a rectangle: nothing beyond it occludes.
+// Ends the ground at a rectangle: nothing beyond the rectangle's nearest point occludes.
 void HorizonRows::limit(const EyeRect& rect) {
     if (rect.contains_eye()) {
         limits_.fill(0.0);
@@ -203,7 +203,7 @@ void HorizonRows::add_volumes() {
     }
 }
 
-// Running maximum of slopes over rings, up to the end of the ground.
+// Replaces the slopes of each sector by their running maximum over the rings, up to the end of the ground.
 void HorizonRows::accumulate() {
     std::array<int, kSectors> ends;
     for (std::size_t sector = 0; sector < kSectors; ++sector)

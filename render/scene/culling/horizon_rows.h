@@ -28,18 +28,18 @@ inline double azimuth_of(double x, double y) {
     return quarter * (x < 0.0 ? 2.0 + y / (x + y) : 3.0 + x / (x - y));
 }
 
-/// Consecutive sectors, counter-clockwise, around the circle.
+/// Consecutive sectors, counter-clockwise; the range may wrap around the circle.
 struct SectorRange {
     int first = 0;  ///< 0 to kSectors - 1
     int count = 0;  ///< 0 to kSectors
 
     static SectorRange all() { return {0, kSectors}; }
-    /// Requires that neither is empty.
+    /// Requires that neither range is empty.
     bool is_disjoint(const SectorRange& other) const {
         return ((other.first - first) & (kSectors - 1)) >= count &&
                ((first - other.first) & (kSectors - 1)) >= other.count;
     }
-    /// Visits the sectors: void(std::size_t).
+    /// Calls take(sector) with the number of each sector, a std::size_t.
     template <class Visit>
     void visit(const Visit& take) const {
         for (int i = 0; i < count; ++i)
@@ -51,8 +51,8 @@ struct SectorRange {
 struct Wedge {
     Eigen::Vector2d right, left;  ///< its first and last direction, not zero
 
-    // Rounding error of azimuths in sectors: 2^-53 of the coordinates relative to the distance from the eye, for
-    // coordinates up to 2e9 m and distances from 1 m, times 163 sectors per radian.
+    // Bound of the rounding error of azimuths, in sectors. Coordinates up to 2e9 m are rounded by 2^-53 of their size;
+    // divided by a distance of at least 1 m from the eye, and times 163 sectors per radian, that is below the bound.
     static constexpr double kRounding = 0x1p-12;
 
     /// All sectors that contain a direction of the wedge.
@@ -67,7 +67,7 @@ struct Wedge {
     }
 
 private:
-    // A wedge is narrower than half a turn: a count modulo kSectors that exceeds any wedge is negative.
+    // A wedge is narrower than half a turn: a difference modulo kSectors beyond any wedge stands for a negative one.
     static SectorRange between(double first, double last, int least_last) {
         const int from = static_cast<int>(first) & (kSectors - 1);
         const int steps = (static_cast<int>(last) - from) & (kSectors - 1);
@@ -76,7 +76,7 @@ private:
     }
 };
 
-/// An axis-aligned rectangle.
+/// An axis-aligned rectangle in plan, relative to the eye.
 struct EyeRect {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0;
 
@@ -85,7 +85,7 @@ struct EyeRect {
         const double x = std::max({west, -east, 0.0}), y = std::max({south, -north, 0.0});
         return x * x + y * y;
     }
-    /// The directions from the eye to it. Requires that it does not contain the eye.
+    /// The wedge of directions from the eye to the rectangle, which must not contain the eye.
     Wedge wedge() const {
         if (west > 0.0) {
             if (south > 0.0) return {{east, south}, {west, north}};
@@ -122,8 +122,8 @@ class HorizonRows {
 public:
     using Row = std::array<float, kSectors>;
 
-    /// For each sector a lower bound of the largest slope of the true surface up to the outer edge of a ring; valid for
-    /// every direction of the sector.
+    /// For each sector, a lower bound of the largest slope of the true surface from the eye to the outer edge of a
+    /// ring; valid for every direction in the sector.
     const Row& row(int ring) const { return rows_[static_cast<std::size_t>(ring)]; }
 
     /// Computes all rows. Requires a set with all its roots, certified chunks, and an eye inside the extent.

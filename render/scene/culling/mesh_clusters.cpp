@@ -24,10 +24,10 @@ struct SplitPoint {
     std::uint32_t index = 0;
 };
 
-/// Orders triangles into consecutive clusters of at most `most`, close in position and normal; triangles without a
-/// normal form separate clusters at the end. Depends only on the points, and on indices among equal points. Indices
-/// ascend within a cluster.
-///@returns triangle indices
+/// Orders triangles into consecutive clusters of at most `most` triangles that are close in position and normal.
+/// Triangles without a normal form separate clusters at the end. Indices ascend within a cluster. The order depends
+/// only on the points; equal points are ordered by index.
+/// @returns the number of triangles of each cluster
 std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::uint32_t most);
 
 // Splits a set of triangles recursively at the median along the axis of largest variance, in the space of positions and
@@ -115,12 +115,13 @@ std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::
 //             cluster's centre. Drawn vertices may be displaced within bounds.
 //
 // An eye E is behind a triangle with unit normal n and corner a by s = n (a - E). For a point q behind the planes of
-// all triangles, s >= n (q - E). As n is within the cone's angle of the axis, s >= x cosine - y sine, where x and y are
-// the components of q - E along the axis and perpendicular to it, x > 0.
+// all triangles, s >= n (q - E). As n is within the cone's angle of the axis, s >= x cosine - y sine, where x > 0 and y
+// are the components of q - E along the axis and perpendicular to it.
 //
-// The triple product of the corners about E equals s times twice the area A. Displacing vertices by up to e changes it
-// by at most e d (p + 3 e), with the perimeter p and d = e + the largest distance of a corner: each term of its
-// expansion has the factors e, an edge or e, and a distance or e. It keeps its sign if s > e d (p + 3 e) / 2A.
+// The triple product of the corners relative to E equals s times twice the area A. If vertices are displaced by up to
+// e, it changes by at most e d (p + 3 e), where p is the perimeter, and d is e plus the largest distance of a corner
+// from E: each term of the change has the factors e, an edge or e, and a distance or e. The triple product keeps its
+// sign if s > e d (p + 3 e) / 2A.
 
 namespace terrane {
 namespace {
@@ -130,11 +131,11 @@ using internal::dot;
 using internal::length;
 using internal::norm1;
 
-// Error of a computed unit normal: 14 roundings of 2^-53 of the product of two sides, which is at most 2^20 times the
-// area.
+// Error of a computed unit normal: 14 roundings of 2^-53 times the product of two sides. That product is at most 2^20
+// times twice the area, because thinner triangles get no normal.
 constexpr double kThinnest = 0x1p-20;
 constexpr double kNormalError = 0x1p-28;
-constexpr double kLeastArea = 1e-150;  // its square is a normal number
+constexpr double kLeastArea = 1e-150;  // its square is a normal floating-point number
 // Least cosine of a cone's half angle (87 degrees): a wider cone would hardly ever be culled.
 constexpr double kLeastCosine = 0.05;
 // Relative rounding of sums of a few products, with a margin.

@@ -33,7 +33,7 @@ std::optional<Aabb> content_bounds(const NodeContent& content) {
     return box;
 }
 
-// Bounds of a box under any rotation: about the origin, or about the z axis.
+// Bounds of a box that is turned by any angle about the origin (screen) or about the z axis.
 Aabb turned_bounds(const Aabb& box, BillboardNode::Axis axis) {
     constexpr double kOutward = 1.0 + 0x1p-48;
     const Eigen::Vector3d most = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
@@ -190,7 +190,7 @@ WorldPlace turned(const BillboardNode& billboard, const WorldPlace& place, const
     const Eigen::Vector3d towards = view.eye_world - place.world_from_node.translation;
     const Eigen::Vector3d level = towards - up * up.dot(towards);
     const double length = level.norm();
-    // The eye is on the axis: no rotation faces it, and the node keeps its rotation.
+    // The eye is on the axis: no rotation about the axis faces the eye, and the node keeps its rotation.
     if (!(length > 1e-9 * towards.norm())) return turned;
     axes.col(0) = level / length;
     axes.col(1) = up.cross(Eigen::Vector3d(axes.col(0)));

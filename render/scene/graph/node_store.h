@@ -68,7 +68,7 @@ struct WorldPlace {
     }
 };
 
-/// The place of a billboard that faces a view.
+/// The place of a billboard, turned to face a view.
 WorldPlace turned(const BillboardNode& billboard, const WorldPlace& place, const View& view);
 
 }  // namespace terrane::internal

@@ -19,7 +19,7 @@ namespace terrane::internal {
 
 /// The level or levels that a switch selects in a frame.
 struct SwitchChoice {
-    std::size_t level = 0;   ///< index of a child; beyond the children: nothing
+    std::size_t level = 0;   ///< index of a child; nothing is drawn if there is no such child
     bool is_fading = false;  ///< whether level + 1 is drawn too
     float share = 1.0f;      ///< coverage of the level; that of level + 1 is share - 1
 };
@@ -27,7 +27,7 @@ struct SwitchChoice {
 /// Chooses between the levels of a switch.
 ///
 /// @param distance     from the eye to the bounding sphere, metres, > 0
-/// @param factor       pixels per metre of error there
+/// @param factor       pixels per metre of error at this distance
 /// @param threshold_px largest screen error, pixels
 /// @param before       level of the previous frame, for hysteresis
 SwitchChoice choose_level(const SwitchNode& levels, double distance, double factor,
@@ -47,7 +47,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
                           double threshold_px, std::size_t before) {
     SwitchChoice choice;
     for (std::size_t i = 0; i < levels.limits.size(); ++i) {
-        // Ratio by which the limit is passed: not increasing with i.
+        // Ratio by which the limit is passed; it does not increase with i.
         const double limit = levels.limits[i];
         const double passed = levels.by == SwitchNode::By::distance
                                   ? distance / limit
@@ -57,7 +57,7 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
         if (levels.fade_ratio > 1.0 && passed < levels.fade_ratio) {
             const float share = 1.0f - log2_of(static_cast<float>(passed)) /
                                            log2_of(static_cast<float>(levels.fade_ratio));
-            // With a share of 0 or 1 one of the two would be drawn without pixels.
+            // A share of 0 or 1 would draw one of the two levels without pixels.
             return {i, true, std::clamp(share, 0x1p-10f, 1.0f - 0x1p-10f)};
         }
         choice.level = i + 1;
@@ -67,10 +67,9 @@ SwitchChoice choose_level(const SwitchNode& levels, double distance, double fact
 
 namespace {
 
-// Margin of boxes relative to the coordinates, above the rounding of transforms down the deepest tree.
+// Margin of boxes, relative to the coordinates: more than the rounding of the transforms on the longest path of a tree.
 constexpr double kNodeMargin = 0x1p-40;
 
-/// A segment, and the first node on it so far.
 class GraphRay {
 public:
     GraphRay(NodeStore& nodes, const View* view, const WorldPos& from_world,
@@ -180,7 +179,7 @@ struct SceneGraph::State {
     NodeStore nodes;
     GraphCounts counts;
 
-    // Of the frame.
+    // State of the current frame.
     View view;
     bool has_view = false;
     double threshold_px = 1.0;
@@ -203,7 +202,7 @@ struct SceneGraph::State {
     SceneDraws draws() const;
 };
 
-// Whether a node is in view or casts shadows into it; sets Above::is_caster.
+// Whether a node is in view, or can cast a shadow into the view. Sets Above::is_caster if the node is out of view.
 bool SceneGraph::State::is_wanted(const OrientedBox& box, Above& above) {
     if (!above.is_caster) {
         if (volume->test_planes(box, above.planes) != Containment::outside) {

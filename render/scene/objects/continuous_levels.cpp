@@ -17,7 +17,7 @@ void NearObjects::select() {
         ranked_.clear();
         auto was_near = were_near_.begin();
         for (std::size_t i = 0; i < objects_.size(); ++i) {
-            // both are in the order of keys
+            // both lists are in the order of keys
             while (was_near != were_near_.end() && *was_near < objects_[i].key) ++was_near;
             const bool stays = was_near != were_near_.end() && *was_near == objects_[i].key;
             ranked_.push_back({objects_[i].log2_factor + (stays ? kNearer : 0.0f),

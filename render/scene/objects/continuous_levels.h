@@ -47,7 +47,7 @@ public:
     /// Cost: O(candidates)
     void select();
 
-    /// The candidates, after select() the nearest of them.
+    /// The candidates; after select() only the nearest of them.
     std::span<const NearObject> objects() const { return objects_; }
 
 private:
@@ -75,10 +75,10 @@ public:
     /// @param objects in the order of their keys
     void follow(std::span<const NearObject> objects);
 
-    /// Triangles of an object at a level; valid until the object's level changes or follow().
+    /// Triangles of an object at a level; valid until the next call for this object, or of follow().
     ///
-    /// @param object of follow()
-    /// @param count  of a level of ObjectModel::continuous
+    /// @param object index among the objects of follow()
+    /// @param count  number of triangles of a level of ObjectModel::continuous
     /// Cost: proportional to the contractions since the object's last level, or since a kept level of the model; an
     ///       object without a kept level also copies the triangles
     std::span<const TriangleMesh::Triangle> triangles(std::size_t object, std::uint32_t count);

@@ -11,8 +11,8 @@ namespace {
 
 // Forgetting factor: weight of a frame relative to the next one, about ten frames of memory.
 constexpr double kForgetting = 0.9;
-// A frame time that differs from the prediction by more than this many standard deviations of the noise, limited to
-// these ratios, indicates another scene: past frames then get little weight.
+// A frame time is a surprise, the sign of another scene, if its ratio to the prediction differs from 1 by more than
+// this many standard deviations of the noise, clamped to these two ratios. Past frames then get little weight.
 constexpr double kSurpriseDeviations = 3.0;
 constexpr double kLeastSurprise = 1.1, kMostSurprise = 1.6;
 constexpr double kSurpriseForgetting = 0.1;
@@ -50,8 +50,8 @@ Result<FrameGovernor> FrameGovernor::create(const GovernorSettings& settings,
     return governor;
 }
 
-// Fits a line to the frames by least squares. If all have nearly equal triangle counts, or none, they do not determine
-// the slope, and the known slope is kept.
+// Fits a line to the frames by least squares. If all frames have nearly equal triangle counts, or no triangles, they do
+// not determine the slope, and the known slope is kept.
 void FrameGovernor::learn(CostModel& model, double frame_ms, double triangles, double variance) {
     double known = model.ms_per_triangle;
     if (known == 0.0 && triangles > 0.0) {
@@ -118,7 +118,8 @@ void FrameGovernor::add_frame(double frame_ms, std::size_t triangles, bool wants
         }
         before_surprise_.reset();
     }
-    // Before the first frame with triangles their cost is unknown, so that no time is a surprise.
+    // The model cannot predict the very first frame, nor the first one with triangles, whose cost is still unknown:
+    // neither is a surprise.
     const bool is_first = model_.weight == 0.0 || (model_.ms_per_triangle == 0.0 && drawn > 0.0);
     const double difference = is_first ? 0.0 : misfit(model_, frame_ms, drawn);
     const bool is_surprise = difference > surprising;

@@ -40,7 +40,7 @@ float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
     return log2_pixels_ + cluster.most_log_scale - log2_of(std::max(least, near_)) + 0x1p-10f;
 }
 
-// Distances are to bounding spheres: nearer than any point of the object.
+// Distances are to bounding spheres, which are nearer than any point of the object.
 void FrameObjects::compute_factors(const ObjectCluster& cluster,
                                    const Eigen::Vector3f& origin_eye) {
     const std::size_t count = cluster.size();

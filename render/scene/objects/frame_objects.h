@@ -20,13 +20,12 @@ namespace terrane::internal {
 /// The objects in the view of one frame, or the objects out of view that cast shadows into it.
 class FrameObjects {
 public:
-    /// Removes all objects.
     void clear();
     /// @param log2_least log2 of the least threshold in pixels: objects that are not drawn above it are omitted
     void begin(const View& view, float log2_least);
 
     /// Adds the objects of a cluster that are in view and not hidden by the ground.
-    /// @param horizon_map null: none is hidden
+    /// @param horizon_map null: no object is hidden
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
              const HorizonMap* horizon_map);
 
@@ -36,7 +35,8 @@ public:
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
 
     std::size_t size() const { return object_count_; }
-    /// Number of objects in view, as far as known, that are not drawn above the least threshold.
+    /// Number of objects not drawn above the least threshold. A cluster of small objects is counted whole, in view or
+    /// not.
     std::size_t left_out() const { return left_out_; }
     /// Number of objects hidden by the ground.
     std::size_t occluded() const { return occluded_; }
@@ -56,7 +56,7 @@ public:
     }
 
 private:
-    /// Objects of a cluster that are in view.
+    /// Objects of a cluster that were added.
     struct Range {
         const ObjectCluster* cluster = nullptr;
         Eigen::Vector3f origin_eye;  ///< metres
@@ -82,7 +82,7 @@ private:
     std::array<float, kClusterObjects> cluster_factors_{};
 };
 
-/// The draws of a set of objects of a frame: one for each drawn level of a model.
+/// The draws of objects in a frame: one for each level of a model that is drawn.
 class DrawList {
 public:
     /// Adds a model; models are numbered in the order in which they are added.
@@ -99,7 +99,7 @@ public:
     /// Draws of the last make(). Objects that change levels have instances in two draws.
     std::span<const MeshDraw> meshes() const { return meshes_; }
     std::span<const ImpostorDraw> impostors() const { return impostors_; }
-    /// The near objects that are drawn as meshes; no draw refers to their instances.
+    /// The near objects that are drawn as meshes; meshes() and impostors() do not include their instances.
     std::span<const NearDraw> near() const { return near_; }
     std::size_t object_count() const { return object_count_; }
     std::size_t triangle_count() const { return triangle_count_; }

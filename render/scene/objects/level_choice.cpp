@@ -34,7 +34,7 @@ void DemandHistogram::append_to(std::vector<TriangleDemand>& demands_out) const 
     std::int64_t drawn = 0, most = 0;
     for (int bin = ErrorBins::kCount - 1; bin >= 0; --bin) {
         drawn += changes_[static_cast<std::size_t>(bin)];
-        // Demands have 32 bits, enough for any budget: larger ones are split.
+        // A demand has 32 bits; larger numbers of triangles are split.
         for (; drawn > most;) {
             const std::int64_t step =
                 std::min<std::int64_t>(drawn - most, std::numeric_limits<std::uint32_t>::max());
@@ -81,7 +81,7 @@ ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const 
     };
     const float over = steps_[i].log2_error + log2_ratio_ - most;
     if (i == 0 || !(over > 0.0f)) return {index(i), ChosenLevels::kNone, 1.0f};
-    // With a share of 0 or 1 one of the two would be drawn without pixels.
+    // A share of 0 or 1 would draw one of the two levels without pixels.
     const float share = std::clamp(over / log2_ratio_, 0x1p-10f, 1.0f - 0x1p-10f);
     if (steps_[i - 1].morphs) return {index(i - 1), ChosenLevels::kNone, 2.0f - share};
     return {index(i - 1), index(i), share};
@@ -90,7 +90,7 @@ ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const 
 // Source: H. Hoppe. Smooth View-dependent Level-of-Detail Control. IEEE Visualization 1998, section 5 (a tolerance in
 //         pixels chooses the contractions).
 // Deviation: a level is a position in the sequence of contractions, not a front in their tree: the whole object has one
-//            error. It is found at no cost, and its certified error holds.
+//            error. The level is found at no cost, and its certified error holds.
 
 namespace {
 
@@ -133,7 +133,7 @@ ContinuousModel::ContinuousModel(const ObjectModel& model, double fade_ratio) {
     for (; i + 1 < triangles_.size() && log2_errors_[i + 1] < most_log2_error_; ++i) {
         const std::int64_t gone = std::int64_t{triangles_[i]} - triangles_[i + 1];
         const float end = end_of_step(log2_errors_[i + 1]);
-        if (!std::isfinite(end)) continue;  // without an error: never drawn
+        if (!std::isfinite(end)) continue;  // no error: these triangles are never drawn
         if (additions_.empty() || additions_.back().log2_error != end)
             additions_.push_back({end, 0});
         additions_.back().triangles += gone;

@@ -61,11 +61,11 @@ private:
 class DemandHistogram {
 public:
     void clear() { changes_.fill(0); }
-    /// Adds triangles that are drawn below a threshold.
+    /// Adds triangles that are drawn at thresholds below this one.
     void add(float log2_px, std::int64_t triangles) {
         changes_[static_cast<std::size_t>(ErrorBins::bin_above(log2_px))] += triangles;
     }
-    /// Removes triangles that are not drawn below a smaller threshold.
+    /// Removes triangles, added at a larger threshold, that are not drawn below this one: a finer level replaces them.
     void remove(float log2_px, std::int64_t triangles) {
         const int bin = ErrorBins::bin_below(log2_px);
         if (bin >= 0) changes_[static_cast<std::size_t>(bin)] -= triangles;
@@ -91,8 +91,8 @@ struct ChosenLevels {
 ///
 /// Level i replaces level i + 1 while the screen error of level i + 1 rises from the threshold divided by the fade
 /// ratio to the threshold: both are drawn with complementary coverage, or level i morphs into level i + 1. Errors of
-/// consecutive levels differ by more than the ratio, hence at most two levels are drawn. The last level has no
-/// triangles: it means not drawn.
+/// consecutive levels differ by more than the ratio, hence at most two levels are drawn. The last step has no
+/// triangles: the object is not drawn.
 class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
@@ -107,7 +107,7 @@ public:
         return steps_.back().log2_error + log2_ratio_ + log2_factor > log2_threshold;
     }
 
-    /// @param log2_threshold of the threshold in pixels
+    /// @param log2_threshold log2 of the threshold in pixels
     ChosenLevels choose(float log2_factor, float log2_threshold) const;
 
 private:
@@ -130,10 +130,10 @@ public:
 
     /// Adds the triangles of one object at every threshold.
     ///
-    /// @param log2_factor of pixels per metre of error: scale times pixels per radian over distance
+    /// @param log2_factor log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(float log2_factor, DemandHistogram& histogram) const;
 
-    /// Whether a mesh is drawn at a threshold by the rule of LevelChoice, or may be, given rounding.
+    /// Whether a mesh is drawn at a threshold by the rule of LevelChoice. True if rounding leaves this in doubt.
     bool draws_mesh(float log2_factor, float log2_threshold) const {
         return most_log2_error_ + log2_factor + kDemandMargin > log2_threshold;
     }

@@ -42,7 +42,7 @@ struct ErrorBins {
     static constexpr int kLastOctave = 20;    ///< beyond any picture
     static constexpr int kCount = (kLastOctave - kFirstOctave) * kBinsPerOctave + 1;
 
-    /// The bin of log2_px: its upper_px() is not below the value, up to a relative 1e-6.
+    /// The bin of an error: upper_px() of the bin is not below the error, up to a relative 1e-6.
     static int bin_above(float log2_px) {
         const float at = (log2_px - static_cast<float>(kFirstOctave)) * kBinsPerOctave;
         if (!(at > 0.0f)) return 0;
@@ -50,7 +50,7 @@ struct ErrorBins {
         const int whole = static_cast<int>(at);
         return static_cast<float>(whole) < at ? whole + 1 : whole;
     }
-    /// The last bin whose upper_px() is not above the value, up to a relative 1e-6; -1 if there is none.
+    /// The last bin whose upper_px() is not above an error, up to a relative 1e-6; -1 if there is none.
     static int bin_below(float log2_px) {
         const float at = (log2_px - static_cast<float>(kFirstOctave)) * kBinsPerOctave;
         if (!(at >= 0.0f)) return -1;

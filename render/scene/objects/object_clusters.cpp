@@ -14,7 +14,7 @@
 namespace terrane::internal {
 namespace {
 
-// Rounded up, to cover the rounding of offsets to float.
+// The radius rounded up, to cover the rounding of offsets to float.
 float radius_in_float(double radius, double offset) {
     const double margin = radius * 0x1p-20 + offset * 0x1p-22;
     return static_cast<float>(radius + margin);

@@ -22,7 +22,7 @@ struct ObjectCluster {
     std::uint32_t model = 0;
     std::uint64_t order = 0;                   ///< order of insertion into the scene
     std::size_t tree_index = 0;                ///< index in the hierarchy that contains it
-    WorldPos origin_world = WorldPos::Zero();  ///< of the offsets
+    WorldPos origin_world = WorldPos::Zero();  ///< origin of the offsets
     Aabb bounds_world;
     float most_log_scale = 0.0f;  ///< largest of log_scale
     float most_radius = 0.0f;     ///< largest of radius

@@ -42,7 +42,7 @@ private:
     double shear_x_ = 0.0, shear_y_ = 0.0, scale_ = 0.0;
 };
 
-/// Fraction at which the segment meets a triangle; infinity: none.
+/// Fraction at which the segment hits a triangle; infinity if it misses.
 double meet(const SegmentAxes& axes, const std::array<Eigen::Vector3d, 3>& corners) {
     const Eigen::Vector3d a = axes(corners[0]), b = axes(corners[1]), c = axes(corners[2]);
     const double u = c.x() * b.y() - c.y() * b.x();

@@ -19,9 +19,9 @@
 
 namespace terrane::internal {
 
-/// The first object that a segment meets; ties go to the first one in the order of groups and clusters.
+/// The first object that a segment hits; ties go to the first one in the order of groups and clusters.
 ///
-/// @param models by ObjectCluster::model
+/// @param models indexed by ObjectCluster::model
 std::optional<SceneHit> find_hit(const ClusterSet& clusters, std::span<const ObjectModel> models,
                                  const WorldPos& from_world, const WorldPos& to_world);
 
@@ -141,7 +141,7 @@ struct Scene::State {
     ClusterSet clusters;
     std::uint64_t last_group = 0;
 
-    // Of the frame.
+    // State of the current frame.
     double least_threshold_px = 0.0;
     SceneCounts counts;
     std::vector<const ObjectCluster*> in_view, casting;  // clusters
@@ -178,7 +178,7 @@ void Scene::State::find_nearest() {
         factors[object.model].remove(object.log2_factor);
 }
 
-// The objects out of view whose shadows can fall into it.
+// Finds the objects out of view whose shadows can fall into the view.
 void Scene::State::find_casters(const View& view, const ViewVolume& volume,
                                 const SunShadows& shadows) {
     const CasterVolume caster_volume(view, shadows);

@@ -11,17 +11,17 @@
 
 namespace terrane {
 
-/// Whether OpenGL's debug output is checked: with `on`, the drawing that causes an error or a high-severity message
-/// fails. For tests; slower on some drivers.
+/// Whether OpenGL's debug output is checked. With `on`, a call that causes an error or a high-severity message fails.
+/// For tests; drawing is slower on some drivers.
 enum class GlChecks { off, on };
 
 /// An off-screen OpenGL 4.5 core context without a window system.
 class EglContext {
 public:
-    /// Tries the surfaceless platform, then every device. The context is current on the calling thread on return.
+    /// Opens a context on the surfaceless platform or, if that fails, on the first device on which it succeeds. The
+    /// context is then current on the calling thread. A machine without a GPU normally has a software rasteriser.
     ///
-    /// Fails with device_unavailable and the EGL errors if none can be opened. A machine without a GPU normally
-    /// succeeds with a software rasteriser.
+    /// Fails with device_unavailable if no context can be opened; the message lists the EGL errors.
     static Result<EglContext> create(GlChecks checks = GlChecks::off);
 
     EglContext(EglContext&&) noexcept;
@@ -36,7 +36,7 @@ public:
     /// Whether the driver renders on the CPU, recognised by the names of known software rasterisers.
     bool is_software() const;
 
-    /// Shares ownership of the context: renderers hold it, so that the context outlives their OpenGL objects.
+    /// Shares ownership of the context. Renderers keep the pointer, so that the context outlives their OpenGL objects.
     std::shared_ptr<const void> keep_alive() const;
 
 private:
@@ -52,10 +52,10 @@ struct Image {
     std::vector<std::uint8_t> rgb;  ///< [height * width * 3]
 };
 
-/// Writes PATH.part and renames it, so that an incomplete picture never appears under PATH. Fails with io, naming the
-/// path.
+/// Writes a PNG file: first PATH.part, which is then renamed, so that an incomplete picture never appears under PATH.
+/// Fails: invalid_argument if the bytes do not match the size; io, naming the path, if the file cannot be written.
 Result<void> write_png(const Image& image, const std::string& path);
-/// Reads a PNG file. Fails with io, naming the path.
+/// Reads a PNG file, with transparent pixels over black. Fails with io; the message names the path.
 Result<Image> read_png(const std::string& path);
 
 }  // namespace terrane

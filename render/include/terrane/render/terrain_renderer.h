@@ -17,17 +17,17 @@
 
 namespace terrane {
 
-/// A level of detail of a mesh: triangles over its vertices.
+/// A level of detail of a mesh: triangles that use the mesh's vertices.
 struct MeshLevel {
     std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
-    /// [vertices of the triangles] the vertex of the next level that each one moves to, see
-    /// ProgressiveMesh::geomorph_targets(); empty: the level does not morph.
+    /// For each vertex of the triangles, by its index, the vertex of the next level that it moves to: see
+    /// ProgressiveMesh::geomorph_targets(). Empty: the level does not morph.
     std::span<const std::uint32_t> morph_targets = {};
 };
 
 /// Material of an object's mesh.
 struct MeshMaterial {
-    /// Whether back faces are drawn too, as needed for leaves; their normals are flipped towards the eye.
+    /// Whether back faces are drawn too, as needed for leaves. Normals of back faces are flipped towards the eye.
     bool is_two_sided = false;
     /// Red, green and blue with display gamma, 0 to 255; used if the mesh has no colours.
     std::array<std::uint8_t, 3> colour{160, 160, 160};
@@ -38,11 +38,12 @@ struct ImpostorSettings {
     /// Views around the object's z axis, 4 to 64. With more views the picture jumps less as the viewer circles the
     /// object.
     int views_around = 16;
-    /// Views from horizontal to vertically above, 1 to 16. 1: a ring, for trees seen from the side; the billboard turns
-    /// about the object's z axis only. More: a hemisphere; from below, the horizontal views are used.
+    /// Number of elevations of the views, from horizontal to vertically above, 1 to 16. With 1 the views form a ring,
+    /// for trees seen from the side, and the billboard turns about the object's z axis only. With more they cover a
+    /// hemisphere; an object seen from below is drawn with the horizontal views.
     int views_above = 4;
     int texels =
-        96;  ///< along the side of a view, 8 to 512; memory: 10.7 bytes a texel, with mipmaps
+        96;  ///< along the side of a view, 8 to 512; each texel takes 10.7 bytes, with mipmaps
 };
 
 /// A display colour, 0 to 1.
@@ -54,34 +55,34 @@ struct Colour {
 struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
     double haze_distance =
-        60'000.0;  ///< metres over which haze absorbs two thirds of the light; infinity: none
+        60'000.0;  ///< metres over which haze absorbs two thirds of the light; infinity: no haze
     bool wireframe = false;  ///< draws the edges of the triangles over the ground
-    /// Samples per pixel, 1 to 16; a count that the device does not support is replaced by the next larger one, or the
-    /// largest. With 1 the edges of hills and objects are aliased, but a software rasteriser draws faster. Ground away
-    /// from edges is shaded once per pixel at any count.
+    /// Samples per pixel, 1 to 16; a count that the device does not support is replaced by the next larger supported
+    /// count, or by the largest. With 1 the edges of hills and objects are aliased, but a software rasteriser draws
+    /// faster. Ground away from edges is shaded once per pixel at any count.
     int sample_count = 4;
     double tint_low = 0.0;                       ///< height of the tint of low ground, metres
     double tint_high = 3000.0;                   ///< height of the tint of high ground, metres
     Colour horizon_colour{0.74f, 0.81f, 0.88f};  ///< sky at the horizon, and haze
     Colour zenith_colour{0.22f, 0.42f, 0.72f};   ///< sky overhead
-    /// Distance from the eye within which ground and objects cast shadows, metres, at most 1e6; 0: none, at no cost.
-    /// Shadows fade over the last quarter of it. Casters are all ground triangles of the frame, in view or not, and the
-    /// objects passed to draw(), except particles; SceneDraws has separate lists for casters out of view. Costs three
-    /// more geometry passes a frame.
+    /// Distance from the eye up to which shadows are drawn on ground and objects, metres, at most 1e6; 0: no shadows,
+    /// at no cost. Shadows fade over the last quarter of this distance. They are cast by all ground triangles of the
+    /// frame, in view or not, and by the objects passed to draw(), except particles; SceneDraws has separate lists for
+    /// casters out of view. Shadows take three more geometry passes a frame.
     double shadow_distance = 0.0;
     /// Texels along the side of each of the three shadow maps, 256 to 8192. A texel of the last map is about
     /// 1.5 * shadow_distance / shadow_texels wide, of the second a quarter of that, of the first a sixteenth. The maps
     /// take 12 bytes * shadow_texels^2.
     int shadow_texels = 1024;
-    /// Height of still water over all lower ground and beyond the extent, metres, within 1e9; absent: none. It is
-    /// computed in the shading of ground and objects, without triangles or passes of its own.
+    /// Height of still water, metres, within +-1e9; absent: no water. The water covers all lower ground, and extends
+    /// beyond the world. It is computed while ground and objects are shaded, without triangles or passes of its own.
     std::optional<double> water_level = {};
-    /// Imagery draped over the ground, replacing the tints where it has data; null: none. A thread reads it in squares,
-    /// which fade in as they arrive.
+    /// Imagery draped over the ground, in place of the tints wherever it has data; null: no imagery. A thread reads the
+    /// imagery in squares, which fade in as they arrive.
     std::shared_ptr<const ImagerySource> imagery = {};
     /// Limit of device memory for imagery squares, 350 KB each; the finest are omitted first. At least one is held.
     std::size_t imagery_bytes = std::size_t{64} << 20;
-    /// Whether draw() waits for the imagery that it shows, without fades: for films and tests, not for real time.
+    /// Whether draw() waits for the imagery that it shows, and shows it without fades: for films and tests only.
     bool imagery_waits = false;
 };
 
@@ -97,34 +98,34 @@ struct DrawnObject {
     Pose world_from_object;  ///< position of its centre, and its axes
     Eigen::Vector3d extents =
         Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres
-    Colour colour{0.8f, 0.2f, 0.1f};     ///< before light
+    Colour colour{0.8f, 0.2f, 0.1f};     ///< before lighting
 };
 
 /// Statistics of the last draw().
 struct DrawCounts {
-    std::size_t chunks_drawn = 0;   ///< of the mesh
-    std::size_t chunks_culled = 0;  ///< out of view: not submitted
-    std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObject
+    std::size_t chunks_drawn = 0;   ///< chunks of the mesh that were submitted
+    std::size_t chunks_culled = 0;  ///< chunks of the mesh that were not, being out of view
+    std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObjects
     std::size_t triangles = 0;      ///< of scene objects and particles; excludes the ground
     std::size_t triangles_culled =
         0;  ///< part of `triangles`: in back-facing clusters, not submitted
-    std::size_t imagery_squares = 0;   ///< on the device
+    std::size_t imagery_squares = 0;   ///< squares on the device
     std::size_t imagery_failures = 0;  ///< squares that the source failed to read since create()
-    /// Milliseconds that the device took for the most recent draw() with a reported time, at most 3 calls ago; none
-    /// before the first report, and none for software rasterisers, whose timers do not measure it.
+    /// Device time of the most recent draw() whose time has been reported, at most 3 calls ago, milliseconds. Empty
+    /// before the first report, and always for software rasterisers, whose timers do not measure drawing.
     std::optional<double> gpu_ms;
 };
 
 /// Draws meshes of a Triangulator off screen.
 ///
-/// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident; uploads indices, and offsets
+/// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident. Uploads indices, and offsets
 /// of morphing vertices, every frame. The eye's position is subtracted in integers before conversion to float: nothing
-/// jitters far from the origin, and chunks of different levels meet bit for bit, morphing included.
+/// jitters far from the origin, and the shared edges of chunks of any levels are bit-identical, even while they morph.
 ///
-/// Lighting uses slopes over a baseline of one pixel where samples that fine are resident, whichever chunk or triangle
-/// is drawn there. Where finer samples end, it blends to the coarser ones over half a chunk; a newly resident chunk
-/// blends in over 16 calls of draw(). A picture therefore depends on earlier calls, as with the pager's fades. The
-/// first picture, and the first after a jump of the eye, use all samples at once.
+/// Lighting uses slopes over a baseline of one pixel if samples that fine are resident, whichever chunk or triangle is
+/// drawn there. Where a chunk ends at coarser samples, lighting blends to their slopes over half a chunk; a newly
+/// resident chunk blends in over 16 calls of draw(). A picture therefore depends on earlier calls, as with the pager's
+/// fades. The first picture, and the first after a jump of the eye, use all samples at once.
 ///
 /// Threads: the thread whose context is current, from create() to the destructor
 class TerrainRenderer {
@@ -153,14 +154,14 @@ public:
     ///
     /// @param levels indexed by MeshDraw::level; empty: one level with all triangles
     ///
-    /// Fails: invalid_argument as TriangleMesh::validate(), for a level's index beyond the vertices, and for a morphing
-    ///        level without a target for one of its vertices; device_unavailable for OpenGL errors
+    /// Fails: invalid_argument as TriangleMesh::validate(), for a level with an index beyond the vertices, and for a
+    ///        morphing level in which a vertex has no target; device_unavailable for OpenGL errors
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels = {},
                             const MeshMaterial& material = {});
     /// Frees a mesh; no effect for an unknown id. Its impostors stay.
     void remove_mesh(MeshId mesh);
 
-    /// Renders level 0 of a mesh from many directions, for billboards that replace the mesh where it is small.
+    /// Renders level 0 of a mesh from many directions, for billboards that replace the mesh at small sizes.
     ///
     /// Fails: invalid_argument for settings out of range, an unknown mesh or one without triangles; device_unavailable
     ///        for OpenGL errors
@@ -181,8 +182,8 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Device memory of chunks (heights and slopes), meshes, impostors, shadow maps and imagery, bytes. Chunk buffers
-    /// grow by doubling and may be larger.
+    /// Device memory of chunks (heights and slopes), meshes, impostors, shadow maps and imagery, bytes. Spare memory in
+    /// the buffers of chunks, which grow by doubling, is not counted.
     std::size_t buffer_bytes() const;
 
 private:
@@ -196,18 +197,19 @@ struct ImpostorDifference {
     double diameter_px = 0.0;  ///< of the mesh's bounding sphere
     double mean = 0.0;         ///< of each pixel's largest channel difference, 0 to 255
     double share = 0.0;        ///< of pixels with a channel difference above 8, 0 to 1
-    /// `mean`, divided by the mean difference between the mesh and the same mesh displaced by one pixel along the
-    /// picture's diagonal: the equally visible displacement of the mesh, pixels.
+    /// Displacement of the mesh that would be as visible as the impostor, pixels: `mean`, divided by the mean
+    /// difference between the mesh and the same mesh displaced by one pixel along the picture's diagonal.
     double displacement_px = 0.0;
 };
 
 /// Sizes at which an impostor may replace its mesh.
 struct ImpostorError {
     std::vector<ImpostorDifference> sizes;  ///< ascending by diameter
-    /// Largest of the given diameters at which, and below which, displacement_px is at most the accepted one; 0: none.
+    /// Largest measured diameter such that displacement_px is at most `accepted_px` there and at all smaller measured
+    /// diameters; 0 if there is none.
     double takeover_px = 0.0;
-    /// For ObjectLevel::error_m: the accepted displacement in metres when the mesh's diameter is takeover_px. Infinity
-    /// if takeover_px is 0: the impostor is never good enough.
+    /// For ObjectLevel::error_m: `accepted_px` in metres, at the distance at which the mesh's diameter is takeover_px.
+    /// Infinity if takeover_px is 0, because the impostor is never good enough.
     double error_m = 0.0;
 };
 
@@ -215,14 +217,14 @@ struct ImpostorError {
 /// that the impostor covers. Most of the directions lie between the impostor's views.
 ///
 /// @param renderer     its last frame and counts are replaced
-/// @param mesh         source of `mesh_id`
-/// @param has_ring     whether ImpostorSettings::views_above is 1: elevation 0 only; otherwise elevations of 0, 34 and
-///                     74 degrees
+/// @param mesh         the mesh that was uploaded as `mesh_id`
+/// @param has_ring     whether ImpostorSettings::views_above is 1: then pictures are compared at elevation 0 only,
+///                     otherwise at 0, 34 and 74 degrees
 /// @param diameters_px each above 0 and at most the shorter side of the renderer's picture
 /// @param accepted_px  largest displacement accepted, > 0
 ///
 /// Fails: invalid_argument for a mesh without extent or an argument out of range; otherwise as TerrainRenderer::draw()
-/// Cost:  32 or 96 draws and picture reads per diameter
+/// Cost:  32 draws and picture reads per diameter for a ring, otherwise 96
 Result<ImpostorError> measure_impostor(TerrainRenderer& renderer, const TriangleMesh& mesh,
                                        MeshId mesh_id, ImpostorId impostor, bool has_ring,
                                        std::span<const double> diameters_px,

@@ -40,8 +40,8 @@ enum class Containment : std::uint8_t {
     inside,        ///< the object is entirely in the volume
 };
 
-/// State of ViewVolume::test_planes(): the planes still to be tested, given those that an enclosing bounding volume is
-/// entirely inside of, and the plane to test first.
+/// State of ViewVolume::test_planes(): the planes that must still be tested, because no enclosing bounding volume is
+/// entirely inside them, and the plane to test first.
 struct PlaneState {
     static constexpr std::uint8_t kAll = 0b11111;  ///< mask of all planes
     static constexpr std::uint8_t kFarPlane = 4;   ///< number of the far plane
@@ -53,14 +53,14 @@ struct PlaneState {
 /// The set of points that a view can show: the infinite pyramid of its four side planes, cut by an optional far plane.
 /// Closed and convex, with its apex at the eye.
 ///
-/// There are three tests, each more exact and more expensive than the one before; all are conservative:
-///   1. test_planes(): one plane at a time. Accepts some objects that are outside near an edge of the volume.
-///   2. meets(): the exact test of a bounding volume, separating axes for boxes.
-///   3. meets_triangles(): the triangles themselves.
-/// None rejects an object in the volume: comparisons have a rounding margin of 1e-14 of the distance from the eye.
+/// There are three tests, each more exact and more expensive than the one before:
+///   1. test_planes() tests one plane at a time. It accepts some objects that are outside near an edge of the volume.
+///   2. meets() tests a bounding volume exactly; boxes by separating axes.
+///   3. meets_triangles() tests the triangles themselves.
+/// No test rejects an object in the volume: comparisons have a rounding margin of 1e-14 of the distance from the eye.
 ///
 /// Sources: U. Assarsson, T. Moller. Optimized View Frustum Culling Algorithms for Bounding Boxes. Journal of Graphics
-///          Tools 5(1), 2000 (plane masks, the last plane first).
+///          Tools 5(1), 2000 (plane masks; the plane that last excluded an object is tested first).
 ///          S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
 ///
 /// Threads: any number at once
@@ -95,7 +95,7 @@ public:
     /// Whether any triangle has a point in the volume; exact up to the margin.
     /// Requires indices below the count of positions.
     ///
-    /// Cost: linear in the triangles until one is found
+    /// Cost:  linear in the number of triangles up to the first one that has a point in the volume
     bool meets_triangles(const Pose& world_from_object, double scale,
                          std::span<const Eigen::Vector3d> positions,
                          std::span<const TriangleMesh::Triangle> triangles) const;
@@ -119,7 +119,7 @@ private:
     std::array<Eigen::Vector3d, 5> normals_;  // inward, unit: left, right, bottom, top, far
     std::array<Eigen::Vector3d, 4>
         edges_;  // unit, from the eye: corners of the picture in order around it
-    std::array<Eigen::Vector3d, 2> sides_;  // unit, of the far rectangle
+    std::array<Eigen::Vector3d, 2> sides_;  // unit, along the sides of the far rectangle
     std::array<Eigen::Vector3d, 4> far_corners_;
 };
 
@@ -147,11 +147,11 @@ public:
     /// Requires a view that validate() accepts, and has_shadows(shadows).
     CasterVolume(const View& view, const SunShadows& shadows);
 
-    /// Whether a bounding volume has a point in the set.
+    /// Whether a sphere has a point in the set.
     bool meets(const BoundingSphere& sphere_world) const;
-    /// The same for an axis-aligned box.
+    /// Whether an axis-aligned box has a point in the set.
     bool meets(const Aabb& box_world) const;
-    /// The same for an oriented box.
+    /// Whether an oriented box has a point in the set.
     bool meets(const OrientedBox& box_world) const;
 
 private:
@@ -175,7 +175,7 @@ private:
 /// Test of bounding boxes against the view volume.
 enum class CullTest : std::uint8_t {
     planes,  ///< one plane at a time: accepts some boxes that are outside near an edge of the volume
-    exact,   ///< separating axes where the planes do not decide
+    exact,   ///< separating axes if the planes do not decide
 };
 
 /// Cache of one viewer for CullTree::cull(): the plane that last excluded each node. Affects only the cost.
@@ -200,8 +200,8 @@ public:
     /// Number of objects.
     std::size_t size() const;
 
-    /// Updates the boxes and keeps the hierarchy: culling becomes more expensive the more the objects have moved
-    /// relative to each other.
+    /// Updates the boxes and keeps the hierarchy. The farther the objects have moved relative to each other, the more
+    /// expensive culling becomes.
     ///
     /// @param boxes_world [size()]
     void refit(std::span<const Aabb> boxes_world);

@@ -20,7 +20,7 @@ struct GovernorSettings {
 /// frame that is slower than the variance explains lowers the budget at once; if the next frame shows that it was an
 /// outlier, the budget is restored. The budget grows in steps.
 ///
-/// Pictures then depend on timing: do not use it in replays.
+/// Pictures depend on timing if a governor is used: do not use it in replays.
 ///
 /// Sources: T. Funkhouser, C. Sequin. Adaptive Display Algorithm for Interactive Frame Rates During Visualization of
 ///          Complex Virtual Environments. SIGGRAPH 1993 (predicting the cost of a frame).
@@ -29,7 +29,7 @@ class FrameGovernor {
 public:
     /// Fails: invalid_argument, naming the field and its value, for settings out of range
     ///
-    /// @param first_budget of the first frame; clamped to the range of the settings
+    /// @param first_budget budget of the first frame, clamped to the range of the settings
     static Result<FrameGovernor> create(const GovernorSettings& settings, std::size_t first_budget);
 
     /// Largest number of triangles for the next frame.
@@ -64,7 +64,7 @@ private:
         CostModel model;
         double proven = 0.0;
     };
-    std::optional<Knowledge> before_surprise_;  // before the last frame, if that was a surprise
+    std::optional<Knowledge> before_surprise_;  // state before the last frame, if it was a surprise
     double variance_ = 0.0;                     // of log(frame_ms / predicted ms)
 };
 

@@ -16,14 +16,14 @@ struct GroundError {
     double finest_m = 0.0;      ///< bound of TerrainMesh::finest_error_m, metres, >= 0
 };
 
-/// Occlusion by the ground as seen from one eye: for each of 1024 azimuth sectors and about 250 distance bins, the
-/// slope (rise over horizontal distance) below which everything farther away is behind the drawn ground.
+/// Occlusion by the ground as seen from one eye: for each of 1024 azimuth sectors and about 250 distances, a slope
+/// (rise over horizontal distance). Everything beyond the distance and below the slope is behind the drawn ground.
 ///
 /// Conservative: if hides() is true, the frame's ground covers every pixel of the object, provided that holds_for() is
 /// true for the drawn mesh. A hidden object is behind the true surface too. It may still cast a visible shadow.
 ///
-/// Hides nothing if the eye is outside the extent, below the ground or within near_distance of it, if a root square is
-/// not resident, or if the source is not certified. Nothing beyond nodata or ground with volumes is hidden.
+/// The map hides nothing if the eye is outside the extent, below the ground or within near_distance of it, if a root
+/// square is not resident, or if the source is not certified. Nothing beyond nodata or ground with volumes is hidden.
 ///
 /// Threads: hides() any number at once; build() alone
 class HorizonMap {
@@ -60,7 +60,7 @@ public:
 
     /// Whether the ground hides the part of a sphere that is in view. False if unknown, or if the sphere is not finite.
     bool hides(const BoundingSphere& sphere_world) const;
-    /// The same for a box.
+    /// Whether the ground hides the part of a box that is in view. False if unknown, or if the box is not finite.
     bool hides(const Aabb& box_world) const;
 
 private:

@@ -19,8 +19,8 @@ namespace terrane {
 /// for non-uniform scale multiply `angle_error` by the ratio of the largest to the smallest factor.
 struct FacingView {
     Eigen::Vector3d eye_mesh = Eigen::Vector3d::Zero();  ///< eye, in the mesh's frame, metres
-    double vertex_error = 0.0;  ///< metres of the mesh's frame, >= 0, e.g. of rounding to float
-    /// Radians by which the direction from the eye to a vertex may be off, >= 0, e.g. of rounding to a grid of pixels.
+    double vertex_error = 0.0;  ///< metres in the mesh's frame, >= 0, e.g. from rounding to float
+    /// Radians by which the direction from the eye to a vertex may be off, >= 0, e.g. from rounding to a pixel grid.
     double angle_error = 0.0;
     bool is_mirrored = false;  ///< triangles are drawn clockwise from outside
 };
@@ -36,8 +36,9 @@ struct MeshCluster {
     TriangleRun triangles;  ///< of MeshClusters::order()
     BoundingSphere bounds;  ///< contains the triangles, in the mesh's frame
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit axis of the normal cone
-    /// Cosine and sine of the largest angle between the axis and a normal, rounded outward. Cosine 0: no cone, because
-    /// a triangle is too thin for a reliable normal or the normals spread too widely; never culled.
+    /// Cosine and sine of the largest angle between the axis and a normal, rounded outward. Cosine 0: the cluster has
+    /// no cone and is never culled, because a triangle is too thin for a reliable normal or the normals spread too
+    /// widely.
     double cosine = 0.0;
     double sine = 1.0;  ///< see `cosine`
     /// The point centre - behind * axis is behind the planes of all triangles, metres.
@@ -67,7 +68,7 @@ public:
     ///            the positions, a cluster_size of 0, or more than 2^31 triangles
     /// Allocates: 4 bytes a triangle and 160 a cluster
     /// Cost:      O(n log^2 n): about 1 ms for 1000 triangles
-    /// Accuracy:  the same bits with every compiler
+    /// Accuracy:  bit-identical with every compiler
     static Result<MeshClusters> create(std::span<const Eigen::Vector3d> positions,
                                        std::span<const TriangleMesh::Triangle> triangles,
                                        std::uint32_t cluster_size = 64);
@@ -79,7 +80,7 @@ public:
 
     /// Finds the clusters that may contain a front-facing triangle, as ascending, non-adjacent runs of order().
     /// Conservative: no front-facing triangle is omitted, for any vertex positions within the errors; some back-facing
-    /// ones may be kept. All are kept if a number is not finite or an error is negative.
+    /// ones may be kept. All clusters are kept if a number of `view` is not finite or an error is negative.
     ///
     /// Allocates: if runs_out has too little capacity
     /// Cost:      about 10 ns a cluster

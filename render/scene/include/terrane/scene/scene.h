@@ -20,7 +20,7 @@ namespace terrane {
 /// A placement of a model: position, scale and rotation.
 struct PlacedObject {
     WorldPos position_world = WorldPos::Zero();  ///< of the object's origin
-    float scale = 1.0f;                          ///< > 0
+    float scale = 1.0f;                          ///< 1e-6 to 1e6
     /// Unit quaternion x, y, z, w: rotation from the object's frame to world axes.
     std::array<float, 4> rotation{0.0f, 0.0f, 0.0f, 1.0f};
     std::array<float, 3> tint{1.0f, 1.0f, 1.0f};  ///< factor of its colours
@@ -71,10 +71,10 @@ enum class GroupId : std::uint64_t {};
 struct SceneHit {
     GroupId group{};                                    ///< group of the object
     std::size_t object = 0;                             ///< index among the group's objects
-    double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
-    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the object
+    double fraction = 0.0;                              ///< 0 at the segment's start, 1 at its end
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment hits the object
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
-    std::uint32_t triangle = 0;                         ///< of the model's mesh
+    std::uint32_t triangle = 0;                         ///< index in the model's mesh
 };
 
 /// A set of objects with levels of detail, placed in groups, such as the trees of a chunk. In each frame it culls the
@@ -88,12 +88,12 @@ struct SceneHit {
 ///     const TerrainMesh mesh = triangulator.update(resident, view, demands);   // one budget
 ///     const SceneDraws draws = scene.end_frame(mesh.demand_threshold_px);
 ///
-/// The draws have at most as many triangles as the demands with TriangleDemand::threshold_px above the frame's
-/// threshold. A frame is a function of the objects, the settings, the view and the threshold, with one exception: if
-/// more than SceneSettings::most_continuous objects qualify for continuous levels of detail, the choice among them
-/// depends on earlier frames.
+/// The draws have at most as many triangles as all demands together whose TriangleDemand::threshold_px is above the
+/// frame's threshold. A frame is a function of the objects, the settings, the view and the threshold, with one
+/// exception: if more than SceneSettings::most_continuous objects qualify for continuous levels of detail, the choice
+/// among them depends on earlier frames.
 ///
-/// The screen error of a continuous level is also within the threshold: when an object gains or loses continuous
+/// The screen error of a continuous level is also within the threshold, so when an object gains or loses continuous
 /// levels, its picture changes by no more than the errors of the two levels.
 ///
 /// Threads: one at a time
@@ -110,8 +110,8 @@ public:
 
     /// Adds objects of a model.
     ///
-    /// Fails: invalid_argument, naming the object, for a model that is not the scene's; a position, scale, rotation or
-    ///        tint that is not finite; a scale that is not above 0; a quaternion whose length is not 1 to 1e-3
+    /// Fails: invalid_argument, naming the object, for a model that is not the scene's, a coordinate beyond 2e9 m, a
+    ///        scale outside 1e-6 to 1e6, a quaternion whose length is not 1 to 1e-3, or a tint that is not finite
     /// Cost:  O(n log n)
     Result<GroupId> add_group(ModelId model, std::span<const PlacedObject> objects);
     /// Removes a group and its objects; no effect for an unknown id. Cancels a frame that has begun: its end_frame()
@@ -121,8 +121,8 @@ public:
     /// Number of objects in all groups.
     std::size_t object_count() const;
 
-    /// Culls, and returns the triangles that the objects in view need at each threshold. Valid until the next call. An
-    /// invalid view shows no objects.
+    /// Culls the objects, and returns the triangles that those in view need at each threshold. Valid until the next
+    /// call. An invalid view shows no objects.
     ///
     /// @param least_threshold_px lower limit of end_frame()'s threshold: objects whose error of absence is not above it
     ///                           cost nearly nothing. 0: no limit
@@ -139,7 +139,7 @@ public:
                                                 const std::optional<SunShadows>& shadows = {},
                                                 const HorizonMap* horizon_map = nullptr);
 
-    /// Chooses the levels of the objects of begin_frame(). Valid until the next call of either function.
+    /// Chooses the levels of the objects of begin_frame(). The draws are valid until the next call of either function.
     ///
     /// @param threshold_px largest screen error of an object, pixels, > 0 and >= least_threshold_px of begin_frame();
     ///                     infinity: nothing is drawn
@@ -150,10 +150,10 @@ public:
     /// Statistics of the last frame.
     const SceneCounts& counts() const;
 
-    /// The first object whose mesh a segment meets; models without ObjectModel::rays are ignored. Independent of
-    /// frames: the ray meets the mesh, whichever level is drawn.
+    /// The first object whose mesh a segment hits; models without ObjectModel::rays are ignored. Independent of frames:
+    /// the mesh of ObjectModel::rays is tested, even if another level is drawn.
     ///
-    /// Fails: no answer where `from_world` or `to_world` is not finite
+    /// Fails: no answer if `from_world` or `to_world` is not finite
     /// Cost:  O(clusters of up to 256 objects), and the meshes near the segment
     std::optional<SceneHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 

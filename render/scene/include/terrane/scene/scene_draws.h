@@ -62,7 +62,7 @@ struct Particle {
 };
 static_assert(sizeof(Particle) == 32);
 
-/// The draw list of a scene for one frame: views of the scene's buffers.
+/// The draw list of a scene for one frame: spans of the scene's buffers.
 struct SceneDraws {
     std::span<const ObjectInstance> instances = {};  ///< referred to by the draws
     std::span<const MeshDraw> meshes = {};           ///< levels of detail

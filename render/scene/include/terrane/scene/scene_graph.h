@@ -36,12 +36,12 @@ struct GeometryNode {
     std::optional<ImpostorId> impostor = {};  ///< drawn instead of the mesh
     Aabb bounds;                              ///< in the node's frame, metres
     std::uint32_t triangles = 0;              ///< for the counts; 2 for an impostor
-    /// The mesh for SceneGraph::ray(), within the bounds; none: rays do not meet it.
+    /// The mesh for SceneGraph::ray(), within the bounds; none: rays pass through the node.
     std::optional<MeshRays> rays = {};
 };
 
-/// Selects one of its children by distance or screen error, or two during a cross-fade. The children are levels of
-/// detail, finest first, in the order in which they were added.
+/// Draws one of its children, chosen by distance or screen error, or two during a cross-fade. The children are levels
+/// of detail, finest first, in the order in which they were added.
 struct SwitchNode {
     /// Criterion between two levels.
     enum class By : std::uint8_t {
@@ -50,7 +50,7 @@ struct SwitchNode {
     };
     By by = By::error;  ///< quantity compared with the limits
     /// [levels] Limit i separates level i from level i + 1. Beyond the last limit the node draws nothing; infinity: the
-    /// last level is always drawn. Positive, not decreasing.
+    /// last level is always drawn. Positive; each at least fade_ratio times the one before.
     std::vector<double> limits;
     /// A level changes only after its limit is passed by this ratio, 1 to 2, so that levels do not alternate near a
     /// limit.
@@ -64,7 +64,7 @@ struct SwitchNode {
 struct BillboardNode {
     /// Degrees of freedom of the rotation.
     enum class Axis : std::uint8_t {
-        screen,  ///< x is the picture's right and y its up: for smoke
+        screen,  ///< x points to the picture's right and y to its top: for smoke
         up,  ///< about its z axis only, so that x points towards the eye, whatever the viewer's up: for trees
     };
     Axis axis = Axis::screen;  ///< degrees of freedom
@@ -78,7 +78,7 @@ struct ParticlesNode {
         double radius = 1.0;                                  ///< metres, > 0
         std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};  ///< as Particle::colour
     };
-    std::vector<Disc> discs;  ///< moved by set_content()
+    std::vector<Disc> discs;  ///< to move them, call set_content()
 };
 
 /// Type of a node, with its data.
@@ -100,10 +100,10 @@ struct GraphCounts {
 /// First intersection of a segment with a node.
 struct NodeHit {
     NodeId node{};                                      ///< a GeometryNode
-    double fraction = 0.0;                              ///< of the segment from its start, 0 to 1
-    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the mesh
+    double fraction = 0.0;                              ///< 0 at the segment's start, 1 at its end
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment hits the mesh
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
-    std::uint32_t triangle = 0;                         ///< of the node's mesh
+    std::uint32_t triangle = 0;                         ///< index in the node's mesh
 };
 
 /// A tree of nodes with transforms, for articulated vehicles, smoke over a chimney and other objects that are not
@@ -124,24 +124,24 @@ public:
     /// Adds a node as the last child of another.
     ///
     /// Fails: invalid_argument, naming the value, for a parent that does not exist, a place that is not finite or out
-    ///        of range, or content out of range: bounds, limits, ratios, discs
+    ///        of range, or content with bounds, limits, ratios or discs out of range
     Result<NodeId> add(NodeId parent, const NodePlace& place, NodeContent content);
     /// Removes a node and its subtree. No effect for the root or an unknown id.
     void remove(NodeId node);
-    /// Fails: as add()
+    /// Replaces the place of a node. Fails as add().
     Result<void> set_place(NodeId node, const NodePlace& place);
-    /// Fails: as add()
+    /// Replaces the content of a node. Fails as add().
     Result<void> set_content(NodeId node, NodeContent content);
 
     /// Number of nodes, including the root.
     std::size_t size() const;
-    /// World bounds of a node and its subtree; none if nothing is drawn or the id is unknown.
+    /// World bounds of a node and its subtree; none if the subtree draws nothing or the id is unknown.
     std::optional<Aabb> bounds_world(NodeId node) const;
 
-    /// Culls, chooses the levels of switches, turns billboards, and sorts particles from far to near. Valid until the
-    /// next non-const call. An invalid view draws nothing.
+    /// Culls nodes, chooses the levels of switches, turns billboards, and sorts particles from far to near. Valid until
+    /// the next non-const call. An invalid view draws nothing.
     ///
-    /// @param threshold_px for switches by error
+    /// @param threshold_px largest screen error of a level that a switch chooses by error, pixels
     /// @param shadows      also returns casters: geometry out of view whose shadows can fall into the view; counts()
     ///                     excludes it. None, or a distance or direction out of range: no casters, at no cost
     SceneDraws collect(const View& view, double threshold_px,
@@ -149,14 +149,13 @@ public:
     /// Statistics of the last collect().
     const GraphCounts& counts() const;
 
-    /// The first geometry whose mesh a segment meets; if several are hit at the same point, the one that was added
-    /// first. Nodes without GeometryNode::rays and particles are ignored. A switch is represented by its finest level,
-    /// whichever is drawn. Geometry below a billboard faces the last valid view of collect(), and is ignored before the
-    /// first one.
+    /// The first geometry whose mesh a segment hits; if several are hit at the same point, the one that was added
+    /// first. Particles, and geometry without GeometryNode::rays, are ignored. For a switch its finest level is tested,
+    /// even if another level is drawn. Geometry below a billboard is tested as turned to the last valid view passed to
+    /// collect(), and ignored until there is one.
     ///
-    /// Fails: no answer where `from_world` or `to_world` is not finite
-    /// Cost:  O(nodes whose parents' bounds the segment meets), and their meshes; after changes also the update of the
-    ///        bounds
+    /// Fails: no answer if `from_world` or `to_world` is not finite
+    /// Cost:  O(nodes whose parent's bounds are hit), and their meshes; after changes also the update of the bounds
     std::optional<NodeHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:
@@ -189,11 +188,11 @@ struct ChunkNodesCounts {
 /// The nodes depend only on the sets and eyes passed to the updates. ChunkNodes keeps the chunks of its nodes alive:
 /// a chunk that the pager has evicted is freed by the next update.
 ///
-/// Threads: one at a time, while no other uses the graph
+/// Threads: one at a time, while no other thread uses the graph
 class ChunkNodes {
 public:
-    /// Adds the content of a chunk below a GroupNode, which is at the chunk's south-western corner, at height 0, with
-    /// world axes. Everything that it has added is removed with the chunk, even if it fails.
+    /// Adds the content of a chunk below `node`, a GroupNode at the chunk's south-western corner, at height 0, with
+    /// world axes. Everything added there is removed with the chunk, or at once if the function fails.
     using Make = std::function<Result<void>(const Chunk& chunk, SceneGraph& graph, NodeId node)>;
 
     /// @param parent parent of the nodes; its frame must be the world frame, as for SceneGraph::root()
