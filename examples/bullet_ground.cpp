@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Bullet's bodies and its raycast vehicle on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+// Bullet's bodies and its raycast vehicle on Terrane's ground, in the steps of docs/adapters.md. Prints where the
+// vehicle ends, and how many bodies are below the ground.
 #include "motion_trace.h"
 
 #include <terrane/adapters/bullet_bodies.h>

@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
 
     double lowest_ft = 1e9, largest_difference = 0.0;
     for (int step = 0; step < 200; ++step) {
-        // Where the aircraft is on the earth, and so in the world, where it needs ground.
+        // The aircraft's position on the earth and in the world, and the ground below it, which it needs.
         const double angle = 2.0 * std::numbers::pi * step / 200.0;
         const Eigen::Vector3d p_earth =
             ground.earth().earth_from_geodetic({(47.0 + 0.05 * std::sin(angle)) * degree,

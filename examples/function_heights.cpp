@@ -33,7 +33,7 @@ int main() {
     print_height(known, 1200.0, 350.0);
     print_height(unknown, 1200.0, 350.0);
 
-    // An airfield on its slope: 900 m x 60 m, level, with banks of 40 m around it.
+    // An airfield on the volcano's slope: 900 m x 60 m, level, with banks of 40 m around it.
     const FlatArea field{
         .polygon = polygon_of({800.0, 320.0, 1700.0, 380.0}), .feather = 40.0, .height = 340.0};
     const auto with_field = flatten_heights(known, {&field, 1}).value();

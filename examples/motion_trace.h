@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Where the bodies of an example were: a CSV file for plot_motion.py, if the program is given its name.
+// Writes where the bodies of an example were to a CSV file for plot_motion.py, if the program is given the file's name.
 
 #include <terrane/base/math.h>
 

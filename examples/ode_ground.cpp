@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: MIT
-// ODE's bodies on Terrane's ground, in the order of docs/adapters.md. Prints where they end.
+// ODE's bodies on Terrane's ground, in the steps of docs/adapters.md. Prints how many end below the ground.
 #include "motion_trace.h"
 
 #include <terrane/adapters/ode_ground.h>

@@ -51,12 +51,12 @@ private:
     std::vector<std::jthread> threads_;
 };
 
-// At most `slots` loads are in the pool at once: what waits here can still be taken back or reordered by the pager.
+// At most `slots` loads are in the pool at once. The pager can still take back or reorder the requests that wait here.
 class PoolLoader final : public ChunkLoader {
 public:
     PoolLoader(std::shared_ptr<const HeightSource> source, Pool& pool, int slots)
         : source_(std::move(source)), pool_(pool), slots_(slots) {}
-    // Jobs refer to this: they are cancelled and waited for.
+    // Cancels the jobs and waits for them, because they refer to this object.
     ~PoolLoader() override {
         std::unique_lock lock(mutex_);
         queue_.clear();
@@ -94,7 +94,7 @@ private:
     // Requires the lock.
     void begin_loads() {
         while (!queue_.empty() && begun_.size() < static_cast<std::size_t>(slots_)) {
-            // std::function copies, and a claim moves
+            // std::function requires a copyable callable, but a claim can only be moved
             auto request = std::make_shared<LoadRequest>(std::move(queue_.front()));
             queue_.erase(queue_.begin());
             const std::stop_token stop = begun_[request->key].get_token();
@@ -128,7 +128,7 @@ int main() {
     const auto source = FractalHeights::create({.seed = 7}).value();
     Pager pager = Pager::create(source, {}, std::make_unique<PoolLoader>(source, pool, 4)).value();
     CameraNeed camera;
-    double time_s = 0.0;  // the program's clock: any that does not go back
+    double time_s = 0.0;  // the program's clock: any clock that does not go back
     for (int frame = 0; frame < 120; ++frame, time_s += 1.0 / 60.0) {
         const WorldPos eye(0.0, 10.0 * frame, 900.0);
         camera.view = look_at(eye, eye + Eigen::Vector3d(0, 4000, -700), 1.0, 1280, 720).value();

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// A robot's elevation map in the layout of ROS's grid_map, which follows it over the ground; and what a grid_map_msgs
-// message of it has.
+// An elevation map, in the layout of ROS's grid_map, that follows a robot over the ground. Prints what a grid_map_msgs
+// message of the map contains.
 #include "motion_trace.h"
 
 #include <terrane/adapters/elevation_map.h>

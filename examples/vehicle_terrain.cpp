@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
 // Wheels that ask for height, normal and friction below a point, as Project Chrono's tyres ask a ChTerrain. With Chrono
-// the two types below are chrono::ChVector3d and chrono::vehicle::ChTerrain, and the rest stays.
+// the two types below are chrono::ChVector3d and chrono::vehicle::ChTerrain; the rest stays the same.
 #include "motion_trace.h"
 
 #include <terrane/adapters/chrono_terrain.h>
@@ -14,7 +13,7 @@
 
 namespace {
 
-// What ChronoTerrain uses of Chrono.
+// The parts of Chrono's interface that ChronoTerrain uses.
 class ChVector3d {
 public:
     ChVector3d(double x, double y, double z) : xyz_{x, y, z} {}

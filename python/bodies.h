@@ -25,7 +25,7 @@ struct HeldShape {
 void bind_shapes(py::module_& module);
 /// Adds batches of contacts, distances and casts to Ground.
 void bind_ground_queries(py::module_& module);
-/// Adds batches of two shapes.
+/// Adds batches of queries of two shapes.
 void bind_pairs(py::module_& module);
 
 /// A world, as held by Python.

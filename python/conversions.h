@@ -72,7 +72,7 @@ inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// C-contiguous float64 numbers.
 using Doubles = py::array_t<double, py::array::c_style>;
 
-/// The numbers of an argument, any shape.
+/// Reads the numbers of an argument of any shape.
 /// @param name of the argument, for messages
 Doubles read_doubles(py::handle argument, const char* name);
 
@@ -93,7 +93,7 @@ void check_same_shape(const py::array& a, const char* a_name, const py::array& b
 class Rows {
 public:
     Rows(py::handle argument, const char* name, py::ssize_t width);
-    /// Numbers of any shape as rows of length one; a single number is shared.
+    /// Numbers of shape (n,) as rows of length one; a single number is shared.
     static Rows numbers(py::handle argument, const char* name);
 
     const double* operator[](std::size_t index) const { return data_ + index * stride_; }
@@ -137,8 +137,8 @@ private:
 /// Reads one pose: position of shape (3,), rotation as in Poses.
 Pose read_pose(py::handle position, py::handle rotation);
 
-/// The number of queries in a call: the count of the arguments that are not shared, which must agree. If all are shared
-/// there is one query, and its answer has no leading axis.
+/// The number of queries in a call: the number of rows of the arguments that are not shared, which must agree. If all
+/// are shared there is one query, and its answer has no leading axis.
 class Batch {
 public:
     explicit Batch(std::initializer_list<const Rows*> arguments);

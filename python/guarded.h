@@ -11,9 +11,9 @@
 
 namespace terrane::python {
 
-/// Holds an object that any number of threads may read at once, or one thread change, and that close() destroys. A use
-/// that conflicts with another thread's raises a RuntimeError instead of being a data race; use after close() raises a
-/// ValueError, as for a closed file.
+/// Holds an object that any number of threads may read at once, or that one thread may change, and that close()
+/// destroys. A use that conflicts with another thread's raises a RuntimeError instead of being a data race; use after
+/// close() raises a ValueError, as for a closed file.
 ///
 /// Cost: a few atomic operations per use
 template <class T>
@@ -43,9 +43,9 @@ public:
         bool is_exclusive_;
     };
 
-    /// For calls that exclude all others.
+    /// Exclusive access, for calls that change the object.
     Use change() { return Use(*this, true); }
-    /// For calls that may run concurrently with each other.
+    /// Shared access, for calls that may run concurrently with each other.
     Use read() { return Use(*this, false); }
 
     bool is_closed() const { return !object_.has_value(); }

@@ -30,8 +30,8 @@ public:
         : drawing_(std::make_unique<Drawing>(std::move(drawing))) {}
     HeldRenderer(const HeldRenderer&) = delete;
     HeldRenderer& operator=(const HeldRenderer&) = delete;
-    // OpenGL objects can only be freed on their own thread; on another one, such as a garbage collector's, they are
-    // leaked.
+    // OpenGL objects can only be freed on their own thread. If the destructor runs on another one, such as a garbage
+    // collector's, they are leaked.
     ~HeldRenderer() {
         if (std::this_thread::get_id() == thread_) {
             if (drawing_ != nullptr) drawing_->context.make_current();

@@ -31,7 +31,7 @@ public:
         if (callable.is_none()) return;
         if (PyCallable_Check(callable.ptr()) == 0)
             throw py::type_error("progress must be callable or None");
-        // An abandoned thread may release its reference without the lock.
+        // The deleter acquires the lock, because an abandoned thread may release its reference without it.
         state_ = std::shared_ptr<State>(new State{callable, py::object()}, [](State* state) {
             const py::gil_scoped_acquire lock;
             delete state;

@@ -66,7 +66,7 @@ void bind_terrain(py::module_& module);
 /// A frame's mesh: a view of its terrain's buffers, and its arrays once they have been requested.
 struct Mesh {
     std::shared_ptr<TerrainUse> terrain;
-    std::uint64_t update = 0;  ///< value of TerrainUse::updates when it was made
+    std::uint64_t update = 0;  ///< value of TerrainUse::updates when the mesh was made
     TerrainMesh mesh;
     py::object vertices = {}, triangles = {};  ///< arrays, or null
 

@@ -50,7 +50,7 @@ py::object add(HeldWorld& world, const HeldShape& shape, const py::object& posit
             state.angular_velocity = spins.vector(i);
             const Result<BodyId> body = use->add(settings, state);
             if (!body) {
-                // Adds all bodies or none.
+                // All bodies are added or none: removes those added so far.
                 while (i > 0) (void)use->remove(body_of(out[--i]));
                 return tl::unexpected(body.error());
             }

@@ -18,8 +18,8 @@ namespace terrane::internal {
 /// Fails: invalid_argument if the detail's roughness is out of range
 Result<void> check_detail(const DemSettings& settings);
 
-/// Adds fractal detail between the samples of a raster, with an amplitude proportional to the local roughness. It
-/// vanishes at the samples and outside the surveyed ground.
+/// Adds fractal detail between the samples of a raster, with an amplitude proportional to the local roughness. The
+/// detail vanishes at the samples and outside the surveyed ground.
 ///
 /// Fails: io; invalid_argument
 Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const DemSource> source,
@@ -27,12 +27,12 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
 
 namespace {
 
-/// Amplitude of the first octave relative to the samples' mean second difference: the amplitude of a sine of half the
-/// shortest wavelength that samples resolve, if the raster is continued as a fractal with a gain of 1/2.
+/// Amplitude of the first octave relative to the samples' mean second difference. If the raster is continued as a
+/// fractal with a gain of 1/2, it is the amplitude of the sine with half the shortest wavelength that samples resolve.
 constexpr double kAmplitudeOverBend = 0.5;
 constexpr int kMaxOctaves = 24;
 
-/// Number of octaves from the cell down; the shortest wavelength is at least two finest spacings.
+/// Number of octaves, with wavelengths from the cell downward; the shortest is at least two finest spacings.
 int octaves_below(double cell, double finest) {
     int count = 1;
     for (double wavelength = 0.5 * cell; wavelength >= 2.0 * finest && count < kMaxOctaves;
@@ -42,8 +42,8 @@ int octaves_below(double cell, double finest) {
     return count;
 }
 
-/// Mean absolute second difference, along rows and columns, of the samples of a block. The raster's outermost samples
-/// have none.
+/// Mean absolute second difference, along rows and columns, of the samples of a block. Differences that would need
+/// samples beyond the raster are left out.
 double mean_bend(const RasterPatch& patch, const BilinearGrid& grid, int west, int south, int east,
                  int north) {
     double sum = 0.0;

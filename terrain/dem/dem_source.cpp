@@ -94,7 +94,7 @@ Result<ContentHash> make_key(const FineSurface& fine) {
     return hasher.value();
 }
 
-/// A cache file next to the raster, named by raster and lattice; "" if the path is not a regular file.
+/// Path of a cache file next to the raster, named after raster and lattice; "" if the raster is not a regular file.
 std::string file_beside(const std::string& raster_path, const BilinearGrid& grid) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(raster_path, error)) return {};

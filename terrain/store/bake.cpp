@@ -69,7 +69,7 @@ private:
 
 namespace {
 
-/// The chunks of a level that cover an interval of an axis, clipped to [first, end).
+/// Chunk indices along one axis, `end` excluded. chunks_over() finds those over [low, high], clipped to the world.
 struct ChunkRange {
     std::int32_t first = 0, end = 0;
 };
@@ -143,7 +143,7 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
 }  // namespace terrane::internal
 
 // Chunks are made in batches by any number of threads and written in the order of the directory, so that the file does
-// not depend on the threads.
+// not depend on the number of threads.
 
 namespace terrane {
 namespace {
@@ -201,7 +201,7 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
     const HeightInterval heights =
         source.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
                          lattice.y(corner.y + side)});
-    // Includes the samples, which are rounded to quanta.
+    // The interval must also contain the samples, which are rounded to quanta.
     baked.record.heights = {std::min(heights.low, lattice.quantum * (*chunk)->low),
                             std::max(heights.high, lattice.quantum * (*chunk)->high)};
     if (key.level < lattice.finest_level) return baked;
@@ -246,7 +246,7 @@ Result<void> check_settings(const BakeSettings& settings) {
 }
 
 /// Computes StoreDirectory::rises: bounds for the baked surface and, up to a distance of one spacing, also for the
-/// finest triangles, whose slope may be up to 1.41 times as large.
+/// finest triangles, whose slope may be up to 1.41 times that of the surface.
 std::vector<double> find_rises(const HeightSource& source, double steepest) {
     std::vector<double> rises;
     const double slope = std::sqrt(steepest) * (1.0 + 1e-12);

@@ -34,7 +34,7 @@ public:
     /// Reads, checks and decodes a chunk, without locks.
     /// Fails: io; bad_data if it is damaged
     Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
-    /// The same through a small cache, for queries of single points.
+    /// As read(), through a small cache, for queries of single points.
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
 private:
@@ -50,8 +50,8 @@ private:
     mutable std::uint64_t clock_ = 0;
 };
 
-/// A store as a height source. Beyond the world, and at spacings coarser than the samples of its root squares, a bound
-/// is the whole range of heights.
+/// A store as a height source. Beyond the world, and for vertices with a spacing above half the side of a root square,
+/// a bound is the whole range of heights.
 class StoredHeights final : public HeightSource, public ChunkSource {
 public:
     explicit StoredHeights(std::unique_ptr<const ChunkReader> reader);
@@ -80,7 +80,7 @@ private:
     SampleAddress find_cell(int level, LatticePoint corner) const;
     /// The level whose samples are `step` finest spacings apart; -1 if the step is coarser than the root squares'.
     int level_of(std::int64_t step) const;
-    /// Upper bound of every deviation.
+    /// The range of heights, an upper bound of every deviation.
     float widest() const;
     Result<float> vertex_bound(LatticePoint point, std::int64_t step) const;
 
@@ -97,7 +97,7 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
                                              " is damaged");
     };
     const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    // The directory is not trusted: no record is longer than this.
+    // The directory is not trusted, but no valid record is longer than this.
     if (record.bytes > 2 * max_encoded_bytes()) return damaged();
     std::vector<std::uint8_t> stored(record.bytes);
     TERRANE_TRY(file_.read(record.offset, stored));
@@ -152,7 +152,7 @@ LatticePoint StoredHeights::nearest(LatticePoint point) const {
 }
 
 StoredHeights::SampleAddress StoredHeights::find_sample(int level, LatticePoint point) const {
-    // On the world's eastern or northern border: the last sample of the last chunk.
+    // A point on the world's eastern or northern border is the last sample of the last chunk.
     SampleAddress address = find_cell(
         level, {std::min(point.x, lattice().east() - 1), std::min(point.y, lattice().north() - 1)});
     if (point.x == lattice().east()) ++address.column;

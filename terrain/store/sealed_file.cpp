@@ -83,7 +83,7 @@ Result<std::size_t> decompress(std::span<const std::uint8_t> record,
 
 namespace {
 
-// First bytes of a file: not valid text in any encoding, and visibly damaged by a conversion of line ends.
+// First bytes of a file: not valid text in any encoding, and visibly damaged by a conversion of line endings.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'T', 'R', 'N', '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kHeaderBytes = 72;
 /// Largest accepted directory: sizes in a file are not trusted for allocations.
@@ -191,7 +191,7 @@ Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     TERRANE_TRY(const auto offset, append(stored));
     const Header header{kind_, offset, stored.size(), directory.size(), hash_of(directory)};
     TERRANE_TRY(write_at(encode(header), 0));
-    // The content is on the disk before the rename: after a crash there is either the old file or the new one.
+    // The content is flushed to the disk before the rename: after a crash there is either the old file or the new one.
     int cause = fsync(handle_) == 0 ? 0 : errno;
     if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
     if (cause == 0 && rename(written_path_.c_str(), path_.c_str()) != 0) cause = errno;
@@ -221,7 +221,7 @@ SealedReader::~SealedReader() {
 }
 
 Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
-    // Non-blocking: opening a pipe without a writer would block.
+    // Non-blocking, because opening a pipe without a writer would otherwise block.
     const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (handle < 0) {
         return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": " + std::strerror(errno));

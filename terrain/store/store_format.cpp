@@ -22,10 +22,11 @@
 namespace terrane::internal {
 namespace {
 
-/// The largest integer whose square or cube is at most prime * 2^(32 * power); returns its low 32 bits.
+/// The first 32 bits of the fraction of a prime's square root (power 2) or cube root (power 3): the low 32 bits of the
+/// largest integer r with r^power <= prime * 2^(32 * power).
 constexpr std::uint32_t root_fraction(std::uint64_t prime, int power) {
     __extension__ using Wide = unsigned __int128;
-    // Below 7.4 * 2^32 for the cube root of 409, below 4.4 * 2^32 for the square root of 19.
+    // At most 6.8 * 2^32 for the cube root of 311 (64th prime), and 4.4 * 2^32 for the square root of 19 (eighth).
     std::uint64_t root = 0;
     for (int bit = 34; bit >= 0; --bit) {
         const std::uint64_t tried = root | std::uint64_t{1} << bit;
@@ -106,7 +107,7 @@ std::string sha256(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-// Lossless coding of chunks: differences of the numbers' bits as unsigned integers, which wrap around.
+// Lossless coding of chunks: the bits of numbers are taken as unsigned integers, whose differences wrap around.
 
 namespace {
 
@@ -128,7 +129,7 @@ constexpr std::uint16_t unzigzag(std::uint16_t v) {
     return static_cast<std::uint16_t>((v >> 1) ^ (0 - (v & 1)));
 }
 
-/// The least significant bytes of all values, then the next ones, ...
+/// Writes the least significant bytes of all values, then the next bytes of all values, and so on.
 template <class T>
 void put_planes(ByteWriter& out, std::span<const T> values) {
     std::vector<std::uint8_t> plane(values.size());
@@ -325,7 +326,7 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
 
 namespace {
 
-/// Number of chunks on all coarser levels.
+/// Number of chunks on all levels coarser than this.
 std::int64_t chunks_before(const Lattice& lattice, int level) {
     const std::int64_t roots = std::int64_t{lattice.root_count_x} * lattice.root_count_y;
     return roots * (((std::int64_t{1} << (2 * level)) - 1) / 3);
@@ -368,7 +369,7 @@ std::size_t StoreDirectory::index_of(const ChunkKey& key) const {
 }
 
 std::int64_t count_chunks(const Lattice& lattice) {
-    // At most 24 levels and 2^31 x 2^31 roots, so doubles do not overflow.
+    // The finest level is at most 24, and there are fewer than 2^62 root squares, so doubles do not overflow.
     const double count = static_cast<double>(lattice.root_count_x) * lattice.root_count_y *
                          std::ldexp(1.0, 2 * lattice.finest_level);
     if (count > static_cast<double>(kMostChunks)) return kMostChunks + 1;

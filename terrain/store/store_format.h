@@ -16,9 +16,9 @@ namespace terrane::internal {
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 std::string sha256(std::span<const std::uint8_t> bytes);
 
-/// Encodes those fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights become
-/// differences from a prediction by their neighbours, and numbers are split into planes of their first, second ...
-/// bytes. Gives the same bytes on every machine.
+/// Encodes the fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights and cell
+/// bounds become differences from a prediction by their neighbours, and numbers are split into planes of their first,
+/// second ... bytes. Gives the same bytes on every machine.
 std::vector<std::uint8_t> encode_chunk(const Chunk& chunk);
 
 /// Upper limit of the size of an encoded chunk.
@@ -58,7 +58,7 @@ struct StoreDirectory {
 std::int64_t count_chunks(const Lattice& lattice);
 /// The key of a chunk by its index in StoreDirectory::chunks.
 ChunkKey key_at(const Lattice& lattice, std::int64_t index);
-/// Distances, increasing, for which rise bounds are stored: all that a triangulator uses.
+/// The distances for which rise bounds are stored, in increasing order. A triangulator uses no others.
 std::vector<double> rise_distances(const Lattice& lattice);
 
 std::vector<std::uint8_t> encode(const StoreDirectory& directory);

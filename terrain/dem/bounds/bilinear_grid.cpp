@@ -106,7 +106,7 @@ Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
     const std::int64_t spare_x = root * lattice.root_count_x - width;
     const std::int64_t spare_y = root * lattice.root_count_y - height;
     if (grid.aligned) {
-        // Centres the raster to a whole cell.
+        // Centres the raster, rounded to whole cells.
         grid.first = {step * (1 + spare_x / (2 * step)), step * (1 + spare_y / (2 * step))};
         lattice.origin_x = grid.west - spacing * static_cast<double>(grid.first.x);
         lattice.origin_y = grid.south - spacing * static_cast<double>(grid.first.y);

@@ -20,8 +20,8 @@ struct SamplePlace {
 /// Positions of a raster's samples relative to lattice and world; rows count from the south.
 ///
 /// The *base spacing* is 2^cell_log2 finest spacings. A grid is *aligned* if cells are square: the base spacing then is
-/// a cell's side, and every sample is a lattice point. Otherwise the base spacing is the largest power of two of finest
-/// spacings that is not longer than a cell's shorter side.
+/// a cell's side, and every sample is a lattice point. Otherwise the base spacing is the largest power of two times the
+/// finest spacing that is not longer than a cell's shorter side.
 struct BilinearGrid {
     int columns = 0, rows = 0;
     double cell_x = 0.0, cell_y = 0.0;

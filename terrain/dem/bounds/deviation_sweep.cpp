@@ -30,11 +30,11 @@ struct Plane {
     }
 };
 
-/// The plane of a triangle and the output for its deviation; null: not needed.
+/// The plane of a triangle, and where its deviation is written; null if it is not needed.
 struct Target {
     Plane plane;
     float* deviation = nullptr;
-    double found = 0.0;  ///< in this block
+    double found = 0.0;  ///< largest deviation in this block
     float known = 0.0f;  ///< largest so far, rounded outward
 };
 
@@ -252,7 +252,7 @@ Square make_square(const BoundTier& first, std::span<BoundTier> levels, std::siz
         if (!middles.contains(x, y)) return;
         target.deviation = &middles.bounds[middles.at(x, y)];
         const double along = (end - begin) / whole;
-        // From the side to the centre; `up` is 1 for the southern and western sides.
+        // Rise from the side to the centre; `up` is 1 for the southern and western sides.
         const double across = up * (centre - 0.5 * (begin + end)) / half;
         const double corner = up > 0.0 ? begin : begin - whole * across;
         target.plane = along_x ? Plane{corner, along, across} : Plane{corner, across, along};
@@ -292,7 +292,7 @@ namespace {
 /// Covers the rounding of sums in a different order.
 constexpr double kSumRounding = 1e-9;
 
-/// Exact: the maximum does not depend on the order.
+/// Raises a number to at least `value`, from any thread. The result does not depend on the order of calls.
 void raise_to(float& target, float value) {
     std::atomic_ref<float> shared(target);
     float before = shared.load(std::memory_order_relaxed);
@@ -306,7 +306,7 @@ public:
         : fine_(fine), first_(first), levels_(levels) {
         for (const BoundTier& level : levels) {
             const std::int64_t side = level.step / first.step;
-            // A centre belongs to one square, a midpoint to two.
+            // One square more on every side, because a midpoint belongs to the squares on both sides of it.
             tiles_.push_back({(level.first_x - 1) * side, (level.first_y - 1) * side,
                               (level.first_x + level.columns + 1) * side,
                               (level.first_y + level.rows + 1) * side});

@@ -359,7 +359,7 @@ float FineSurface::aligned_bound(const RasterPatch& patch, LatticePoint v,
     }
     const double part =
         static_cast<double>(centre ? 2 * step : step) / static_cast<double>(grid_.base_step());
-    // Vertices of half this spacing cover the other raster cells.
+    // The other raster cells contain only descendants, with at most half this spacing: hence a quarter.
     return round_outward(0.25 * part * part * std::max(own, 0.25 * other));
 }
 
@@ -425,7 +425,7 @@ void FineSurface::kinked_bounds(const RasterPatch& patch, const SampleGrid& grid
                 if (r > row.first_cell) largest.bend_y = std::max(largest.bend_y, line.bend_y);
             }
             const double x = s * (largest.bend_x * jump_x), y = s * (largest.bend_y * jump_y);
-            // The margin keeps the bound at least the deviation at a single kink, which other operations compute.
+            // The margin keeps the bound at or above the deviation at a single kink, which other operations compute.
             const double t = warp * largest.twist + kRounding;
             bounds_out[at] = round_outward((0.5 * (x + y) + 5.0 / 54.0 * std::min(x, y)) + t);
         }

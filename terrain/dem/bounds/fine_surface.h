@@ -14,7 +14,7 @@
 
 namespace terrane::internal {
 
-/// Rounds a deviation outward to float, plus a nanometre for the rounding of previous sums. Non-decreasing; 0 at 0.
+/// Adds a nanometre for the rounding of previous sums, and rounds outward to float. Non-decreasing; 0 at 0.
 float round_outward(double deviation);
 
 /// A rectangle of lattice points, with the surface between them and the bounds of the vertices at these points.
@@ -51,7 +51,7 @@ struct DiamondWindow {
 /// point (x, y). Requires x and y to be multiples of n, and the square to lie in the window.
 float cell_deviation(const DiamondWindow& window, int x, int y, int n);
 
-/// Adds the range of surface minus plane over a triangle that is part of a larger one.
+/// Adds the range of surface minus plane over a triangle that is part of a larger triangle with the same plane.
 void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range);
 /// The same over the square of side n whose south-western corner is window point (x, y); the plane has the given
 /// heights at that corner, n to the east of it and n to the north of it.

@@ -38,7 +38,7 @@ struct RightTriangle {
 /// Points are counted from the grid's corner in steps of the grid; values depend only on a point's lattice address.
 ///
 /// *Lines* separate the raster cells; they intersect at the samples.
-/// Threads: const calls from several at once; keep_diagonals() alone.
+/// Threads: any number may make const calls at once; keep_diagonals() alone.
 class KinkedSurface {
 public:
     /// @param patch the samples around `points`, with one more line on every side
@@ -48,10 +48,11 @@ public:
     /// sum. Afterwards a triangle with legs of n must be half of such a square. Call in order n = 1, 2, 4 ...
     void keep_diagonals(int n);
 
-    /// Adds the range of surface minus plane over a triangle. Requires both to be equal at the ends of the hypotenuse.
+    /// Adds the range of surface minus plane over a triangle. Requires that both are equal at the ends of the
+    /// hypotenuse.
     void add_triangle(const RightTriangle& t, Range& range) const;
 
-    /// The same without that requirement, for a part of a larger triangle.
+    /// The same without that requirement, for a part of a larger triangle with the same plane.
     void add_part(const RightTriangle& t, Range& range) const;
 
     /// The same over the square of side n whose south-western corner is point (x, y); the plane has the given heights
@@ -110,7 +111,7 @@ private:
         return heights_[static_cast<std::size_t>(y) * x_.after.size() +
                         static_cast<std::size_t>(x)];
     }
-    /// Adds the right-angled corner, the crossings of the legs with lines, and the samples inside.
+    /// Adds surface minus plane at the right-angled corner, where the legs cross lines, and at the samples inside.
     void add_legs_and_inside(const RightTriangle& t, Range& range) const;
     /// Range of the surface minus a chord along the diagonal from (x, y) to the point n steps to the east and n to the
     /// north, or south; the chord has the given heights at its ends.
@@ -118,7 +119,7 @@ private:
 
     RasterPatch patch_;
     Axis x_, y_;
-    /// Surface at the crossings of rows of points with lines along y, and of columns with lines along x.
+    /// Heights of the surface where rows of points cross lines along y, and where columns cross lines along x.
     std::vector<double> on_rows_, on_columns_;
     std::vector<double> heights_;       ///< [rows * columns] at the points
     std::vector<Diagonals> diagonals_;  ///< for sides 1, 2, 4 ...

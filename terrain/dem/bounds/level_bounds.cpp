@@ -117,7 +117,7 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
 }
 
 Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
-    // The coarsest tier's cells are root squares; the vertices of half their side belong to the tier before it.
+    // The coarsest tier's cells are root squares; vertices with a spacing of half their side are in the tier before it.
     const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
     while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
@@ -131,7 +131,7 @@ Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
 void BoundTiers::nest(std::size_t level) {
     BoundTier& tier = tiers_[level];
     if (level + 1 == tiers_.size()) {
-        // The deviations of the coarsest tier are neither computed nor needed.
+        // The deviations around the coarsest tier's vertices are neither computed nor needed.
         std::ranges::fill(tier.bounds, largest_);
         return;
     }

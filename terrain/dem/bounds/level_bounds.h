@@ -18,7 +18,7 @@
 namespace terrane::internal {
 
 /// Number of points by which a tier extends beyond the raster on each side: a vertex there depends on the points within
-/// three steps, and all four residues modulo 4 are needed.
+/// three steps, and points with all four residues of the index modulo 4 are needed.
 inline constexpr std::int64_t kBeyondRaster = 6;
 
 /// A decimated lattice over a raster, with the bounds of the vertices and cells of its spacing. Beyond the raster the
@@ -103,7 +103,7 @@ private:
     const BoundTier& first() const { return tiers_.front(); }
     /// The tier of a spacing; null if it is coarser than a root square.
     const BoundTier* find(std::int64_t step) const;
-    /// The tier's rectangle, without values.
+    /// A tier of a spacing, with its rectangle but without values.
     BoundTier make_extent(std::int64_t step) const;
     Result<void> make_first(int ratio, OpeningProgress& progress);
     Result<void> fill_square(int ratio, int x, int y, int side, BoundTier& tier) const;
@@ -138,7 +138,7 @@ private:
     struct Level {
         int columns = 0, rows = 0;
         std::vector<HeightInterval> nodes;
-        double rise = 0.0;  ///< largest range of 2 x 2 adjacent nodes
+        double rise = 0.0;  ///< largest range of heights in 2 x 2 adjacent nodes
     };
 
     Result<void> add_samples(const RasterStore& store, OpeningProgress& progress);

@@ -21,7 +21,7 @@ void end_at_once(int status, void* /*unused*/) {
     _exit(status);
 }
 
-/// Exit handlers run in reverse order of registration: this one before the destructors of all static objects
+/// Exit handlers run in reverse order of registration, so this one runs before the destructors of all static objects
 /// that exist by now.
 void skip_static_destructors() {
     static const int registered = on_exit(end_at_once, nullptr);

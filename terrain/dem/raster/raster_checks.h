@@ -10,8 +10,8 @@
 
 namespace terrane::internal {
 
-/// Largest accepted relative error that the constant scale of a geographic raster causes in lengths along parallels: a
-/// length is ten times too long. A raster centred on the equator reaches it at a latitude of 84 degrees.
+/// Largest accepted relative error of lengths along parallels, due to the constant scale of a geographic raster. With
+/// this error a length is ten times too long. A raster centred on the equator reaches it at a latitude of 84 degrees.
 inline constexpr double kMostScaleError = 9.0;
 
 struct Ellipsoid {
@@ -43,15 +43,15 @@ class GDALRasterBand;
 
 namespace terrane::internal {
 
-/// Largest accepted ratio of a cell's sides: the lattice is square and as fine as the shorter side, so this is also its
-/// number of points per sample.
+/// Largest accepted ratio of a cell's sides. The lattice is square and as fine as the shorter side, so this is also the
+/// largest number of lattice points per sample.
 inline constexpr double kMostCellRatio = 32.0;
 
 /// The checks below are made before the samples of a raster are read. Every message is one sentence that names the
 /// raster and the value. `raster` is the raster's path.
 
-/// Fails: io for a path that exists but is neither a file nor a folder: reading a pipe, socket or device cannot seek,
-///        or blocks
+/// Fails: io for a path that exists but is neither a file nor a folder: a pipe, socket or device cannot seek, or blocks
+///        when it is read
 Result<void> check_is_file(const std::string& raster);
 
 /// Fails: bad_data for complex numbers, and for a scale or offset that is not finite or makes every number infinite or

@@ -306,7 +306,7 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int squar
     }
     TERRANE_TRY(auto loaded, read_square(square_x, square_y));
     const std::lock_guard lock(mutex_);
-    // If two threads have read it, the first result is kept.
+    // If another thread has read the square meanwhile, its result is kept.
     if (const auto found = squares_.find(name); found != squares_.end()) {
         return found->second.square;
     }

@@ -24,10 +24,10 @@ public:
     ///
     /// @param scale, offset of the band, metres; may be infinite or NaN
     static SamplePacking of_floats(double scale, double offset);
-    /// Integer multiples of the finest power of two for which 32 bits cover `low` to `high`, metres.
+    /// Packs heights as integer multiples of the smallest power of two for which 32 bits cover `low` to `high`, metres.
     static SamplePacking of_range(double low, double high);
 
-    /// Metres; unpacked heights are relative to it.
+    /// The base, metres, to which unpacked heights are relative.
     double base() const { return base_; }
 
     /// @param height  metres, not relative to the base; NaN: no data
@@ -63,7 +63,7 @@ struct StoreSettings {
 class RasterStore {
 public:
     /// Reads the raster once: finds nodata, fills it, and completes the reader's DemInfo. A band whose numbers are not
-    /// exact as floats is read once before, for its range.
+    /// exact as floats is read once more, beforehand, to find its range.
     ///
     /// @param needed_bytes part of the limit reserved for everything except runs and rims of nodata
     ///

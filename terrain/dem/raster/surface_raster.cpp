@@ -228,7 +228,7 @@ Result<WorldRect> place_of(const std::string& path, const DemInfo& raster,
 /// The last of `count` cells that starts at or before a coordinate: cell i starts at first + i * size.
 std::size_t cell_at(double coordinate, double first, double size, int count) {
     double cell = std::min(std::floor((coordinate - first) / size), count - 1.0);
-    // Rounding of the quotient may be off by one cell.
+    // The rounded quotient may be off by one cell.
     if (cell > 0.0 && coordinate < first + cell * size) cell -= 1.0;
     if (cell + 1.0 < count && coordinate >= first + (cell + 1.0) * size) cell += 1.0;
     return static_cast<std::size_t>(cell);

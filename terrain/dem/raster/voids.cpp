@@ -158,7 +158,7 @@ struct Field {
     }
 };
 
-/// A field of half the resolution: the mean of the known values.
+/// A field of half the resolution, whose values are the means of the known values that they replace.
 Field pull(const Field& fine) {
     Field coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2, {}, {}};
     const std::size_t size =

@@ -17,12 +17,12 @@ inline constexpr int kBlockSide = 8;
 /// to the raster's border is outside, any other is a void. Memory: 12 bytes a run.
 class VoidMap {
 public:
-    /// @param from_north order of the rows in add_row()
+    /// @param from_north whether add_row() gets the rows from north to south
     VoidMap(int columns, int rows, bool from_north);
 
     /// Adds the next row; NaN is nodata.
     void add_row(std::span<const double> samples);
-    /// Classifies components as void or outside; after the last row.
+    /// Classifies components as void or outside. Call after the last row.
     void finish();
 
     bool empty() const { return runs_.empty(); }
@@ -54,13 +54,13 @@ private:
     bool from_north_;
     int blocks_x_ = 0;
     std::vector<Run> runs_;
-    std::vector<std::size_t> row_begin_;     ///< [rows + 1] into runs_, in the order of add_row()
-    std::vector<std::int32_t> parent_;       ///< union-find: the smallest label is the root
+    std::vector<std::size_t> row_begin_;  ///< [rows + 1] each row's first run; rows as in add_row()
+    std::vector<std::int32_t> parent_;    ///< union-find: the smallest label is the root
     std::vector<std::uint8_t> block_flags_;  ///< [blocks] bits of the samples of each block
     std::int64_t nodata_count_ = 0, void_count_ = 0;
 };
 
-/// Fills nodata, voids and outside, with smooth heights. Memory grows with the rim of the nodata, not with its area.
+/// Computes smooth heights for all nodata. Memory grows with the rim of the nodata, not with its area.
 ///
 /// Far from data, heights are interpolated bilinearly between the nodes of a coarse field, one per block of 8 x 8
 /// samples. A node is the mean of its block if the block has data, else it is relaxed towards a harmonic field.
@@ -70,7 +70,7 @@ class VoidFill {
 public:
     VoidFill(int columns, int rows);
 
-    /// First pass, rows in any order, each once; NaN is nodata.
+    /// First pass: adds a row, in any order, each once; NaN is nodata.
     void add_row(int row, std::span<const double> samples);
     /// Between the passes: computes the coarse field. Requires at least one sample with data.
     void make_field();
@@ -80,7 +80,7 @@ public:
     void begin_rim();
     /// Whether the second pass needs this row.
     bool needs_row(int row) const;
-    /// Second pass: adds the needed rows again.
+    /// Second pass: adds a needed row again.
     void add_rim_row(int row, std::span<const double> samples);
     /// Computes the heights of the rim; call after the second pass.
     void relax();
@@ -105,8 +105,8 @@ private:
     double relax_block(Block& block, double gain) const;
 
     int columns_, rows_, blocks_x_, blocks_y_;
-    std::vector<float> field_;  ///< [blocks] sum of samples, then their mean or the relaxed height
-    std::vector<std::uint8_t> counts_;     ///< [blocks] number of samples with data
+    std::vector<float> field_;          ///< [blocks] mean of the samples; later relaxed heights too
+    std::vector<std::uint8_t> counts_;  ///< [blocks] number of samples with data
     std::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
     std::size_t rim_count_ = 0;
     std::vector<Block> rim_;

@@ -21,8 +21,8 @@ struct BodyNeed {
     /// The body's future trajectory, if known; the rules of CameraNeed::trajectory apply.
     std::span<const BodyMoment> trajectory = {};
     /// Whether the body is parked because ground is not resident. The pager then loads the chunks under and over it at
-    /// once, whatever their heights, because contact bounds absent ground by coarser chunks, and these bounds may be
-    /// far above HeightSource::interval().
+    /// once, whatever their heights. Contact bounds absent ground by coarser chunks, and these bounds may be far above
+    /// HeightSource::interval().
     bool is_waiting = false;
 };
 

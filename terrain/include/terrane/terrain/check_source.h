@@ -32,7 +32,7 @@ enum class SourceLaw : std::uint8_t {
     repeatable,     ///< repeated calls give the same bits, in any order
     threads,        ///< concurrent calls give the same bits
 };
-inline constexpr std::size_t kSourceLawCount = 16;  ///< laws of SourceLaw
+inline constexpr std::size_t kSourceLawCount = 16;  ///< number of laws
 
 /// The enumerator's name, as in the report.
 std::string_view name_of(SourceLaw law);
@@ -40,12 +40,12 @@ std::string_view name_of(SourceLaw law);
 /// Settings of check_source(). Larger numbers find rarer faults and take longer.
 struct SourceCheckSettings {
     std::uint64_t seed = 1;  ///< of random positions and points; the same seed makes the same calls
-    int places = 12;  ///< grids of each spacing, including those on the region's edges, 1 to 1e6
+    int places = 12;         ///< number of grids per spacing, some on the region's edges, 1 to 1e6
     int points = 16;  ///< random points in each triangle, 1 to 1e6; 12 fixed points are added
-    /// Levels whose spacings are checked, 0 to the finest; larger values stand for the finest. Level 0 includes the
-    /// coarser vertices of root squares.
+    /// Coarsest level whose spacing is checked, 0 to the finest level; larger values stand for the finest. Level 0
+    /// includes the coarser vertices of root squares.
     int first_level = 0;
-    int last_level = 24;  ///< the finest level checked
+    int last_level = 24;  ///< finest level checked; range as for first_level
     /// Part of the world to check, metres; absent: the part of the extent that is inside the world.
     std::optional<WorldRect> region = std::nullopt;
     /// Largest accepted ratio of a vertex's bound to its parent's bound at the next coarser spacing, >= 1. 1: exactly
@@ -67,7 +67,7 @@ struct SourceViolation {
 
 /// The result of checking one law.
 struct SourceLawReport {
-    static constexpr std::size_t kMostWorst = 3;  ///< violations that are reported
+    static constexpr std::size_t kMostWorst = 3;  ///< most violations reported per law
     std::uint64_t checks = 0;                     ///< answers checked
     std::uint64_t broken = 0;                     ///< answers that violate the law
     std::vector<SourceViolation> worst;  ///< at most kMostWorst; largest measured - claimed first
@@ -97,7 +97,7 @@ struct SourceReport {
 /// read; deviations are measured by height() inside the triangles, by hill climbing from random points.
 ///
 /// Fails:     invalid_argument for settings out of range, or a region outside the world
-/// Threads:   any; starts `threads` of its own
+/// Threads:   any; starts some of its own to check concurrent calls
 /// Cost:      about 20,000 heights per position and level; about a second for a fractal with 16 levels
 Result<SourceReport> check_source(const HeightSource& source,
                                   const SourceCheckSettings& settings = {});

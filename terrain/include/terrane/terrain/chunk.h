@@ -23,7 +23,7 @@ struct SampleRange {
     friend constexpr bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
-/// Lowest and highest samples of a chunk's squares of 4, 8, ... 128 cells along the side, edges included. Squares are
+/// Lowest and highest sample of each square of 4, 8, ... 128 cells a side in a chunk, edges included. Squares are
 /// aligned to their size.
 class SamplePyramid {
 public:
@@ -47,7 +47,7 @@ public:
 
 private:
     static constexpr std::size_t index(int log2_side, int column, int row) {
-        // number of squares of the smaller sizes: a geometric series
+        // number of all smaller squares: a geometric series
         const int first = ((1 << 12) - (1 << (16 - 2 * log2_side))) / 3;
         return static_cast<std::size_t>(first + ((row >> log2_side) << (kCoarsest - log2_side)) +
                                         (column >> log2_side));
@@ -69,7 +69,7 @@ struct ChunkVertices;
 /// row * kChunkCells + column.
 struct Chunk {
     ChunkKey key;  ///< level and position
-    /// Number of the last change of its volumes that the chunk includes, for ChunkSource::is_current(); 0 if none.
+    /// Number of the last change of volumes that the chunk includes, for ChunkSource::is_current(); 0 if there is none.
     std::uint32_t change = 0;
     LatticePoint corner;    ///< south-west corner
     std::int64_t step = 1;  ///< finest spacings between samples
@@ -80,8 +80,8 @@ struct Chunk {
     /// Bounds and reaches of the vertices, for level of detail; internal to Terrane. Never null in a chunk from
     /// make_chunk(). Copies of a chunk share it.
     std::shared_ptr<const internal::ChunkVertices> vertices;
-    /// Encloses the true surface over the diamonds of the chunk's own vertices and of most of their descendants, world
-    /// z, metres.
+    /// Interval of heights, world z, metres, that contains the true surface over the diamonds of the chunk's own
+    /// vertices and of most of their descendants.
     HeightInterval vertex_reach;
 
     /// [kChunkCells^2] certified bound of the vertical distance between the two triangles of a cell and the true
@@ -111,8 +111,8 @@ struct Chunk {
     std::array<float, 4> quadrant_bound{};
     bool is_certified = true;  ///< HeightSource::is_certified() of the source
 
-    /// Lowest and highest sample of the square that contains a cell, edges included. The square has 1 << log2_side (0
-    /// to 7) cells along its side, and is aligned to its size.
+    /// Lowest and highest sample, quanta, of the square that contains a cell, edges included. Squares have 1 <<
+    /// log2_side cells a side (log2_side 0 to 7), and are aligned to their size.
     SampleRange samples_in(int log2_side, int column, int row) const {
         return log2_side >= SamplePyramid::kFinest ? pyramid.at(log2_side, column, row)
                                                    : samples_in_small(log2_side, column, row);
@@ -128,9 +128,9 @@ struct Chunk {
                    : cell_flags[static_cast<std::size_t>(row * kChunkCells + column)];
     }
 
-    /// Most bytes of a chunk: what a load claims from the memory ceiling.
+    /// Largest size of a chunk without volumes, bytes: what its load claims from the memory ceiling.
     static std::size_t max_bytes();
-    /// Bytes that this chunk occupies.
+    /// Size of this chunk, bytes.
     std::size_t bytes() const;
 
 private:
@@ -155,7 +155,7 @@ constexpr std::size_t cell_index(int column, int row) {
 /// Fails:   io if the source fails; bad_data if the source returns NaN, a height beyond kMostHeight or kMostQuanta, a
 ///          bound beyond four times kMostHeight, or bounds that its own samples contradict; cancelled if `stop` is
 ///          requested
-/// Asserts: spot checks that heights of the chunk are within the source's interval and bounds
+/// Asserts: checks at some points that heights of the chunk are within the source's interval and bounds
 /// Threads: any
 /// Cost:    about 10 times the cost of the chunk's samples, because of the bounds
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,

@@ -31,7 +31,7 @@ struct Polygon {
 /// The corners of a rectangle.
 Polygon polygon_of(const WorldRect& rect);
 
-/// Forwards all calls to another source: the base class of sources that change some of its answers, for example to
+/// Forwards all calls to another source: a base class for sources that change some answers of the other, for example to
 /// add delays or volumes.
 ///
 /// Threads: as HeightSource
@@ -81,7 +81,7 @@ public:
     const HeightSource& heights() const { return *heights_; }
 
 protected:
-    /// Requires a source.
+    /// Requires that `heights` is not null.
     explicit ForwardedHeights(std::shared_ptr<const HeightSource> heights)
         : HeightSource(heights->lattice(), heights->extent()),
           heights_(std::move(heights)),
@@ -115,7 +115,7 @@ public:
     /// The mask at any finite position, 0 to 1: a pure function of the position.
     /// Fails: NaN where the mask has no value
     virtual double at(double x, double y) const = 0;
-    /// Contains all values over a rectangle. The interval of a square contains the intervals of all squares within it.
+    /// Interval that contains all values over a rectangle. That of a square contains those of all squares within it.
     virtual MaskInterval over(const WorldRect& rect) const = 0;
     /// The rectangle outside which the mask is 0, metres; may be infinite.
     virtual WorldRect support() const = 0;
@@ -130,8 +130,8 @@ private:
     double slope_;
 };
 
-/// A mask that calls a function; its values are clamped to 0 to 1. If the function throws or returns NaN, the blend's
-/// sample() fails with a message of one line that names the position.
+/// A mask that calls a function and clamps its values to between 0 and 1. If the function throws or returns NaN, the
+/// blend's sample() fails with a message of one line that names the position.
 ///
 /// @param slope  Lipschitz bound of the function, 1/m, 0 to 1e6
 ///

@@ -26,19 +26,20 @@ struct FractalSettings {
     FractalKind kind = FractalKind::fbm;  ///< how octaves are combined
     int octave_count = 12;                ///< 1 to 24
     double amplitude = 800.0;             ///< of the first octave, metres, 0 to 1e5
-    int wavelength_log2 = 12;  ///< the first octave's wavelength is 2^this metres; 0 to 24
+    int wavelength_log2 = 12;  ///< log2 of the first octave's wavelength in metres, 0 to 24
     double gain = 0.5;         ///< ratio of the amplitudes of successive octaves, > 0 to 1
     /// Ridged and hybrid: share of an octave's amplitude that depends on the value of the previous octave, 0 (none) to
     /// 1 (all: near the floor of a deep valley all finer octaves vanish).
     double heterogeneity = 0.75;
     /// Ridged: crests are rounded where the noise is within this fraction of its range around zero, 1/64 to 1. Sharper
-    /// crests need finer triangles: their curvature is inversely proportional to this.
+    /// crests need finer triangles: their curvature is inversely proportional to this fraction.
     double crest_rounding = 0.25;
     /// Warped: amplitude of the first octave of the displacement, relative to the wavelength, 0 to 1. Slopes grow by a
     /// factor of at most 1 + 6 warp (gain 0.5), and bounds become looser.
     double warp = 0.1;
-    int finest_spacing_log2 = 0;  ///< lattice spacing is 2^this metres; -16 to 16
-    int root_size_log2 = 16;      ///< a root square has 2^this metres; at least 7 above the spacing
+    int finest_spacing_log2 = 0;  ///< log2 of the lattice spacing in metres, -16 to 16
+    int root_size_log2 =
+        16;  ///< log2 of a root square's side, metres; at least 7 above the spacing
     std::int32_t first_root_x = -1;  ///< the world's root squares: see Lattice
     std::int32_t first_root_y = -1;  ///< see Lattice
     std::int32_t root_count_x = 2;   ///< root squares from west to east; see Lattice
@@ -46,8 +47,8 @@ struct FractalSettings {
     std::int32_t root_window =
         0;  ///< root squares along the side of the root window; 0: all are resident; see Lattice
     /// World x of lattice point (0, 0), metres: a multiple of the side of a root square. Moves the root squares over
-    /// the ground without changing heights: for fine lattices, whose root squares are small, far from the world's
-    /// origin.
+    /// the ground without changing heights. Use it if the lattice is fine, so that root squares are small, and the
+    /// place of interest is far from the world's origin.
     double origin_x = 0.0;
     double origin_y = 0.0;  ///< world y of lattice point (0, 0), as origin_x
 };
@@ -67,8 +68,8 @@ public:
 /// heights are kept.
 struct DetailField {
     double origin_x = 0.0, origin_y = 0.0;  ///< world position of a grid point, metres
-    double cell_x = 1.0, cell_y = 1.0;      ///< of the grid, metres: wavelength of the first octave
-    int columns = 0, rows = 0;              ///< number of amplitude nodes, >= 1
+    double cell_x = 1.0, cell_y = 1.0;  ///< of the grid, metres, and wavelength of the first octave
+    int columns = 0, rows = 0;          ///< number of amplitude nodes, >= 1
     double node_origin_x = 0.0, node_origin_y = 0.0;    ///< world position of node (0, 0), metres
     double node_spacing_x = 1.0, node_spacing_y = 1.0;  ///< between amplitude nodes, metres
     /// [rows * columns] from the south-west: amplitude of the first octave at the nodes, metres, >= 0; bilinear between

@@ -20,9 +20,9 @@ using HeightFunction = std::function<double(double x, double y)>;
 ///
 ///     slope * l / 2,    curvature * l^2 / 8,    range.high - range.low.
 ///
-/// Without a curvature, this bound is only proportional to the spacing, which costs triangles. Without a slope,
-/// intervals are wide, which costs chunks. Without both, slope and curvature are estimated from samples, and the source
-/// is not certified: see HeightSource::is_certified().
+/// Without a curvature, this bound decreases only in proportion to the spacing, so that more triangles are drawn.
+/// Without a slope, intervals are wide, so that more chunks are loaded. Without both, slope and curvature are estimated
+/// from samples, and the source is not certified: see HeightSource::is_certified().
 struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
     double finest_spacing = 1.0;  ///< metres between samples of the finest level: Lattice::spacing
@@ -35,7 +35,7 @@ struct FunctionHeightsSettings {
     /// Bound of the second derivative in every direction, 1/m: |grad h(p) - grad h(q)| <= curvature * |p - q|,
     /// everywhere. 0 to 1e9. A function with a crease has none.
     std::optional<double> curvature = std::nullopt;
-    /// Contains all heights, metres. Heights outside it are errors.
+    /// Interval of all heights, metres. A height outside it is an error.
     std::optional<HeightInterval> range = std::nullopt;
 };
 
@@ -48,8 +48,8 @@ struct FunctionHeightsSettings {
 /// Fails:   invalid_argument for settings out of range; io if the function throws or returns NaN while its bounds are
 ///          estimated
 /// Threads: as HeightSource
-/// Cost:    one call per sample; none for certified bounds, about 17 calls per sample for estimated ones; one for
-///          interval(), or five if only a curvature is known
+/// Cost:    calls of the function: one per sample; none for certified bounds, about 17 per sample for estimated ones;
+///          one for interval(), or five if only a curvature is known
 Result<std::shared_ptr<const HeightSource>> heights_from_function(
     HeightFunction function, const FunctionHeightsSettings& settings);
 

@@ -32,17 +32,17 @@ struct HeightAnswer {
     /// Certified: the true surface is within this of `height`, metres. As in all answers about the ground, infinite if
     /// the source is not certified (HeightSource::is_certified()).
     double error_m = 0.0;
-    bool filled = false;  ///< over an enclosed void that was filled
+    bool filled = false;  ///< whether the point is over an enclosed void that was filled
 };
 
-/// Where a ray first meets the ground.
+/// Where a ray first hits the ground.
 struct RayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    double fraction = 0.0;  ///< of the ray from its start to its end, 0 to 1; only if status is ok
-    WorldPos point_world = WorldPos::Zero();            ///< where it meets the contact surface
+    double fraction = 0.0;  ///< share of the ray before the hit, 0 to 1; only if status is ok
+    WorldPos point_world = WorldPos::Zero();            ///< where it hits the contact surface
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< of the contact surface, unit
     double error_m = 0.0;  ///< bound of the vertical distance from point_world to the true surface
-    bool filled = false;   ///< over an enclosed void that was filled
+    bool filled = false;   ///< whether the point is over an enclosed void that was filled
 };
 
 /// One cell of the contact surface: two triangles.
@@ -52,7 +52,7 @@ struct GroundCell {
     std::int32_t south_west = 0, south_east = 0, north_west = 0, north_east = 0;
     bool cut_to_north_east = false;  ///< see terrane::cut_to_north_east
     float error_m = 0.0f;            ///< the true surface is within this of the cell, metres
-    bool filled = false;             ///< over an enclosed void that was filled
+    bool filled = false;             ///< whether it is part of an enclosed void that was filled
 };
 
 /// Indices of cells of the contact level, counted from lattice point (0, 0); ends included.
@@ -64,11 +64,12 @@ struct CellRange {
 /// Interval of heights over a range of cells.
 struct RangeAnswer {
     /// Whether the answer is complete.
-    QueryStatus status = QueryStatus::outside;  ///< not_resident if any cell is; outside if all are
-    /// Bounds of the surface over the range, quanta. Over absent cells they are derived from coarser resident chunks;
-    /// without these they are the limits of the integer. Undefined if the status is outside.
+    QueryStatus status =
+        QueryStatus::outside;  ///< not_resident if any cell is absent; outside if all are outside
+    /// Lower bound of the surface over the range, quanta. Over absent cells, bounds are derived from coarser resident
+    /// chunks; if there are none, they are the limits of the integer. Undefined if the status is outside.
     std::int32_t low = 0;
-    std::int32_t high = 0;  ///< as low
+    std::int32_t high = 0;  ///< upper bound, otherwise as low
 };
 
 /// The contact surface: the resident triangles of one level, independent of what is drawn, and their surface
@@ -103,8 +104,8 @@ public:
 
     /// The cell of the contact level at a column and row, counted from lattice point (0, 0).
     GroundCell cell(std::int64_t column, std::int64_t row) const;
-    /// Bounds of the surface over a range, computed from the blocks of 8 x 8 cells that it overlaps. In resident chunks
-    /// they include cells that are not ground.
+    /// Bounds of the surface over a range, computed from the blocks of 8 x 8 cells that the range overlaps. In resident
+    /// chunks, these include cells that are not ground.
     ///
     /// Cost: O(blocks along its edge + chunks); O(1) for aligned squares of a power of two
     RangeAnswer range(const CellRange& cells) const;
@@ -123,7 +124,7 @@ public:
     /// Cost: O(chunks)
     bool has_same_cells(const Ground& other, const CellRange& cells) const;
 
-    /// Height of the contact surface at a position, world x and y; of the highest surface if volumes add others.
+    /// Height of the contact surface at world (x, y). If volumes add surfaces there, height of the highest surface.
     HeightAnswer height(double x, double y) const;
     /// The highest surface at or below a height, which may be a floor or a ceiling; `miss` if there is none.
     HeightAnswer height_below(double x, double y, double z) const;
@@ -132,7 +133,9 @@ public:
     /// the surface is a hit. `not_resident` if absent ground comes before any hit.
     RayAnswer ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
-    /// Surface properties at a position, from SurfaceMap::at(), also where there is no ground; absent without a map.
+    /// Surface properties at a position, from SurfaceMap::at(), even if there is no ground; absent if there is no map.
+    /// Allocates: nothing, unless the map's function does
+    /// Allocates: nothing, unless the map's function does
     /// Allocates: nothing, unless the map's function does
     std::optional<SurfaceProperties> surface(double x, double y) const {
         if (surface_map_ == nullptr) return std::nullopt;
@@ -198,14 +201,14 @@ public:
     /// As square(), for the block of 8 x 8 cells that contains a cell.
     RangeAnswer block(std::int64_t column, std::int64_t row) { return square(column, row, 3); }
     /// Bounds of the surface over the square that contains a cell; it has 1 << log2_side cells along its side, and is
-    /// aligned to its size. If it is resident and overlaps the extent, its lowest and highest sample, including those
-    /// of cells that are not ground; else as Ground::range().
+    /// aligned to its size. If the square is resident and overlaps the extent, the bounds are its lowest and highest
+    /// sample, including those of cells that are not ground; otherwise they are those of Ground::range().
     ///
     /// @param log2_side 0 to 7
     ///
     /// Cost: O(1); less for consecutive squares of one chunk
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side);
-    /// Copies the heights at the corners of a range of cells, and tells which of the cells are ground.
+    /// Copies the heights at the corners of a range of cells, and finds out which of the cells are ground.
     ///
     /// @param range       at most 32 cells wide
     /// @param stride      from one row of heights_out to the next, > width of the range

@@ -12,8 +12,8 @@
 
 namespace terrane {
 
-/// Rays from a common origin, such as those of a range sensor. Bit-identical to Ground::ray(), and faster for thousands
-/// of rays: reset() bounds the ground around the origin once, and each ray skips most of its path above the ground.
+/// Casts rays from a common origin, such as those of a range sensor. Bit-identical to Ground::ray(), and faster for
+/// thousands of rays: reset() bounds the ground around the origin once, and each ray skips most of its path above it.
 ///
 /// Allocates: 300 KB in the constructor
 /// Threads: ray() from any number at once; reset() from one
@@ -27,8 +27,8 @@ public:
     RayFan& operator=(RayFan&&) noexcept;
     ~RayFan();
 
-    /// Prepares rays from an origin. Any origin is valid: rays from one that is not finite, or far from the ground, get
-    /// the same answers as from Ground::ray().
+    /// Prepares rays from an origin. Any origin is valid: if it is not finite, or far from the ground, rays get the
+    /// same answers as from Ground::ray().
     ///
     /// @param ground must outlive the rays
     /// @param reach  horizontal length of the rays, metres; longer rays are slower
@@ -72,8 +72,8 @@ struct PointArray {
 };
 
 /// Output arrays of GroundBatch::heights(); entry i belongs to point i. Each span has one entry per point, `normals`
-/// three numbers; empty spans are skipped. If the status is not ok, the numbers are NaN: missing ground never reads as
-/// height 0.
+/// has three numbers per point; empty spans are skipped. If the status is not ok, the numbers are NaN: missing ground
+/// never reads as height 0.
 struct HeightArrays {
     std::span<double> heights{};        ///< HeightAnswer::height
     std::span<double> normals{};        ///< [3 * count] HeightAnswer::normal: x y z x y z ...
@@ -82,7 +82,7 @@ struct HeightArrays {
     std::span<std::uint8_t> filled{};   ///< HeightAnswer::filled: 0 or 1
 };
 
-/// Output arrays of GroundBatch::rays(); entry i belongs to ray i. Spans and NaN as in HeightArrays.
+/// Output arrays of GroundBatch::rays(); entry i belongs to ray i. Spans and NaN are used as in HeightArrays.
 struct RayArrays {
     std::span<double> fractions{};      ///< RayAnswer::fraction
     std::span<double> points_world{};   ///< [3 * count] RayAnswer::point_world: x y z x y z ...
@@ -122,7 +122,7 @@ public:
 
     /// Ground::ray() along each segment from `from_world` to `to_world` of the same index.
     ///
-    /// Requires: both have z
+    /// Requires: z of both arrays is not empty
     Result<void> rays(const Ground& ground, const PointArray& from_world,
                       const PointArray& to_world, const RayArrays& out);
 

@@ -30,8 +30,8 @@ enum class WindowMove {
 struct GroundWindowSettings {
     std::int32_t columns = 255;  ///< cells from west to east, 1 to kMostWindowCells
     std::int32_t rows = 255;     ///< cells from south to north, 1 to kMostWindowCells
-    /// Cells between a box and the window's edge below which the window moves, 0 to 1024, less than half of columns and
-    /// rows.
+    /// The window moves if fewer cells than this lie between a box and the window's edge. 0 to 1024, less than half of
+    /// columns and rows.
     std::int32_t margin = 8;
     double base = 0.0;  ///< world z of height 0, metres, within +-kMostHeight
     /// Height of samples that no cell of ground touches, metres relative to base, finite.
@@ -63,7 +63,7 @@ struct SampleRect {
 /// What an update of a window did.
 struct WindowUpdate {
     bool has_moved = false;  ///< cells() has changed
-    /// All accepted boxes, clipped to the extent, lie in the window; false if there was none.
+    /// Whether all accepted boxes, clipped to the extent, lie in the window; false if there was none.
     bool covers_boxes = false;
     int refused_boxes = 0;  ///< boxes ignored because they were not finite or had low > high
     std::int64_t read_samples = 0;  ///< samples that were read
@@ -76,18 +76,18 @@ struct WindowUpdate {
 /// The arrays wrap around (toroidal addressing): the sample at column c and row r is at index_of(c, r) wherever the
 /// window is, so a move copies nothing. copy_heights() and copy_cells() write plain row-major rectangles.
 ///
-/// Absent ground is never filled in: each cell is flagged as ground, absent or outside, and samples that no resident
-/// cell touches, inside or next to the window, hold absent_height.
+/// Absent ground is never filled in: each cell is flagged as ground, absent or outside. Samples that belong to no
+/// resident cell, inside or next to the window, hold absent_height.
 ///
-/// Volumes: heights are those of the heightfield. Cell flags tell which of its triangles volumes replace;
+/// Volumes: heights are those of the heightfield. Cell flags tell which triangles of the heightfield volumes replace;
 /// Ground::solid() has the replacing triangles.
 ///
 /// Threads: one; any number of readers between updates. Keeps the ground of the last update() and thereby its chunks
 ///          alive.
 class GroundWindow {
 public:
-    /// Memory: 1 byte and 4 (floats), 8 or 12 bytes for each entry of the arrays, which have (columns + 1) and
-    ///         (rows + 1) entries along their sides, each rounded up to a power of two
+    /// Memory: per entry of the arrays, 1 byte of flags and 4 (floats), 8 (doubles) or 12 bytes (both) of heights. The
+    ///         arrays have (columns + 1) and (rows + 1) entries along their sides, each rounded up to a power of two
     ///
     /// Fails: invalid_argument, naming the field and its value; out_of_memory
     static Result<GroundWindow> create(const GroundWindowSettings& settings);
@@ -97,8 +97,8 @@ public:
     /// (Ground::has_same_cells). After a change of lattice, extent or level it reads everything.
     ///
     /// Only the horizontal extents of the boxes count, clamped to the extent of the ground. If they do not fit with
-    /// their margin, the window is centred on their bounding rectangle, and covers_boxes tells whether they are inside.
-    /// Without a valid box the window stays; before the first one it has no cells.
+    /// their margin, the window is centred on their bounding rectangle, and covers_boxes tells whether the boxes are
+    /// inside. Without a valid box the window stays; before the first valid box it has no cells.
     ///
     /// Allocates: when the list of changes grows
     /// Cost:      O(samples read + chunks in the window)
@@ -114,7 +114,7 @@ public:
     const GroundWindowSettings& settings() const { return settings_; }
     /// The cells of the window; empty (west > east) before the first box.
     const CellRange& cells() const { return cells_; }
-    /// The corners of cells().
+    /// The samples at the corners of cells().
     SampleRect samples() const;
     /// The ground of the last update(), or null.
     const Ground* ground() const { return ground_ ? &*ground_ : nullptr; }
@@ -144,8 +144,8 @@ public:
     /// Rows of the arrays, a power of two.
     std::size_t stored_rows() const { return row_mask_ + 1; }
 
-    /// [stride() * stored_rows()] sample heights, metres relative to settings().base. Doubles are the difference
-    /// rounded once, floats are the doubles rounded once more. Empty unless requested in the settings; entries outside
+    /// [stride() * stored_rows()] sample heights, metres relative to settings().base. A double is this difference
+    /// rounded once, a float is the double rounded once more. Empty unless requested in the settings; entries outside
     /// the window are undefined.
     std::span<const float> floats() const { return floats_; }
     /// See floats().

@@ -20,7 +20,7 @@ public:
 
     /// The rectangle with data, world, metres.
     virtual WorldRect rect() const = 0;
-    /// Side of the finest texels, metres, > 0: finer squares are not requested.
+    /// Side of the finest texels, metres, > 0: squares with smaller texels are not requested.
     virtual double texel_size() const = 0;
 
     /// Reads a square. Each texel has the colour at its centre, or the mean over its area if the source is finer.

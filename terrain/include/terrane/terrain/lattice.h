@@ -33,7 +33,7 @@ struct ChunkKey {
     constexpr int quadrant() const { return (x & 1) | ((y & 1) << 1); }
 };
 
-/// For unordered containers that are used for lookups and never iterated.
+/// Hash function for unordered containers that are used for lookups and never iterated.
 struct ChunkKeyHash {
     /// Hash of all members.
     std::size_t operator()(const ChunkKey& key) const {
@@ -60,8 +60,8 @@ inline constexpr double kFarthestPlace = 0x1p40;
 /// precision.
 inline constexpr double kLeastSpacing = 0x1p-30;
 inline constexpr double kMostSpacing = 0x1p20;  ///< see kLeastSpacing
-/// Largest distance between the origins of the lattice and the world, in spacings. A cell is then at least 4096 doubles
-/// wide.
+/// Largest distance between the origins of the lattice and the world, in spacings. The side of a cell is then at least
+/// 4096 times the distance between neighbouring doubles.
 inline constexpr double kMostSpacingsFromOrigin = 0x1p40;
 
 /// A point of the finest lattice, in finest spacings from the lattice's origin.
@@ -76,8 +76,8 @@ struct LatticePoint {
 /// A world is a rectangle of root squares. All addresses are integers: two chunks agree on a shared sample because they
 /// compute the same integer. Heights are integer multiples of `quantum`.
 ///
-/// All root squares of a world are resident. A world with more root squares than fit into memory has a *root window*: a
-/// square of root squares that the pager moves with the camera.
+/// All root squares of a world are resident, unless there are more of them than fit into memory. Such a world has a
+/// *root window*: a square of root squares that the pager moves with the camera.
 struct Lattice {
     /// World x of lattice point (0, 0), metres; at most kMostSpacingsFromOrigin spacings from 0.
     double origin_x = 0.0;
@@ -143,7 +143,7 @@ struct Lattice {
                key.y < (first_root_y + root_count_y) * per_root;
     }
 
-    /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if none is.
+    /// The coarsest level whose spacing is at most `wanted`, metres; the finest level if all spacings are larger.
     int level_for_spacing(double wanted) const;
 
     /// Fails: invalid_argument, naming the field and its value, for a lattice out of range
@@ -152,15 +152,14 @@ struct Lattice {
     friend bool operator==(const Lattice&, const Lattice&) = default;
 };
 
-/// Whether a cell is cut along the diagonal from its south-west to its north-east corner, which it is if its column and
-/// row have an even sum, counted in cells of its level from lattice point (0, 0). Other cells are cut along the other
-/// diagonal. Drawing and contact share this rule.
+/// Whether a cell is cut along the diagonal from its south-west to its north-east corner; otherwise it is cut along the
+/// other diagonal. True if the sum of its column and row, counted in cells of its level from lattice point (0, 0), is
+/// even. Drawing and contact share this rule.
 constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
     return ((column + row) & 1) == 0;
 }
 
-/// A rectangle of lattice points, `step` finest spacings apart; row-major, row 0 is the southernmost, column 0 the
-/// westernmost.
+/// A rectangle of lattice points that are `step` finest spacings apart. Stored row by row from the south-west.
 struct SampleGrid {
     LatticePoint corner;    ///< south-western sample; may be outside the world
     std::int64_t step = 1;  ///< finest spacings between neighbours, a power of two

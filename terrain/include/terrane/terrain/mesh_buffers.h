@@ -14,8 +14,8 @@
 namespace terrane {
 
 /// Merges the triangles of all chunks and volumes of a frame into one mesh in world coordinates, morphing included.
-/// Vertices are merged if their displayed positions are bit-identical. The triangulator guarantees this for every
-/// vertex that triangles share, across chunks too; a crack would be an edge with one triangle.
+/// Vertices are merged if their displayed positions are bit-identical, which the triangulator guarantees for every
+/// vertex that triangles share, across chunks too. A crack would therefore be an edge with only one triangle.
 ///
 /// Vertices are in the order of their first use. Normals are as in MeshVertex.
 ///
@@ -83,7 +83,7 @@ public:
     const WorldPos& origin_world() const;
     /// The parts of the frame, ordered by level, then y, then x. Valid until the next update().
     std::span<const MeshPart> parts() const;
-    /// Chunks that had a part in the previous frame and have none now, in the same order. Valid until the next
+    /// Chunks that had a part in the previous frame and have none now, ordered like parts(). Valid until the next
     /// update().
     std::span<const ChunkKey> gone() const;
 

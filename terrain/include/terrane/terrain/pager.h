@@ -20,7 +20,7 @@ namespace terrane {
 /// A future state of a camera.
 struct CameraMoment {
     double time_s = 0.0;                                 ///< on the clock of Pager::update()
-    WorldPos eye_world = WorldPos::Zero();               ///< where it will be
+    WorldPos eye_world = WorldPos::Zero();               ///< of the camera
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, perpendicular to forward
 };
@@ -33,12 +33,12 @@ struct CameraNeed {
     double threshold_px = 1.0;
     /// The camera's future trajectory, if known: a film, a recorded track, an announced jump. Times do not decrease;
     /// two moments at the same time are a jump. States are interpolated between moments, past moments are skipped, and
-    /// the camera rests after the last one. Empty: the pager extrapolates velocity, acceleration and turn rates, for as
-    /// long as such predictions were right recently. Read during update() only.
+    /// the camera rests after the last one. If it is empty, the pager extrapolates velocity, acceleration and turn
+    /// rates, as far ahead as such predictions have recently been right. Read during update() only.
     std::span<const CameraMoment> trajectory = {};
 };
 
-/// Which chunks are loaded, in which order.
+/// Which chunks are loaded, and in which order.
 enum class PagingPolicy {
     /// Predicts motion, and loads the chunk with the least slack (time until the need minus expected load time) first.
     /// Skips chunks that would arrive after their need has ended.
@@ -57,7 +57,7 @@ struct PagerSettings {
     int worker_count = 1;
     /// How far ahead motion is predicted, seconds, 0 to 3600.
     double horizon = 4.0;
-    /// Ground queries answer at the coarsest level with at most this spacing, metres; 0: the finest.
+    /// Ground queries use the coarsest level with at most this spacing, metres; 0: the finest level.
     double contact_spacing = 0.0;
     /// Share of the ceiling that is reserved for contact, 0 to 1. Contact may use more, at the expense of drawing.
     double contact_share = 0.125;
@@ -77,10 +77,11 @@ struct PagerStats {
     std::size_t fading_chunks = 0;    ///< with a fade below 1
     /// Bodies that touch, or may lie below, ground that is not resident.
     std::size_t groundless_bodies = 0;
-    std::size_t peak_bytes = 0;   ///< largest sum of resident and in flight
-    std::uint64_t loaded = 0;     ///< chunks that arrived
-    std::uint64_t evicted = 0;    ///< chunks that left the set
-    std::uint64_t reloaded = 0;   ///< loads begun less than a horizon after the chunk's eviction
+    std::size_t peak_bytes = 0;  ///< largest sum of resident and in-flight bytes
+    std::uint64_t loaded = 0;    ///< chunks that arrived
+    std::uint64_t evicted = 0;   ///< chunks that left the set
+    std::uint64_t reloaded =
+        0;  ///< loads begun less than `horizon` seconds after the chunk's eviction
     std::uint64_t cancelled = 0;  ///< loads taken back from the queue, or cancelled in flight
     /// Failed loads; they are retried with back-off. Pager::last_failure() has the reason.
     std::uint64_t failed = 0;
@@ -92,13 +93,14 @@ struct PagerStats {
         0;  ///< evictions in view without a fade, for roots, contact or replacements
     /// Bytes read from storage, including those of cancelled loads, excluding those of finish().
     std::uint64_t bytes_read = 0;
-    std::uint64_t bytes_used = 0;  ///< part of bytes_read: of chunks that were needed later
-    /// Part of bytes_read: of resident chunks that have not been needed yet, but are predicted to be.
+    std::uint64_t bytes_used = 0;  ///< part of bytes_read: for chunks that were needed later
+    /// Part of bytes_read: for resident chunks that have not been needed yet, but are predicted to be.
     std::uint64_t bytes_awaited = 0;
     std::uint64_t replaced = 0;  ///< chunks swapped by replace_chunks()
     /// Calls of replace_chunks() that were postponed because the ceiling was reached.
     std::uint64_t postponed_replacements = 0;
-    std::uint64_t outdated = 0;  ///< loaded chunks that the source had changed meanwhile
+    /// Chunks that were loaded but not inserted, because the source had changed them meanwhile.
+    std::uint64_t outdated = 0;
 };
 
 /// The state of a required region.
@@ -106,7 +108,7 @@ enum class RegionState {
     loading,   ///< some of its chunks are absent or in flight
     ready,     ///< all of its chunks are resident
     failing,   ///< some loads have failed; they are retried
-    released,  ///< never required, refused or released; or the pager was destroyed
+    released,  ///< no longer or never required: released, refused, or the pager was destroyed
 };
 
 class RequiredRegion;
@@ -116,30 +118,30 @@ class RequiredRegion;
 /// Needs. A camera's motion is predicted from its position, view direction, velocity and turn rates, or given by its
 /// trajectory. This tells when each chunk will first be needed. A turn is extrapolated for as long as it has lasted so
 /// far, or less if recent predictions were wrong. Chunks that a camera would see only if it turned are loaded as
-/// speculation, with lower priority the farther they are outside the view. Bodies need the ground along their predicted
+/// speculation; their priority falls with their distance outside the view. Bodies need the ground along their predicted
 /// motion.
 ///
-/// Loads. The classes of needs, by decreasing priority: roots, contact, drawing, speculation. In each class late chunks
-/// are loaded first, the largest screen error before others; then the rest by slack, which is the time until the need
-/// minus the expected load time. Chunks to be drawn wait until their slack is below 0.8 s, unless there would then be
-/// too many to load. A load that would finish too late for its need is not started; one whose need has ended is
-/// cancelled. Speculation uses idle slots only, evicts nothing, and stops if unused bytes would exceed 14 % of those
-/// read. A failed load is retried after 0.1 s, then after twice the previous delay, at most 10 s.
+/// Loads. The classes of needs, by decreasing priority, are roots, contact, drawing and speculation. In each class late
+/// chunks are loaded first, in order of decreasing screen error; the others follow in order of increasing slack, which
+/// is the time until the need minus the expected load time. Chunks to be drawn wait until their slack is below 0.8 s,
+/// unless there would then be too many to load. A load that would finish too late for its need is not started; a load
+/// whose need has ended is cancelled. Speculation uses idle slots only, evicts nothing, and stops if unused bytes would
+/// exceed 14 % of the bytes read. A failed load is retried after 0.1 s, then after a delay that doubles up to 10 s.
 ///
 /// Ceiling. Bytes are claimed before a load starts. If not everything fits, the chunks needed last are evicted first:
 /// the picture becomes coarser everywhere instead of incomplete in places. A share is reserved for contact.
 ///
-/// Fades. Arrivals and evictions cause no jump in the picture. A chunk that arrives in view starts with a fade at which
-/// it is invisible, and fades in with each update(); a chunk evicted in view fades out first, while its replacement
-/// waits. An update() moves the picture by at most 0.25 pixels. A fade holds back at most 1.55 pixels of screen error,
-/// because above that a frame misses its target anyway, and a fade would only delay the chunk. A chunk is therefore
-/// fully visible after 27 updates at a threshold of 0.2 pixels, after 21 at 0.5, and at once at 1.55 (with a
-/// morph_ratio of 1.3); also at once if the camera's last view did not contain it, or if the eye moved by more than a
+/// Fades. Arrivals and evictions cause no jump in the picture. A chunk that arrives in view is invisible at first, and
+/// fades in with each update(); a chunk evicted in view fades out first, while its replacement waits. The fades of one
+/// update() move the picture by at most 0.25 pixels. A fade holds back at most 1.55 pixels of screen error, because
+/// above that a frame misses its target anyway, and a fade would only delay the chunk. With a morph_ratio of 1.3, a
+/// chunk is therefore fully visible after 27 updates at a threshold of 0.2 pixels, after 21 at 0.5, and at once at
+/// 1.55. It is also visible at once if the camera's last view did not contain it, or if the eye moved by more than a
 /// tenth of the distance to it. Fades advance with updates, not with time, because jumps are visible from frame to
 /// frame. Contact ignores fades. Loads of roots and contact evict at once, without fades.
 ///
 /// Root window. If the lattice has one (Lattice::root_window), only chunks in it are resident. It follows the first
-/// camera; without cameras the first body, else the first required region. When this client leaves the window's middle
+/// camera; without cameras the first body, else the first required region. When this client leaves the middle two by
 /// two root squares, the window moves by as few root squares as necessary: as soon as the root squares of its new
 /// position are loaded, or at once if the client has left the window. Beyond the window nothing is resident: bodies
 /// have no ground there, and regions are not ready. Root squares in the window are requested by the first update() and
@@ -175,8 +177,8 @@ public:
     }
 
     /// Requests all ground of a rectangle at contact level, for example before a teleport, and keeps it resident while
-    /// the returned object lives. Its loads have the priority of contact, the earliest deadline first. A region or
-    /// deadline that is not finite is refused and counted.
+    /// the returned object lives. Its loads have the priority of contact; among them, earlier deadlines come first. A
+    /// region or deadline that is not finite is refused and counted.
     [[nodiscard]] RequiredRegion require(const WorldRect& region, double deadline_s);
 
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents it.
@@ -210,7 +212,7 @@ private:
 /// Threads: the pager's
 class RequiredRegion {
 public:
-    /// Requires nothing.
+    /// A region that keeps nothing resident.
     RequiredRegion() = default;
     RequiredRegion(RequiredRegion&& other) noexcept;
     RequiredRegion& operator=(RequiredRegion&& other) noexcept;

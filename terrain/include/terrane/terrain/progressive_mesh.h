@@ -12,15 +12,15 @@
 
 namespace terrane {
 
-/// Weights of attributes in the cost of a contraction. A weight is the distance that a difference of 1 is worth,
-/// relative to the diagonal of the mesh's bounding box: larger weights preserve an attribute at the expense of the
-/// shape. 0: the attribute is ignored. Range of each: 0 to 1e3. No constants suit all meshes: texture coordinates may
-/// repeat any number of times across one, and colours may be data that only a shader reads.
+/// Weights of attributes in the cost of a contraction. A weight is the distance that counts as much as a difference of
+/// 1, relative to the diagonal of the mesh's bounding box: larger weights preserve an attribute at the expense of the
+/// shape. Each is 0 to 1e3; at 0 the attribute is ignored. No weights suit all meshes: a texture may be repeated any
+/// number of times across a mesh, and colours may be data that only a shader reads.
 struct ProgressiveSettings {
     double normal_weight = 0.01;             ///< of a normal's component
     double texture_coordinate_weight = 0.1;  ///< of a texture coordinate
     double colour_weight = 0.02;             ///< of a colour component between 0 and 1
-    /// [positions] nonzero: the vertex is kept, as are all others at its position. Empty: none.
+    /// [positions] nonzero: the vertex is kept, as are all others at its position. Empty: no vertex is locked.
     std::vector<std::uint8_t> locked = {};
     /// Recording ends at this number of triangles; saves time if coarser levels are not needed.
     std::size_t least_triangle_count = 0;
@@ -32,23 +32,22 @@ struct ProgressiveSettings {
 /// attributes; see docs/simplify.md.
 ///
 /// Vertices with the same position form one place; edges where their attributes jump form seams. A place on a seam
-/// moves along the seam only, with both sides together: no level has a gap. Places where seams meet or end are
+/// moves only along the seam, on both sides at once, so that no level has a gap. Places where seams meet or end are
 /// contracted last, when nothing else is left; their triangles then get the nearest attributes at the target place.
 ///
 /// A component of at most 16 triangles may be reduced to an open sheet (its triangles that face one way) and then
 /// vanish, if that costs least. Any triangle count can therefore be reached; one triangle is kept.
 ///
 /// Vertices and triangles are in streaming order: a level uses the first vertex_count() vertices and the first
-/// triangle_count() triangles of the finest level, with its own vertex indices.
+/// triangles().size() triangles of the finest level, the triangles with vertex indices of its own.
 ///
 /// Move-only. Several threads may read one level at once; changing the level is for one thread.
 class ProgressiveMesh {
 public:
     using Triangle = TriangleMesh::Triangle;  ///< three indices of vertices()
 
-    /// Contracts a mesh as far as possible and records the contractions. The level is the finest. Triangles whose
-    /// corners are not at three different positions are dropped, and are not part of the surface that error_m() refers
-    /// to.
+    /// Contracts a mesh as far as possible and records the contractions. The result is at its finest level. Triangles
+    /// whose corners are not at three different positions are dropped; error_m() does not refer to them.
     ///
     /// Fails:     invalid_argument if validate() refuses the mesh, or for a setting out of range
     /// Allocates: about 300 bytes per triangle while it runs; about 85 and the attributes remain
@@ -78,7 +77,7 @@ public:
     /// Changes the level to the finest one with at most this number of triangles, or to the coarsest.
     /// Cost: O(log n), plus the contractions between the two levels. Allocates: nothing
     void set_triangle_count(std::size_t count);
-    /// Changes the level to the coarsest one with error_m() of at most this; NaN or negative: to the finest.
+    /// Changes the level to the coarsest one whose error_m() is at most `error_m`; NaN or negative: to the finest.
     /// Cost: as set_triangle_count()
     void set_error(double error_m);
 
@@ -103,7 +102,7 @@ public:
     /// one at t = 1, and moves continuously in between: draw the current triangles (a geomorph). If a component becomes
     /// a sheet or vanishes between the two levels, its other triangles remain until t = 1.
     ///
-    /// @param coarser_count triangles, as for set_triangle_count(); if above the level's count, no vertex moves
+    /// @param coarser_count triangle count, as for set_triangle_count(); if above the level's count, no vertex moves
     /// Cost: O(vertex_count()), plus the contractions between the levels
     std::vector<std::uint32_t> geomorph_targets(std::size_t coarser_count) const;
 

@@ -12,14 +12,14 @@
 namespace terrane {
 
 /// Default of TriangulatorSettings::morph_ratio; also determines the step of fades. Measured over steep rasters at 10 m
-/// a frame: vertices move by 0.59 px at a ratio of 1.15 and by 0.32 px at 1.3, for 4 % more triangles.
+/// a frame: vertices move by 0.59 px a frame at a ratio of 1.15, by 0.32 px at 1.3, which costs 4 % more triangles.
 inline constexpr double kDefaultMorphRatio = 1.3;
 
 /// A chunk of a ResidentSet: a pointer, valid while the set lives, that converts to a shared_ptr for longer use. Not
 /// copyable, because a copy would not keep the chunk alive.
 class ResidentChunk {
 public:
-    /// References a shared_ptr that must outlive it.
+    /// References a shared_ptr that must outlive this object.
     explicit ResidentChunk(const std::shared_ptr<const Chunk>& owner)
         : chunk_(owner.get()), owner_(&owner) {}
     ResidentChunk(ResidentChunk&&) = default;
@@ -41,8 +41,8 @@ private:
 
 /// A snapshot of the resident chunks: immutable, shared by drawing and contact.
 ///
-/// Every chunk's parent is in the set too (roots have none). Sets that differ only in their fades share everything
-/// else. Threads: any number of readers.
+/// The parent of every chunk is also in the set (roots have none). Sets that differ only in their fades share
+/// everything else. Threads: any number of readers.
 class ResidentSet {
 public:
     static constexpr std::int32_t kNone = -1;  ///< index that stands for no chunk
@@ -64,12 +64,13 @@ public:
                                               kNone};  ///< same level: west, east, south, north
     };
 
-    /// A set of these chunks, all with fade 1. If the lattice has a root window, it is centred on the lattice's origin.
-    /// Requires every chunk's parent among the chunks, and no duplicates.
+    /// A set of these chunks, all with fade 1. If the lattice has a root window, window() is centred on the lattice's
+    /// origin. Requires every chunk's parent among the chunks, and no duplicates.
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::uint64_t epoch);
 
-    /// @param fades [chunks.size()] in the order of `chunks`, 0 to 1
+    /// As above, with fades [chunks.size()] in the order of `chunks`, 0 to 1.
+    ///
     ResidentSet(const Lattice& lattice, const WorldRect& extent,
                 std::vector<std::shared_ptr<const Chunk>> chunks, std::span<const float> fades,
                 std::uint64_t epoch);
@@ -86,7 +87,7 @@ public:
                 std::vector<std::shared_ptr<const Chunk>> arrived, std::vector<float> fades,
                 std::uint64_t epoch, const Lattice& window);
 
-    /// A copy of another set with other fades. Shares the chunks; costs one vector.
+    /// A copy of another set with other fades. Shares the chunks; allocates only the fades.
     ///
     /// @param fades [same.chunks().size()] in the order of same.chunks(), 0 to 1
     ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch);
@@ -109,8 +110,8 @@ public:
     std::int32_t find(const ChunkKey& key) const;
     /// The chunk, or null. Faster than find() followed by chunks().
     const Chunk* find_chunk(ChunkKey key) const;
-    /// Fade of a chunk, 0 to 1: a factor on the priorities of its vertices. 0: drawn as if the chunk were absent; 1: no
-    /// reduction. Fades do not affect the contact surface.
+    /// Fade of a chunk, 0 to 1: a factor on the priorities of its vertices. At 0 the chunk is drawn as if it were
+    /// absent, at 1 in full detail. Fades do not affect the contact surface.
     float fade(std::size_t index) const { return fades_[index]; }
     /// [chunks().size()] fade() of each chunk.
     std::span<const float> fades() const { return fades_; }

@@ -15,7 +15,7 @@ namespace terrane {
 
 /// Density, slope, height and scale of scattered objects. Fixed once the scatter is created.
 struct ScatterSettings {
-    /// Expected objects per km2 of ground whose slope and height are in range, above 0, at most 1e6.
+    /// Expected objects per km2 of ground whose slope and height are in range. Above 0, at most 1e6.
     double per_km2 = 1000.0;
     double min_slope = 0.0;                 ///< radians, 0 to pi / 2
     double max_slope = 1.5707963267948966;  ///< radians, >= min_slope, at most pi / 2
@@ -30,7 +30,7 @@ struct ScatterSettings {
 /// The placement of a scattered object, upright.
 struct ScatterPoint {
     WorldPos position_world = WorldPos::Zero();  ///< on the contact surface of the finest spacing
-    double scale = 1.0;                          ///< of the object's lengths
+    double scale = 1.0;                          ///< factor on the object's lengths
     /// Cosine and sine of half the angle of rotation about z. The quaternion x, y, z, w is (0, 0, sine, cosine).
     double half_turn_cosine = 1.0, half_turn_sine = 0.0;
 };
@@ -51,8 +51,8 @@ struct ScatterRange {
 /// Graphics, ACM TOG 5(1), 1986): each cell of a grid has candidates at random positions. A candidate is kept with the
 /// probability that gives the density, and dropped if the slope or height is out of range.
 ///
-/// A square's objects depend only on the source, the settings and the square: not on what is resident, and not on other
-/// squares. The same bits with every compiler.
+/// A square's objects depend only on the source, the settings and the square, not on what is resident or on other
+/// squares. They are bit-identical with every compiler.
 ///
 /// Threads: any number at once
 class Scatter {
@@ -80,9 +80,9 @@ public:
     /// Least distance of a position from the ground in a square, metres; infinity if the square is outside the extent.
     double distance_to(const ScatterSquare& square, const WorldPos& p_world) const;
 
-    /// The objects of a square, in the order of their cells. Slope and height are taken from the triangles of the
-    /// candidate's cell, which is cut like a cell of a chunk. Leaves out objects outside the extent, on cells that are
-    /// not ground, and on cells of the finest spacing with a corner in a volume (ChunkSource::is_in_volume()).
+    /// The objects of a square, in the order of their cells. Slope and height are those of the triangle under the
+    /// candidate; its cell is cut like a cell of a chunk. Leaves out objects outside the extent, on cells that are not
+    /// ground, and on cells of the finest spacing with a corner in a volume (ChunkSource::is_in_volume()).
     ///
     /// Fails: as HeightSource::sample(); bad_data for heights that are not finite
     /// Cost:  about one sample of the source per candidate, and four per object

@@ -20,25 +20,25 @@ struct SimplifyInput {
     /// Indices of three different vertices. Adjacent triangles share indices: vertices with equal positions and
     /// different indices are different vertices, with a border between them.
     std::span<const std::array<std::uint32_t, 3>> triangles = {};
-    /// [vertices] nonzero: the vertex is kept. Empty: none.
+    /// [vertices] nonzero: the vertex is kept. Empty: no vertex is locked.
     std::span<const std::uint8_t> locked = {};
     /// Whether a contraction may create an edge between two locked vertices. Set to false if another mesh shares these
     /// vertices and may have that edge too.
     bool may_join_locked = true;
 };
 
-/// Limits of one level. It ends at the first limit that is reached, or when no contraction is left.
+/// Limits of one level. The level ends at the first limit that is reached, or when no contraction is left.
 struct SimplifyLevel {
     std::size_t triangles = 0;  ///< the level ends when it has at most this many
-    /// Largest Hausdorff distance from the input, metres, >= 0. Flat parts need a small distance too: see
-    /// SimplifiedMesh::error_m.
+    /// Largest Hausdorff distance from the input, metres, >= 0. Even to simplify flat parts it must be above 0, because
+    /// of rounding: see SimplifiedMesh::error_m.
     double error_m = std::numeric_limits<double>::infinity();
 };
 
 /// Why a level ended.
 enum class SimplifyStop : std::uint8_t {
     triangle_count,  ///< SimplifyLevel::triangles is reached
-    error_limit,     ///< SimplifyLevel::error_m; a larger limit would allow fewer triangles
+    error_limit,     ///< SimplifyLevel::error_m is reached; a larger limit allows fewer triangles
     no_contraction,  ///< all remaining vertices are locked, or needed for shape or topology
 };
 
@@ -61,7 +61,9 @@ struct SimplifiedMesh {
 /// Vertices are kept if they are locked, have more than 48 triangles, or have triangles that do not form one disk or
 /// half disk (non-manifold, inconsistent winding). A vertex on a border moves along the border only. A contraction is
 /// refused if it would flip a triangle, identify two edges or triangles, or make a triangle with a height below 1/50 of
-/// its longest edge, unless it replaces a worse one. Closed surfaces stay closed, and manifold ones manifold.
+/// its longest edge, unless that triangle replaces a worse one. Closed surfaces stay closed, manifold ones manifold.
+///
+///
 /// @param input  may be empty, have borders, non-manifold edges, triangles without area and unused vertices
 /// @param levels each level starts where the previous one ended; errors do not decrease
 /// @return       [levels]

@@ -45,8 +45,8 @@ struct SolidTriangles {
     /// triangle of the cell.
     std::vector<std::uint16_t> replaced = {};
     /// Triangles of the heightfield that are not replaced and share a corner with a replaced one, as indices of
-    /// vertices. Queries for rays and heights test them too, so that nothing passes between the two surfaces; they are
-    /// not drawn.
+    /// vertices. Queries for rays and heights test these triangles too, so that nothing passes between the two
+    /// surfaces. They are not drawn.
     std::vector<std::array<std::uint32_t, 3>> kept_neighbours = {};
     double error_m = 0.0;  ///< bound of the two-sided distance to the true surface, metres
     /// Tighter bounds, in boxes that together contain all triangles; may be empty.
@@ -56,13 +56,13 @@ struct SolidTriangles {
     double hidden_error_m = 0.0;
     std::vector<SolidLevel> levels = {};  ///< from fine to coarse, with ascending errors
     /// For the western, eastern, southern and northern side: triangles, as indices of vertices, that close the surface
-    /// along it if the neighbour's solid surface is not drawn. Together with this chunk's triangles and the neighbour's
-    /// heightfield they are watertight.
+    /// along that side if the neighbour's solid surface is not drawn. The surface made of these triangles, this chunk's
+    /// triangles and the neighbour's heightfield is watertight.
     std::array<std::vector<std::array<std::uint32_t, 3>>, 4> caps = {};
 };
 
-/// The surface of the joined solid over one chunk that volumes touch: the heightfield's triangles that are not
-/// replaced, together with the triangles in this class. Chunks without it are the heightfield alone.
+/// The surface of the joined solid over one chunk that volumes touch. It consists of the heightfield's triangles that
+/// are not replaced, and of the triangles in this class. Chunks without it have only the heightfield.
 ///
 /// Immutable. Threads: any number
 class SolidSurface {
@@ -75,7 +75,7 @@ public:
     SolidSurface& operator=(const SolidSurface&) = delete;
     ~SolidSurface();
 
-    /// The triangles and the error.
+    /// The arrays that the surface was created from.
     const SolidTriangles& triangles() const { return triangles_; }
     /// Bounding box of the triangles; empty (low > high) if there are none.
     const Aabb& bounds() const { return bounds_; }
@@ -87,7 +87,7 @@ public:
 
     /// Intersection of a ray with a triangle.
     struct Hit {
-        double t = 0.0;              ///< parameter of the ray
+        double t = 0.0;              ///< the hit is at from_world + t * displacement
         std::uint32_t triangle = 0;  ///< index; kept_neighbours are numbered after triangles
     };
     /// The first triangle that a ray hits, from either side; at equal t, the one with the lowest index. A ray through
@@ -97,13 +97,14 @@ public:
     /// Cost: O(log n + triangles near the ray)
     std::optional<Hit> ray(const Eigen::Vector3d& from_world, const Eigen::Vector3d& displacement,
                            double begin, double end) const;
-    /// The highest triangle on the vertical through a point, no higher than `at_most`; Hit::t is its height there,
-    /// world z, metres.
+    /// The highest intersection of the vertical line through (x, y) with a triangle, at most at `at_most`; Hit::t is
+    /// its world z.
     std::optional<Hit> highest(double x, double y, double at_most) const;
 
-    /// Writes the indices of triangles whose boxes overlap or touch a box, and possibly of some that miss it by less
-    /// than 2^-22 of the coordinates relative to bounds().low. kept_neighbours are numbered after triangles. The order
-    /// depends only on the surface and the box. If fewer are returned than `out` can hold, there are no more.
+    /// Writes the indices of the triangles whose boxes overlap or touch a box, and possibly of some that miss it by
+    /// less than 2^-22 of the coordinates relative to bounds().low. kept_neighbours are numbered after triangles. The
+    /// order depends only on the surface and the box. Returns the number of indices written; if it is below out.size(),
+    /// no more follow.
     ///
     /// @param box_world  metres; a side may be infinite
     /// @param cursor     0 for the first call, then unchanged between calls
@@ -128,7 +129,7 @@ public:
                    ? triangles_.error_boxes[triangles_.error_box_of[triangle]].error_m
                    : triangles_.error_m;
     }
-    /// Unit, out of the solid.
+    /// Unit normal of a triangle, out of the solid.
     Eigen::Vector3d normal(std::uint32_t triangle) const;
     /// Bytes of memory.
     std::size_t bytes() const;

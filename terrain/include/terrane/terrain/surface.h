@@ -66,7 +66,7 @@ public:
     /// Allocates: nothing, unless the map's function does
     SurfaceProperties at(double x, double y) const noexcept;
 
-    /// The properties where the map has no others.
+    /// The properties that hold where the map specifies none.
     const SurfaceProperties& defaults() const { return defaults_; }
     /// Number of calls of at() in which properties() threw or was out of range.
     std::uint64_t fault_count() const { return fault_count_.load(std::memory_order_relaxed); }

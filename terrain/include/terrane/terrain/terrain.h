@@ -31,7 +31,7 @@ struct TerrainSettings {
 /// The terrain at one moment: the contact surface, and a mesh for each camera.
 struct Frame {
     Ground ground;  ///< the contact surface of the resident chunks: a snapshot
-    /// [cameras] meshes in the order of the update's cameras. Valid until the next update.
+    /// [cameras] meshes, in the order in which update() got the cameras. Valid until the next update.
     std::span<const TerrainMesh> meshes;
     std::size_t late_chunks = 0;        ///< PagerStats::late_chunks
     std::size_t groundless_bodies = 0;  ///< bodies whose ground is not resident yet
@@ -41,7 +41,7 @@ struct Frame {
 ///
 /// Each update() pages by the needs of cameras and bodies, triangulates the view of each camera over the resident
 /// chunks, and passes the threshold of each mesh to the pager, which then loads no detail that the budget cannot show.
-/// The parts may also be used by themselves: pager.h, triangulator.h, ground.h.
+/// The parts may also be used separately: pager.h, triangulator.h, ground.h.
 ///
 ///     Terrain terrain = Terrain::create(source).value();
 ///     World world = World::create({}).value();
@@ -91,7 +91,7 @@ public:
 
     /// The frame of the last update. Before the first one nothing is resident.
     const Frame& frame() const;
-    /// The heights.
+    /// The source of the heights.
     const HeightSource& source() const;
     /// The pager: statistics, failures, replacement of chunks.
     Pager& pager();

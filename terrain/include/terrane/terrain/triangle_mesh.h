@@ -25,7 +25,7 @@ struct TriangleMesh {
     std::vector<std::array<std::uint8_t, 4>> colours;
     std::vector<Triangle> triangles;  ///< indices of positions; counter-clockwise from outside
 
-    /// Allows open surfaces, non-manifold edges, triangles without area or with a repeated vertex, and unused vertices.
+    /// Open surfaces, non-manifold edges, unused vertices, triangles without area or with a repeated vertex are valid.
     ///
     /// Fails: invalid_argument, naming the first vertex or triangle, for a position or attribute that is not finite, a
     ///        position beyond kLargestMeshCoordinate, an attribute neither empty nor as long as positions, or an index

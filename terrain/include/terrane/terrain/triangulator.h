@@ -14,7 +14,8 @@ namespace terrane {
 
 /// Whether the mesh meets its target, and why not.
 enum class MeshStatus {
-    error_met,  ///< error_px is at most max_error_px; without a certified source, an estimate of it is
+    /// error_px, or its estimate if the source is not certified, is at most max_error_px.
+    error_met,
     budget_reached,  ///< limited by the triangle budget; see error_px
     finest_reached,  ///< limited by the lattice's finest spacing; see error_px
     not_resident,  ///< needed chunks are not resident; without all root squares there are no triangles
@@ -40,7 +41,8 @@ struct MeshChunk {
     }
 };
 
-/// Triangles of the volumes over one chunk. Drawn with the chunk's heightfield triangles that they do not replace.
+/// Triangles of the volumes over one chunk, drawn with those heightfield triangles of the chunk that they do not
+/// replace.
 struct MeshSolid {
     /// Indices of three vertices each.
     using Triangles = std::span<const std::array<std::uint32_t, 3>>;
@@ -72,16 +74,17 @@ struct TerrainMesh {
     /// volumes are not drawn, the heightfield closes over them, and the bound includes what it hides. Infinite if the
     /// source is not certified (HeightSource::is_certified()).
     double error_px = 0.0;
-    /// A bound in two parts, tighter than error_px far from the eye, because near the eye detail below the lattice's
-    /// finest spacing dominates error_px. At each point for which error_px holds, the two surfaces are at most
+    /// A bound in two parts, tighter than error_px far from the eye: error_px is dominated by the ground near the eye,
+    /// where detail below the finest spacing is missing. At each point for which error_px holds, the two surfaces are
+    /// at most
     ///     refinable_error_px / pixels_per_radian() * max(distance from the eye, near_distance) + finest_error_m
-    /// apart. At most error_px; infinite if error_px is.
+    /// apart. refinable_error_px is at most error_px, and infinite if error_px is.
     double refinable_error_px = 0.0;
     /// Largest certified error, metres, of the ground in view that is drawn at the finest spacing; 0 if there is none.
     double finest_error_m = 0.0;
-    /// Vertices with at most this priority, pixels, are not in the mesh. For CameraNeed::threshold_px.
+    /// Vertices whose priority is at most this, pixels, are not in the mesh. Pass it on as CameraNeed::threshold_px.
     double threshold_px = 0.0;
-    /// Smallest threshold, at least threshold_px, above which every demand is granted.
+    /// Demands whose TriangleDemand::threshold_px is above this are all granted. At least threshold_px.
     double demand_threshold_px = 0.0;
     std::size_t demand_triangles = 0;  ///< triangles of the granted demands
     std::uint64_t refused_views = 0;   ///< number of refused views since creation
@@ -93,18 +96,18 @@ struct TriangleDemand {
     /// The triangles are drawn if the threshold is below this; may be infinite. NaN, 0 and negative values are never
     /// granted.
     double threshold_px = 0.0;
-    std::uint32_t triangles = 0;  ///< in addition to the demands with a larger threshold_px
+    std::uint32_t triangles = 0;  ///< in addition to those of demands with a larger threshold_px
 };
 
 /// Settings of a Triangulator. Fixed once it is created.
 struct TriangulatorSettings {
     std::size_t triangle_budget = 100'000;  ///< hard limit; at least 2 per root square
-    double max_error_px = 1.0;              ///< refinement stops below this, > 0
+    double max_error_px = 1.0;              ///< pixels, > 0; refinement stops at this error
     /// A vertex morphs while its priority is between the threshold and this multiple of it, 1 to 16. A larger ratio
     /// moves the surface less from frame to frame, but needs more triangles for the same error. The error is up to 2 *
     /// morph_ratio / (morph_ratio + 1) thresholds. If a priority changes by a tenth, its vertex moves by at most 0.2 *
-    /// morph_ratio^2 / (morph_ratio^2 - 1) of its screen error: 0.49 at the default; below 1.12, the whole error. 1: no
-    /// morphing, as for a single picture.
+    /// morph_ratio^2 / (morph_ratio^2 - 1) of its screen error: by 0.49 of it at the default ratio, by all of it below
+    /// a ratio of 1.12. 1: no morphing, as for a single picture.
     double morph_ratio = kDefaultMorphRatio;
     int worker_count = 1;  ///< threads that update() uses, including its caller's, 1 to 64
     /// Refined chunks that update() can process without allocating, 120 kB each; grows if a view refines more.

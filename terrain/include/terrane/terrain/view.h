@@ -10,7 +10,7 @@ namespace terrane {
 
 /// Largest absolute coordinate of a viewpoint, metres: squared distances fit into single precision.
 inline constexpr double kFarthestEye = 0x1p60;
-/// Least vertical field of view, and its least difference from pi, radians.
+/// Least vertical field of view, radians, and the least amount by which it is smaller than pi.
 inline constexpr double kLeastFieldOfView = 1e-6;
 
 /// What a camera sees.
@@ -19,10 +19,11 @@ struct View {
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();  ///< unit length
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();       ///< unit length, perpendicular to forward
     double vertical_fov =
-        1.0471975511965976;      ///< radians, kLeastFieldOfView to pi - kLeastFieldOfView
-    int width_px = 1280;         ///< of the picture
-    int height_px = 720;         ///< of the picture
-    double near_distance = 1.0;  ///< screen errors take smaller distances as this, metres
+        1.0471975511965976;  ///< radians, kLeastFieldOfView to pi - kLeastFieldOfView
+    int width_px = 1280;     ///< of the picture
+    int height_px = 720;     ///< of the picture
+    /// Metres. Screen errors of nearer points are computed for this distance.
+    double near_distance = 1.0;
 
     /// Unit vector to the right of the picture.
     Eigen::Vector3d right() const;
@@ -30,8 +31,8 @@ struct View {
     double pixels_per_radian() const;
 
     /// Matrix from world axes, relative to eye_world, to eye axes: x right, y up, z backward. [4][4] column-major, as
-    /// OpenGL reads it. It has no translation: subtract the eye in double, or as integers of the lattice, before the
-    /// position becomes float.
+    /// OpenGL reads it. It has no translation: subtract eye_world from a position in double, or in integers of the
+    /// lattice, before the difference is converted to float.
     std::array<float, 16> view_matrix() const;
     /// Perspective matrix from eye axes to OpenGL's clip space: depth -1 at near_plane, 1 at far_plane. [4][4]
     /// column-major.
@@ -44,7 +45,7 @@ struct View {
     Result<void> validate() const;
 };
 
-/// A view from an eye to a point. If its direction is vertical, up is north.
+/// A view from an eye to a point. If it looks straight up or down, `up` is north.
 /// Fails: invalid_argument if eye and target coincide, the field of view or the eye is out of range, the size is not
 /// positive, or anything is not finite.
 Result<View> look_at(const WorldPos& eye_world, const WorldPos& target_world, double vertical_fov,

@@ -13,8 +13,8 @@
 namespace terrane {
 
 /// Where to cache the bounds that opening a raster computes. The key of an entry is a hash of the samples and the
-/// lattice: changed heights get new bounds, and a moved raster finds them in `folder`. Rasters with fewer than 2^16
-/// samples are not cached.
+/// lattice: changed heights get new bounds, and a raster file that was moved still finds its bounds in `folder`.
+/// Rasters with fewer than 2^16 samples are not cached.
 struct DemCache {
     /// Location of the cache.
     enum class Place {
@@ -50,8 +50,8 @@ struct DemSettings {
     /// opening or read then fails with timed_out. Infinite: no limit. After a timeout the blocked thread continues, and
     /// the process exits without running destructors of static objects.
     double read_timeout = 60.0;
-    /// Called with the completed share of the opening, 0 to 1, not decreasing; returning false cancels it. Called from
-    /// several threads, one at a time. May be empty.
+    /// Called with the completed share of the opening, 0 to 1, not decreasing; returning false cancels the opening.
+    /// Called from several threads, one at a time. May be empty.
     std::function<bool(double share)> progress = {};
 };
 
@@ -80,13 +80,13 @@ struct DemInfo {
 
 /// Surveyed heights: the bilinear surface of a raster that GDAL reads. World (0, 0) is the centre of the raster's outer
 /// edges. Cells in degrees are converted to metres by two constants, the lengths of a degree east and north at the
-/// centre: lines stay lines, and samples stay on a grid.
+/// centre: straight lines stay straight, and samples stay on a grid.
 ///
 /// Enclosed voids are filled smoothly and flagged; nodata connected to the border, and everything beyond the border, is
 /// outside. NaN and infinite samples are nodata.
 ///
-/// Bounds hold for the file's exact numbers times scale plus offset, whatever the band's type: they include the
-/// rounding of samples to 32 bits, and of 64-bit integers and cancelling offsets to double.
+/// Bounds hold for the file's exact numbers times scale plus offset, whatever the band's type. They include the
+/// rounding of samples to 32 bits, of 64-bit integers to double, and of sums in which the offset cancels.
 ///
 /// Rasters that do not fit into memory are read by window.
 class DemHeights {
@@ -102,7 +102,7 @@ public:
     ///        memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by `progress`. The
     ///        message names the file.
     /// Cost:  linear in the samples. If cells are not square, also in the ratio of a cell's longer side to its shorter
-    ///        one. A second pass over the file for bands of 32-bit integers or 64-bit numbers
+    ///        one. Bands of 32-bit integers or 64-bit numbers need a second pass over the file
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             const DemSettings& settings,
                                                             DemInfo* info_out = nullptr);

@@ -69,7 +69,7 @@ public:
     ///        out of range, a material listed twice, materials listed for friction, both `aligned_with` and `rect`, and
     ///        a CRS that differs from the DEM's or has no name; out_of_memory above memory_bytes, or if the system has
     ///        less; timed_out after read_timeout. Messages about the raster name the file.
-    /// Cost:  linear in the samples. Of a query: O(log materials)
+    /// Cost:  linear in the samples. A query costs O(log materials)
     static Result<std::shared_ptr<const SurfaceMap>> open(
         const std::string& path, const SurfaceRasterSettings& settings = {},
         SurfaceRasterInfo* info_out = nullptr);

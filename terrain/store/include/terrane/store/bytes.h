@@ -22,12 +22,12 @@ concept StoredNumber = std::integral<T> || std::floating_point<T>;
 /// Writes numbers as little-endian bytes on every machine.
 class ByteWriter {
 public:
-    /// One value.
+    /// Writes one value.
     template <StoredNumber T>
     void put(T value) {
         put_each(std::span<const T>(&value, 1));
     }
-    /// The values, without their count.
+    /// Writes the values, without their count.
     template <StoredNumber T>
     void put_each(std::span<const T> values) {
         const std::size_t begin = bytes_.size();
@@ -42,7 +42,7 @@ public:
             }
         }
     }
-    /// The length as 64 bits, then the characters.
+    /// Writes the length as 64 bits, then the characters.
     void put_text(std::string_view text) {
         put(static_cast<std::uint64_t>(text.size()));
         put_each(std::span<const char>(text.data(), text.size()));
@@ -61,14 +61,14 @@ public:
     /// Starts at the first of these bytes, which must outlive the reader.
     explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-    /// One value.
+    /// Reads one value.
     template <StoredNumber T>
     T get() {
         T value{};
         get_each(std::span<T>(&value, 1));
         return value;
     }
-    /// As many values as the span has.
+    /// Reads as many values as the span has.
     template <StoredNumber T>
     void get_each(std::span<T> values_out) {
         if (values_out.empty()) return;

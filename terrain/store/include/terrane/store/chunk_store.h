@@ -19,9 +19,9 @@ struct BakeSettings {
     /// root squares of the store are chunks of the source, of the finest level that is not smaller than the region.
     std::optional<WorldRect> region = std::nullopt;
     int worker_count = 0;  ///< threads; 0: as many as the machine has. Does not affect the file.
-    /// Any bytes, at most 2^20. Stored, and part of the sha.
+    /// Any bytes, at most 2^20, that are stored in the file and included in StoreInfo::sha.
     std::string note = {};
-    /// Called between chunks, on the calling thread, with the completed share; returning false cancels.
+    /// Called on the calling thread, between batches of chunks, with the completed share; returning false cancels.
     std::function<bool(double)> progress = {};
 };
 
@@ -38,12 +38,14 @@ struct StoreInfo {
     std::string note;  ///< BakeSettings::note
 };
 
-/// A file with all chunks of a world and their certified bounds, baked from any source; itself a height source.
+/// A file with all chunks of a world and their certified bounds, baked from any source. open() makes it a height
+/// source.
 ///
-/// Its chunks, and so the meshes of its levels, have the same bits as the baked source's. Its true surface is the
-/// triangulation of its finest level, which height() returns; bounds and intervals hold for the triangulation and for
-/// the baked surface. rise_bound() holds for the baked surface, and up to a distance of one spacing also for the
-/// triangulation, which may rise by 2 max_error_m more over longer distances. Beyond the world the border is repeated.
+/// Its chunks, and so the meshes of its levels, have the same bits as those of the baked source. Its true surface is
+/// the triangulation of its finest level, which height() returns; bounds and intervals hold for the triangulation and
+/// for the baked surface. rise_bound() holds for the baked surface, and up to a distance of one spacing also for the
+/// triangulation, which may rise by 2 max_error_m more over longer distances. Beyond the world the height of the
+/// nearest border point is returned.
 ///
 /// The file format is described in docs/store.md.
 class ChunkStore {
@@ -52,9 +54,9 @@ public:
 
     /// Makes all chunks of a source and writes them. The file appears, or is replaced, atomically when it is complete.
     ///
-    /// Fails: invalid_argument for settings out of range, or a world of more than 2^26 chunks; cancelled; io if the
-    ///        file cannot be written; as make_chunk(). No partial file is left then.
-    /// Cost:  making all chunks: about 10 ms per chunk and thread. Memory: 0.5 MB per thread, and 64 bytes per chunk.
+    /// Fails: invalid_argument for settings out of range, or a world of more than 2^26 chunks; cancelled by `progress`;
+    ///        io if the file cannot be written; as make_chunk(). No partial file is left then.
+    /// Cost:  about 10 ms per chunk, divided by the number of threads. Memory: 0.5 MB a thread, and 64 bytes a chunk
     static Result<StoreInfo> bake(const HeightSource& source, const std::string& path,
                                   const BakeSettings& settings);
 

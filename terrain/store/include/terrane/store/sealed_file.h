@@ -42,7 +42,7 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// The type of a sealed file: four characters, and a version that changes with the meaning of its bytes.
+/// The type of a sealed file: four characters, and a version that changes with the meaning of the file's bytes.
 struct SealedKind {
     std::array<char, 4> name{};  ///< first bytes of the file
     std::uint32_t version = 0;   ///< version of the format
@@ -53,7 +53,7 @@ struct SealedKind {
 /// programs write the same file at once, the last one wins; readers see one complete file or the other.
 ///
 /// The file consists of a header of 72 bytes, *records* of any bytes, and a compressed *directory* (zstd) at the end.
-/// Header and directory have checksums; checksums of records are left to the caller's directory.
+/// Header and directory have checksums. Records have none, unless the caller stores them in the directory.
 class SealedWriter {
 public:
     /// Fails: io
@@ -67,7 +67,7 @@ public:
     /// Fails: io
     Result<std::uint64_t> append(std::span<const std::uint8_t> record);
     /// Appends the directory and renames the file; call once, last.
-    /// Fails: io; no file is left then
+    /// Fails: io; the new file is then removed, and a previous one remains
     Result<void> commit(std::span<const std::uint8_t> directory);
     /// Bytes written so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
