@@ -107,7 +107,6 @@ struct Best {
     }
 };
 
-/// A box widened on all sides.
 Aabb widened(const Aabb& box, double margin) {
     const Eigen::Vector3d wider = Eigen::Vector3d::Constant(margin);
     return {box.low - wider, box.high + wider};
@@ -164,7 +163,7 @@ RayQueryAnswer query_ray(const QueryScene& scene, const WorldPos& from, const Wo
         return best.value;
     });
     if (below.status != QueryStatus::not_resident) return answer;
-    // Absent ground comes before any hit of the ground, but the hit of a body may come before it.
+    // Ground that is not loaded comes before any hit on the ground; but a hit on a body may come before both.
     const bool is_known =
         answer.hit && (answer.fraction == 0.0 ||
                        ground->ray(from, answer.point_world).status != QueryStatus::not_resident);

@@ -90,7 +90,7 @@ public:
 private:
     void set_bounds(std::span<const Aabb> bounds);
 
-    std::vector<Aabb> boxes_;  ///< by slot; the empty box for none
+    std::vector<Aabb> boxes_;  ///< [slots] empty for a slot without a body
     std::vector<std::uint32_t> order_;
     std::vector<AabbNode> nodes_;
 };

@@ -13,8 +13,8 @@
 
 namespace terrane::internal {
 
-/// Boxes enlarged by a skin and kept while the bodies stay inside, so that the pairs of enlarged boxes include all
-/// pairs of boxes.
+/// Boxes enlarged by a skin and kept while the bodies stay inside, so that the overlapping pairs of enlarged boxes
+/// include all overlapping pairs of boxes.
 ///
 /// Sources:    L. Verlet. Computer "experiments" on classical fluids I. 1967 (lists of neighbours with a skin).
 /// Deviations: the skin is relative to the size of each body, so that sizes may differ by any factor. If only a few
@@ -57,7 +57,7 @@ private:
 /// Caches the candidate pairs of a method while the bodies stay inside enlarged boxes. Meanwhile only the boxes of
 /// these pairs are compared, and no sorting is needed.
 ///
-/// @tparam Method update(boxes), visit_pairs(take), candidate_count() and update_operations() of SweepAndPrune
+/// @tparam Method has update(), visit_pairs(), candidate_count() and update_operations(), as SweepAndPrune
 template <class Method>
 class KeptPairs {
 public:
@@ -70,7 +70,7 @@ public:
         update_operations_ = fat_.operations();
         is_kept_ = change != FatBoxes::Change::without;
         if (change == FatBoxes::Change::none) return;
-        // find() was not called after an earlier update: one search covers all changes.
+        // If find() was not called after an earlier update, one search covers all changes.
         const bool is_pending = is_stale_ || !moved_.empty();
         if (change == FatBoxes::Change::few && !is_pending) {
             moved_.assign(fat_.moved().begin(), fat_.moved().end());
@@ -82,7 +82,7 @@ public:
         update_operations_ += method_.update_operations();
     }
 
-    /// The pairs (i, j) for which is_pair(i, j) is true, ascending. It must be false if the boxes do not overlap.
+    /// The pairs (i, j) for which is_pair(i, j) is true, ascending. is_pair must be false if the boxes do not overlap.
     template <class IsPair>
     std::span<const BodyPair> find(IsPair&& is_pair) {
         if (!is_kept_) {
@@ -150,7 +150,7 @@ private:
     PairList candidates_;
     std::vector<BodyPair> found_;
     std::vector<std::uint32_t> moved_;    ///< bodies whose pairs are outdated
-    std::vector<std::uint8_t> is_moved_;  ///< [bodies] while pairs are replaced
+    std::vector<std::uint8_t> is_moved_;  ///< [bodies] used only while pairs are replaced
     bool is_kept_ = false;                ///< whether there are enlarged boxes
     bool is_stale_ = false;               ///< whether `candidates_` are outdated
     std::uint64_t candidate_count_ = 0;
@@ -176,11 +176,11 @@ void PairList::sort(std::size_t body_count) {
 
 namespace {
 
-// Skin on each side, as a fraction of the box's longest side. Larger skins last longer but give more pairs; measured:
-// an eighth to a half cost the same for spheres that move by 1/60 of their diameter.
+// Skin on each side, as a fraction of the box's longest side. Larger skins last longer but give more pairs. As measured
+// with spheres that move by 1/60 of their diameter in an update, fractions of 1/8 to 1/2 cost the same.
 constexpr double kSkin = 0.125;
-// Largest number of bodies that get new boxes individually: each is compared with all others, at a few percent of the
-// cost of a new list.
+// Largest number of bodies that get new boxes individually. Each is compared with all others, which costs a few percent
+// of a new list of pairs.
 constexpr std::size_t kMostMoved = 8;
 // A list of pairs that lasts for fewer updates than this costs more than it saves.
 constexpr int kLeastAge = 3;
@@ -206,7 +206,7 @@ FatBoxes::Change FatBoxes::update(std::span<const Aabb> boxes) {
     operations_ = 0;
     moved_.clear();
     if (boxes.size() != count_) {
-        // The motion of the bodies is unknown yet; skins start with the next update.
+        // The motion of the bodies is not known yet, so boxes get skins only from the next update on.
         count_ = boxes.size();
         is_kept_ = false;
         wait_ = 1;

@@ -35,7 +35,7 @@ public:
     void add(std::uint32_t i, std::uint32_t j) {
         found_.push_back(i < j ? BodyPair{i, j} : BodyPair{j, i});
     }
-    /// Restarts the collection from the sorted pairs, without those for which is_old(pair) is true.
+    /// Begins a new collection with the sorted pairs for which is_old(pair) is false.
     template <class IsOld>
     void restart_without(IsOld&& is_old) {
         found_.clear();
@@ -50,11 +50,11 @@ public:
 private:
     std::vector<BodyPair> found_;
     std::vector<BodyPair> sorted_;
-    std::vector<std::uint32_t> first_;  ///< of each body's pairs
+    std::vector<std::uint32_t> first_;  ///< index of each body's first pair
 };
 
-/// A widened box for a sweep along one axis, in floats rounded outwards: boxes whose SweepBoxes do not overlap do not
-/// overlap either.
+/// A widened box for a sweep along one axis, in floats rounded outwards. If two SweepBoxes do not overlap, neither do
+/// the boxes.
 struct SweepBox {
     float start, end;  ///< along the axis
     float low_u, high_u, low_v, high_v;
@@ -69,7 +69,7 @@ struct SweepBox {
 /// @param origin of the float coordinates, near the boxes
 inline SweepBox make_sweep_box(const Aabb& box, int axis, double margin,
                                const Eigen::Vector3d& origin) {
-    // Exceeds the rounding of the differences and of the conversion to float.
+    // Relative margin: exceeds the rounding of the differences and of the conversion to float.
     constexpr double kOut = 0x1p-23;
     constexpr double kLeast = 0x1p-126;
     constexpr double kFarthest = 0x1p126;

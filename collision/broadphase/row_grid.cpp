@@ -26,7 +26,6 @@ void prefetch(const Aabb& box) {
 
 }  // namespace
 
-// Chooses the cell size and the origin.
 void RowGrid::choose_cell_size(std::span<const Aabb> boxes) {
     double largest = 0.0;
     Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -60,8 +59,8 @@ std::uint32_t RowGrid::bucket_of(std::int32_t y, std::int32_t z) const {
     return static_cast<std::uint32_t>(block * kBlock + (inside ^ (hash & (kBlock - 1))));
 }
 
-// Counts the boxes of each bucket. False if the cell size no longer fits: too small for a box, more than twice as large
-// as needed, or too many cells.
+// Counts the boxes of each bucket. False if the cell size does not fit any more: it is too small for a box, more than
+// twice as large as needed, or gives too many cells.
 bool RowGrid::count_rows(std::span<const Aabb> boxes) {
     std::fill(first_of_bucket_.begin(), first_of_bucket_.end(), 0u);
     update_operations_ += first_of_bucket_.size();

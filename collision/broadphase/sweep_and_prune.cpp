@@ -47,7 +47,7 @@ void SweepAndPrune::update(std::span<const Aabb> boxes) {
     update_operations_ += order_.size();
 }
 
-// Chooses the axis with the largest variance of the boxes relative to their size.
+// Chooses the axis along which the boxes have the largest variance relative to their mean size.
 void SweepAndPrune::choose_axis(std::span<const Aabb> boxes) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();
@@ -93,7 +93,7 @@ void SweepAndPrune::collect(std::span<const Aabb> boxes) {
     update_operations_ += boxes.size();
 }
 
-// Sorts nearly sorted boxes. False, with an arbitrary order, after too many moves.
+// Sorts nearly sorted boxes. Gives up after too many moves: returns false and leaves an arbitrary order.
 bool SweepAndPrune::sort_by_insertion() {
     const std::uint64_t most = kMaxMovesPerBox * order_.size();
     std::uint64_t moves = 0;

@@ -49,7 +49,7 @@ private:
     double margin_;
     int axis_ = -1;
     std::size_t body_count_ = 0;  ///< of the last update
-    std::size_t box_count_ = 0;   ///< bodies of these with a non-empty box
+    std::size_t box_count_ = 0;   ///< of these bodies, those with a non-empty box
     Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
     std::vector<Entry> order_;
     BoxColumns columns_;

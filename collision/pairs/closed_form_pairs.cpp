@@ -189,8 +189,8 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
     const Eigen::Vector3d q = b.centre - b.half_axis;
     const double radii = a.radius + b.radius;
     const double slack = kTouchShare * (radii + length(u) + length(v));
-    // Contact of an end of one core above the other core: the round surface falls off with the lateral distance from
-    // its core.
+    // Adds a contact of an end of one core with the other capsule, whose surface is lower the farther the end is from
+    // the other core sideways.
     const auto add_end = [&](double s, double t, bool is_of_a) {
         const Eigen::Vector3d core_a = p + s * u;
         const Eigen::Vector3d d = core_a - (q + t * v);

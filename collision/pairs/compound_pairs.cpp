@@ -146,11 +146,11 @@ PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b, double limit)
 //          S. Cameron, R. Culley. Determining the minimum translational distance between two convex polyhedra. 1986
 //          (the obstacle of a pair of parts is their Minkowski difference).
 // Deviations: obstacles are not constructed: the signed distance and normal of a pair give the half-space. The
-//             iteration starts from the first free translation along each of a fan of directions.
+//             iteration starts from the first free (separating) translation along each of a fan of directions.
 
 namespace {
 
-// Half-space of the translations after which a plane separates two parts, from their gap after `translation`.
+// Half-space of the translations after which a plane separates two parts whose gap after `translation` is `gap`.
 HalfSpace half_space(const Eigen::Vector3d& normal, double gap,
                      const Eigen::Vector3d& translation) {
     return {normal, dot(normal, translation) - gap};
@@ -202,8 +202,8 @@ public:
         return translation;
     }
 
-    // Length of the first free translation along a direction. `far` must be free; returned if the first is longer than
-    // `enough`.
+    // Length of the first free translation found along a direction. Returns `far`, which must be free, if it finds none
+    // that is at most `enough`.
     double first_free(const Eigen::Vector3d& direction, double far, double enough) const {
         constexpr int kRounds = 64;
         double at = 0.0;
@@ -234,8 +234,8 @@ private:
         return reach;
     }
 
-    // Adds a half-space in which an overlapping pair of parts is separated; of several candidates, the one with the
-    // shortest solution. False if none is feasible.
+    // Adds a half-space of translations that separate an overlapping pair of parts: of several candidates, the one with
+    // the shortest solution. False if none is feasible.
     bool leave(const PartGap& gap, SeparatingTranslation& found) const {
         HalfSpaces best;
         Eigen::Vector3d shortest = Eigen::Vector3d::Zero();
@@ -246,7 +246,7 @@ private:
             spaces.add(plane);
             Eigen::Vector3d translation;
             if (!find_shortest(spaces, translation)) return;
-            // Nearly opposite planes have distant solutions, which are useless beyond the separation of the bounds.
+            // Nearly opposite planes have solutions that are useless: longer than the separation of the bounding boxes.
             const double size = length(translation);
             if (!(size <= bound_distance(translation / size) + 4.0 * touch_)) return;
             if (is_solved && !(dot(translation, translation) < dot(shortest, shortest))) return;
@@ -254,8 +254,8 @@ private:
             shortest = translation;
             best = spaces;
         };
-        // Candidates: the plane that separates the pair at this translation, at the start, or else at the exit along
-        // the translation.
+        // Candidates: the planes that separate the pair at this translation and at the start. If neither is feasible,
+        // the plane at the exit along the translation.
         add_plane(half_space(gap.gap.normal, gap.gap.distance, found.translation));
         if (found.spaces.count > 0) {
             const Gap at_start = find_gap(a_.part(gap.part_a), b_.part(gap.part_b));
@@ -280,7 +280,8 @@ private:
         return true;
     }
 
-    // A plane that separates two parts after a translation, chosen for the half-space nearest to the start.
+    // Half-space of a plane that separates two parts after a translation: of two such planes, the one with the smaller
+    // depth.
     HalfSpace plane_between(std::uint32_t i, std::uint32_t j,
                             const Eigen::Vector3d& translation) const {
         const PlacedConvex at_a = a_.moved(translation).part(i);
@@ -298,8 +299,8 @@ private:
                std::holds_alternative<PlacedCapsule>(shape);
     }
 
-    // Length along a direction after which two parts no longer overlap: their signed distance is convex along it, and
-    // its tangents from outside converge to the exit (Newton).
+    // Length along a direction after which two parts no longer overlap. Newton's method converges from outside, because
+    // the signed distance of the parts is convex along the direction.
     double exit_of(std::uint32_t i, std::uint32_t j, const Eigen::Vector3d& direction,
                    double far) const {
         constexpr int kSteps = 40;
@@ -379,7 +380,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
         for (const std::array<double, 3>& ray : kFan) {
             Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
             n /= length(n);
-            // Exceeds the touching distance, so that it is free despite rounding.
+            // Slightly beyond the separation of the bounding boxes, so that the translation is free despite rounding.
             const double far = search.bound_distance(n) + 4.0 * touch;
             starts.add(search.first_free(n, far, starts.longest()) * n);
         }
@@ -399,7 +400,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
 namespace {
 
 constexpr std::size_t kMostNormals = 24;
-// 1 - cosine up to which normals count as equal: a microradian.
+// 1 - cosine of the largest angle between normals that count as equal: a microradian.
 constexpr double kSameNormal = 5e-13;
 
 bool is_before(const PairContact& a, const PairContact& b) {
@@ -432,7 +433,7 @@ public:
                             contact.feature_b, contact.part_a, contact.part_b);
     }
 
-    /// Whether there is a contact with the plane's normal that is at least as deep.
+    /// Whether there is a contact with the plane's normal that is as deep as the plane, up to `touch`.
     bool has(const HalfSpace& plane, double touch) const {
         for (std::size_t i = 0; i < count_; ++i) {
             if (dot(patches_[i]->normal, plane.normal) < 1.0 - kSameNormal) continue;
@@ -467,7 +468,7 @@ private:
         Manifold manifold;
     };
 
-    // A new patch, which replaces the shallowest one if there are too many.
+    // A new patch. If there are too many, it replaces the shallowest; null if that is not shallower than the contact.
     Patch* room_for(const PairContact& contact) {
         if (count_ < kMostNormals) return &patches_[count_++].emplace(contact);
         is_truncated_ = true;
@@ -520,7 +521,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
     const PlacedShape separated = a.moved(translation);
     const double distance = length(translation);
     Patches patches;
-    // Adds the contacts of a pair found after the separating translation, with the depths before it.
+    // Adds the contacts that a pair has after the separating translation, with the depths that they have before it.
     const auto add = [&](std::uint32_t i, std::uint32_t j, const Gap& gap) {
         const double moved = dot(gap.normal, translation);
         if (!(gap.distance <= reported + moved)) return;

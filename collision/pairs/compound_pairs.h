@@ -20,7 +20,7 @@ public:
 
     bool is_single() const { return compound_ == nullptr || compound_->parts().size() == 1; }
     ConvexView part(std::uint32_t index) const;
-    /// Null for a convex shape.
+    /// Pose of a part in its body; null for a convex shape.
     const Pose* body_from_part(std::uint32_t index) const;
     double reach() const { return reach_; }  ///< bounding radius, metres
 
@@ -47,8 +47,8 @@ struct PlacedShape {
     }
 };
 
-/// Orthonormal rotation of a part of a rotated body. If the part is not rotated relative to the body, it has the bits
-/// of the body's rotation.
+/// Orthonormal rotation of a part of a rotated body. It has the bits of the body's rotation if the part is not rotated
+/// relative to the body.
 Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from_part);
 
 // Traversal of the pairs of parts of two placed shapes through their trees, nearest bounds first.
@@ -64,15 +64,15 @@ public:
 
 private:
     Eigen::Matrix3d a_from_b_;
-    Eigen::Matrix3d spread_;  ///< its absolute values
-    Eigen::Vector3d offset_;  ///< of b's body frame, in a's
+    Eigen::Matrix3d spread_;  ///< absolute values of a_from_b_
+    Eigen::Vector3d offset_;  ///< origin of b's body frame, in a's
     double rounding_ = 0.0;
 };
 
 /// Calls visit(part_a, part_b, bound) for the pairs whose bound is at most `limit`. visit returns the new limit;
 /// -infinity stops the traversal.
 ///
-/// @param bound (box of a, box of b) -> number; monotone: not smaller for boxes inside these
+/// @param bound (box of a, box of b) -> number; must not decrease if a box is replaced by one inside it
 template <class Bound, class Visit>
 void visit_part_pairs(std::span<const AabbNode> tree_a, std::span<const AabbNode> tree_b,
                       double limit, const Bound& bound, const Visit& visit) {
@@ -136,25 +136,26 @@ struct PartGap {
 PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
                        double limit = std::numeric_limits<double>::infinity());
 
-/// A translation of a after which no two parts overlap by more than `touch`.
+/// A translation of shape `a` after which no part of `a` overlaps a part of `b` by more than `touch`, a parameter of
+/// the functions below.
 struct SeparatingTranslation {
     bool is_found = false;
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     double least = 0.0;  ///< lower bound: no shorter translation separates the shapes, metres
 
-    /// The constraints; plane i separates the pair parts[i]. Empty if the translation came from another start.
+    /// Constraints: plane i separates the pair parts[i]. Empty if the translation was found without them.
     HalfSpaces spaces;
     std::array<std::array<std::uint32_t, 2>, HalfSpaces::kMost> parts{};
 };
 
-/// Adds half-spaces of overlapping pairs of parts one at a time. Fast, and exact for shallow overlaps; may fail, or
-/// return more than the minimum translation.
+/// Adds a half-space for one overlapping pair of parts after another, until no pair overlaps. Fast, and exact for
+/// shallow overlaps; may fail, or return more than the minimum translation.
 ///
 /// @param deepest find_least_gap() of the shapes
 SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
                                                   const PartGap& deepest, double touch);
 
-/// The shortest separating translation found from many directions. The result always separates.
+/// The shortest separating translation found by searches from many directions. The result always separates the shapes.
 SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
                                                   const PartGap& deepest, double touch);
 

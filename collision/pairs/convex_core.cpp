@@ -21,14 +21,14 @@ constexpr double kSlack = 1e-14;
 
 double slack_of(const HalfSpace& plane) { return kSlack * std::max(1e-3, std::abs(plane.depth)); }
 
-// Solves on the intersection line of planes i and j, subject to the first `count` planes.
+// Finds the shortest translation on the intersection line of planes i and j, inside the first `count` half-spaces.
 bool find_on_line(const HalfSpaces& spaces, std::size_t i, std::size_t j, std::size_t count,
                   Eigen::Vector3d& d_out) {
     const HalfSpace& a = spaces.planes[i];
     const HalfSpace& b = spaces.planes[j];
     Eigen::Vector3d along = cross(a.normal, b.normal);
     const double square = dot(along, along);
-    if (square < 1e-20) return false;  // parallel: an earlier plane is tighter, or infeasible
+    if (square < 1e-20) return false;  // parallel planes count as having no solution
     const Eigen::Vector3d foot =
         (a.depth * cross(b.normal, along) + b.depth * cross(along, a.normal)) / square;
     along /= std::sqrt(square);
@@ -55,7 +55,7 @@ bool find_on_line(const HalfSpaces& spaces, std::size_t i, std::size_t j, std::s
     return true;
 }
 
-// Solves on plane i, subject to the planes before it.
+// Finds the shortest translation on plane i, inside the half-spaces before it.
 bool find_on_plane(const HalfSpaces& spaces, std::size_t i, Eigen::Vector3d& d_out) {
     d_out = spaces.planes[i].depth * spaces.planes[i].normal;
     for (std::size_t j = 0; j < i; ++j) {
@@ -141,14 +141,14 @@ Core make_core(const PlacedHull& hull, CoreStorage&) {
 //          three-dimensional space. 1988 (GJK).
 //          C. Ericson. Real-time collision detection. 2005, sections 5.1.5 (nearest point of a triangle), 9.5 (GJK).
 // Deviations: the nearest point of a simplex is the best over all its corners, edges and faces, so that a degenerate
-//             simplex gives at worst a farther point, never a wrong one. The iteration stops by a certified lower bound
-//             from a separating plane.
+//             simplex gives at worst a farther point, never a wrong one. The iteration stops when a separating plane
+//             certifies a lower bound that equals the distance up to rounding.
 
 namespace {
 
 struct Corner {
-    Eigen::Vector3d w = Eigen::Vector3d::Zero();     ///< a minus b
-    Eigen::Vector3d on_a = Eigen::Vector3d::Zero();  ///< from the centre of a
+    Eigen::Vector3d w = Eigen::Vector3d::Zero();     ///< point of a minus point of b
+    Eigen::Vector3d on_a = Eigen::Vector3d::Zero();  ///< from the centre of a; on_b from that of b
     Eigen::Vector3d on_b = Eigen::Vector3d::Zero();
     std::uint32_t a = 0;
     std::uint32_t b = 0;
@@ -165,7 +165,8 @@ struct BarycentricPoint {
 
 using Simplex = std::array<Corner, 4>;
 
-// From corner i to corner j, computed per shape so that a shared vertex of a large shape cancels exactly.
+// From corner i to corner j. Computed for each shape separately, so that a shared vertex of a large shape cancels
+// exactly.
 Eigen::Vector3d edge_between(const Simplex& y, std::size_t i, std::size_t j) {
     return (y[j].on_a - y[i].on_a) - (y[j].on_b - y[i].on_b);
 }
@@ -367,13 +368,13 @@ SegmentPair find_closest_on_segments(const Eigen::Vector3d& p, const Eigen::Vect
 
 namespace {
 
-// Polyhedron x in its own frame, and the pose of y in it.
+// Polyhedron x in its own frame, and the pose of polyhedron y in that frame.
 struct PolyhedronPair {
     const Polyhedron& x;
     const Polyhedron& y;
     Eigen::Matrix3d x_from_y;
     Eigen::Vector3d offset;  ///< origin of y in x's frame
-    bool is_x_first;         ///< whether x is a of the query
+    bool is_x_first;         ///< whether x is shape a of the query
 
     PolyhedronPair(const Core& core_x, const Core& core_y, bool is_first)
         : x(core_x.shape),
@@ -422,7 +423,7 @@ public:
         // arc cannot improve the best gap if both ends are worse.
         const Eigen::Vector3d to_y = rotated(pair_.x_from_y, y.vertices[at]) + pair_.offset - p;
         if (best.gap <= 0.0 && std::max(dot(first, to_y), dot(last, to_y)) < best.gap) return;
-        // Arcs that cross exactly at the start of this one would be missed by both this arc and the previous one.
+        // Arcs of y that cross exactly at the start of this arc would be missed by both this arc and the previous one.
         for (std::uint32_t k = y.first_neighbour[at]; k < y.first_neighbour[at + 1]; ++k) {
             const Eigen::Vector3d f = y.vertices[y.neighbours[k]] - y.vertices[at];
             if (std::abs(dot(d1, f)) <= slack_) cross_edges(e, p, f, y.vertices[at], first, best);
@@ -460,7 +461,7 @@ private:
         const double mm = dot(m, m);
         if (!(mm > kParallel * kParallel * ee * dot(f, f))) return;
         m /= std::sqrt(mm);
-        // For nearly parallel edges, rounding leaves a component along the edge, which matters most there.
+        // Rounding leaves a component of m along the edge, which matters most for nearly parallel edges: removes it.
         m -= (dot(m, e) / ee) * e;
         m /= length(m);
         if (dot(m, towards) < 0.0) m = -m;
@@ -476,7 +477,7 @@ private:
 
     const PolyhedronPair& pair_;
     double preference_;
-    double slack_;  ///< rounding error of a zero product, metres
+    double slack_;  ///< bound of the rounding error of a product that is 0, metres
 };
 
 void test_edges(const PolyhedronPair& pair, double preference, double enough, Candidate& best) {

@@ -11,13 +11,13 @@
 
 namespace terrane::internal {
 
-/// Translations d with normal . d >= depth, which separate two convex sets along a direction.
+/// Translations d with normal . d >= depth: after such a translation, two convex sets are separated along the normal.
 struct HalfSpace {
     Eigen::Vector3d normal;  ///< unit
     double depth;            ///< metres
 };
 
-/// Up to kMost half-spaces, in the order of arrival.
+/// Up to kMost half-spaces, in the order in which they were added.
 struct HalfSpaces {
     static constexpr std::size_t kMost = 48;
     std::array<HalfSpace, kMost> planes;
@@ -50,7 +50,7 @@ struct PlacedBox {
 };
 
 struct PlacedHull {
-    Eigen::Vector3d centre;    ///< of its body frame
+    Eigen::Vector3d centre;    ///< origin of the body frame
     Eigen::Matrix3d rotation;  ///< orthonormal
     Polyhedron shape;          ///< body frame
     double reach = 0.0;        ///< largest distance of a vertex from the centre
@@ -98,7 +98,7 @@ struct Closest {
     Eigen::Vector3d normal =
         Eigen::Vector3d::UnitZ();  ///< from b to a; arbitrary if the cores overlap
     double distance = 0.0;         ///< between the two points; 0 if the cores overlap
-    double lower = 0.0;            ///< lower bound certified by a separating plane
+    double lower = 0.0;            ///< lower bound of `distance`, certified by a separating plane
 };
 
 /// Finds the nearest points of two cores (GJK).
@@ -128,11 +128,11 @@ struct Axis {
 ///
 /// @param enough stops at the first gap above it
 ///
-/// Cost: O(faces * support + pairs of edges that form a facet)
+/// Cost: O(faces * cost of find_extreme() + pairs of edges that form a facet)
 Axis find_separating_axis(const Core& a, const Core& b,
                           double enough = std::numeric_limits<double>::infinity());
 
-/// The gap along any unit direction from b towards a.
+/// The gap of two cores along a unit normal from b towards a, without their radii, metres.
 double gap_along(const Core& a, const Core& b, const Eigen::Vector3d& normal);
 
 }  // namespace terrane::internal

@@ -59,7 +59,6 @@ inline double swept_pseudodistance(double core_distance, double radii) {
 // Queries of two convex shapes, dispatched by the types of the pair. shape_pairs.h has the contracts; queries of
 // compounds call these functions for pairs of parts.
 
-/// A non-owning view of a convex hull.
 struct HullView {
     Polyhedron shape;
     double reach = 0.0;  ///< bounding radius about the body frame's origin, metres

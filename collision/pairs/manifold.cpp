@@ -8,7 +8,7 @@
 namespace terrane::internal {
 
 SupportPolygon::SupportPolygon(const Core& core, const ContactPlane& plane, double side) {
-    // Smallest cosine between a support face's normal and the contact normal; a steeper face is replaced by its edge.
+    // Smallest cosine between the normal of a support face and the contact normal; an edge replaces a steeper face.
     constexpr double kSteep = 0.05;
     constexpr double kLevel = 1e-8;
     constexpr double kNone = std::numeric_limits<double>::infinity();

@@ -87,7 +87,7 @@ private:
     struct Candidate {
         Eigen::Vector3d point;  ///< on a
         double depth;
-        std::array<std::uint32_t, 6> features;  ///< part, first, second of a; of b
+        std::array<std::uint32_t, 6> features;  ///< of a, then of b: part, first, second
 
         bool is_before(const Candidate& other) const;
     };
@@ -103,10 +103,11 @@ private:
     double deepest_ = 0.0;
 };
 
-/// Adds the contacts of two cores along gap.normal: the intersection of their support features projected along it.
+/// Adds the contacts of two cores: the intersection of their support features projected along gap.normal, and the
+/// deepest contact if it is not among these.
 void find_core_contacts(const Core& a, const Core& b, const Gap& gap, Manifold& manifold);
 
-/// The same, but adds no deepest contact if the features do not intersect.
+/// The same, but without adding the deepest contact.
 void intersect_support_features(const Core& a, const Core& b, const Eigen::Vector3d& normal,
                                 Manifold& manifold);
 

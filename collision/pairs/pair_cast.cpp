@@ -13,7 +13,7 @@
 namespace terrane::internal {
 namespace {
 
-// Fraction of the motion; a shorter step near the other shape ends the advancement.
+// As a fraction of the motion: a shorter step near the other shape ends the advancement.
 constexpr double kShortest = 1e-4;
 constexpr int kMaxAdvances = 10'000;  // limit of steps of a cast
 
@@ -59,7 +59,7 @@ struct Mover {
     const Pose* body_from_part;
     const Motion& motion;
     Eigen::Vector3d start;  ///< body's origin at time 0, relative to the common origin
-    double spin = 0.0;      ///< angle of the motion, radians
+    double spin = 0.0;      ///< angle of rotation over the motion, radians
     double arm = 0.0;       ///< largest distance of a core vertex from the rotation axis, metres
 };
 
@@ -83,14 +83,15 @@ public:
     Step(const Step&) = delete;
     Step& operator=(const Step&) = delete;
 
-    /// Gap after a time if every point keeps its velocity.
+    /// Gap along the normal after a time, if every point keeps its velocity.
     double gap_after(double time) const {
         return offset_ + time * (speed_ + lever_speed_) -
                support(core_a_, -(normal_ + time * turn_a_)) -
                support(core_b_, normal_ + time * turn_b_);
     }
 
-    /// A time, at most `remaining`, until which the current `gap` provably stays at least `rest`.
+    /// A time, at most `remaining`, until which the distance plus `allowed_depth`, now `gap`, provably stays at least
+    /// `rest`.
     double safe_time(double gap, double rest, double allowed_depth, double remaining) const {
         const double closing = turning_ - speed_;
         double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
@@ -192,8 +193,8 @@ ConvexCast cast_convex(const MovingPart& a, const MovingPart& b, double from, do
             answer.fraction = to;
             return answer;
         }
-        // A hit at the last safe time: near the other shape if the shapes approach or the step is too short; anywhere
-        // if the step is below the resolution of t or the steps are too many.
+        // Ends with a hit at the last safe time: near the other shape, if the shapes approach or the step is too short;
+        // anywhere, if the step is below the resolution of t or the steps are too many.
         const bool is_near = room <= 0.25 * tolerance;
         if ((is_near && (time < kShortest || is_closing(mover_a, mover_b, at_a, at_b, gap, t))) ||
             !(t + time > t) || advance == kMaxAdvances) {
@@ -232,8 +233,8 @@ double reach_of(const Aabb& box) {
     return length(far);
 }
 
-// Lower bound of the time of impact of two boxes within a piece of the motion, as a fraction of the piece; infinity:
-// none.
+// Lower bound of the time of impact of two boxes within a piece of the motion, as a fraction of the piece; infinity if
+// they have no impact.
 class BoundsImpact {
 public:
     /// @param translation of b relative to a during the piece, which starts at the placements

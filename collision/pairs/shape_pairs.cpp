@@ -32,7 +32,7 @@ struct PlacedPair {
         b = {&view_b, world_from_b.rotation, between};
         if (is_single && std::holds_alternative<Sphere>(shape_a) &&
             std::holds_alternative<Sphere>(shape_b)) {
-            return;  // the same in every rotation
+            return;  // rotating a sphere changes nothing
         }
         a.rotation = orthonormalized(a.rotation);
         b.rotation = orthonormalized(b.rotation);
@@ -52,7 +52,7 @@ struct PlacedPair {
     ShapeView view_a;
     ShapeView view_b;
     bool is_single = true;  ///< both shapes have one part
-    double reach = 0.0;     ///< of both bounding spheres
+    double reach = 0.0;     ///< sum of the radii of both bounding spheres
     PlacedShape a;
     PlacedShape b;
 };

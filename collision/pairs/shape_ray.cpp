@@ -133,7 +133,7 @@ ConvexRay cast_at(const PlacedHull& hull, const Eigen::Vector3d& from,
         if (!cut(face.normal, face.offset)) return {};
     }
     if (shape.faces.size() == 2) {
-        // A flat hull has no side faces, so clips by planes through its edges.
+        // A flat hull has no side faces: clips by planes through its edges instead.
         const Polyhedron::Face& face = shape.faces[0];
         for (std::uint32_t k = 0; k < face.count; ++k) {
             const Eigen::Vector3d& low = shape.vertices[shape.loops[face.first + k]];

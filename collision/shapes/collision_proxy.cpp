@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Cuts a closed mesh into hulls, merges hulls as the distance allows, and reduces their vertices.
+// Cuts a closed mesh into hulls, merges hulls while the distance stays within the error, and reduces their vertices.
 #include "shapes/proxy_parts.h"
 #include "shapes/query_shapes.h"
 
@@ -23,8 +23,8 @@ using internal::SolidMesh;
 /// containment test 1e-12 per dropped part.
 constexpr double kHullRounding = 2e-9;
 
-// Largest distance of omitted vertices from the reduced hull, relative to the error and to the shortest side of the
-// hull's box. The smaller one applies.
+// Limits of the distance of omitted vertices from the reduced hull: kReduced times the error, and kThinned times the
+// shortest side of the hull's box. The smaller limit applies.
 constexpr double kReduced = 0.25;
 constexpr double kThinned = 0.05;
 
@@ -55,7 +55,7 @@ tl::unexpected<Error> out_of_reach(const CollisionProxySettings& settings, const
                                          number_text(settings.proxy_error));
 }
 
-/// The triangles, simplified within the error.
+/// A proxy of the mesh's triangles, simplified within the error.
 Result<CollisionProxy> make_surface(const SolidMesh& mesh, double error, CollisionProxyKind kind) {
     Result<std::vector<SimplifiedMesh>> levels =
         Result<std::vector<SimplifiedMesh>>(std::vector<SimplifiedMesh>{{mesh.triangles}});
@@ -78,8 +78,8 @@ Result<CollisionProxy> make_surface(const SolidMesh& mesh, double error, Collisi
                           .parts_volume = 0.0};
 }
 
-/// Whether all triangles lie on the faces of the hull. A closed surface on them that encloses a volume has the same
-/// winding number throughout the hull's interior.
+/// Whether the solid is the whole hull: all triangles lie on the hull's faces, and their signed volume is not 0. A
+/// closed surface on these faces has one winding number throughout the hull's interior.
 bool is_whole_hull(const SolidMesh& mesh, const ConvexHull& hull, double volume) {
     if (!(std::abs(volume) > 0.5 * internal::volume_of(hull))) return false;
     const std::span<const internal::Polyhedron::Face> faces = internal::polyhedron(hull).faces;
@@ -102,7 +102,7 @@ Result<CollisionProxy> make_solid(const SolidMesh& mesh, std::vector<ProxyPart> 
     double inside = 0.0, outside = 0.0, volume = 0.0;
     std::vector<CompoundPart> shapes;
     for (const ProxyPart& part : parts) {
-        // A part keeps its thickness, so that it has mass and a contact tolerance.
+        // Limited by the part's thickness, so that a part keeps a thickness, and thus a mass and a contact tolerance.
         const double thinnest = (part.bounds.high - part.bounds.low).minCoeff();
         const internal::ReducedHull reduced = internal::reduce_hull(
             part.hull, std::min(kReduced * error, kThinned * thinnest), settings.max_hull_vertices);

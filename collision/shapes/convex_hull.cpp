@@ -22,8 +22,8 @@ using Pair = std::pair<std::uint32_t, std::uint32_t>;
 /// A hull as indices of lattice points.
 struct Surface {
     Indices vertices;             // in increasing order
-    std::vector<HullFace> faces;  // of vertices
-    std::vector<Pair> joined;     // sides of faces and of their triangles: the graph of the climb
+    std::vector<HullFace> faces;  // their loops are indices of lattice points
+    std::vector<Pair> joined;     // edges of faces and triangles: find_extreme() climbs along them
     double thickness = 0.0;       // of a flat hull, in lattice spacings
 };
 
@@ -66,8 +66,8 @@ Surface make_flat(const LatticePoints& points, const Indices& chosen, const Simp
     return surface;
 }
 
-// Merges faces and drops points until the exact hull of the remaining points has all of them as vertices, so that a
-// climb over its sides reaches every extreme.
+// Merges coplanar faces and drops points that are not corners of faces, until every remaining point is a vertex of the
+// exact hull of the remaining points. A climb along the edges of that hull reaches every extreme vertex.
 Surface make_surface(const LatticePoints& points) {
     constexpr int kRounds = 4;
     Indices chosen(points.lattice.size());
@@ -187,8 +187,8 @@ std::shared_ptr<const HullData> make_hull_of(std::span<const Eigen::Vector3d> gi
     if (count >= kClimbFrom) {
         ClimbTable& climb = data->climb;
         fill_neighbours(std::move(surface.joined), count, climb.first_neighbour, climb.neighbours);
-        // Twice the rounding of a product (three roundings of the largest coordinate), twice the distance between the
-        // vertices and the lattice hull's (one rounding of the extent), and twice the thickness.
+        // The first term covers twice the rounding error of a dot product (three roundings of the largest coordinate)
+        // and twice the distance of a vertex from its lattice point (one rounding of the extent).
         climb.slack = 0x1p-49 * points.largest + 2.0 * surface.thickness * points.spacing;
         fill_climb_starts(data->vertices, climb);
         data->polyhedron.climb = &climb;
@@ -226,7 +226,7 @@ double extent_along(const Polyhedron& hull, const Eigen::Vector3d& direction) {
     return high - low;
 }
 
-// The directions begin + t turn between the face normals of an edge, t in [0, 1].
+// The directions begin + t turn, t in [0, 1], from one normal to the other of the two faces at an edge.
 struct Arc {
     const Polyhedron& hull;
     std::uint32_t highest;  // a vertex of the edge
@@ -234,13 +234,14 @@ struct Arc {
     Eigen::Vector3d turn;
 
     Eigen::Vector3d at(double t) const { return begin + t * turn; }
-    // At most the extent, because the directions are no longer than unit vectors.
+    // Height of the edge above a vertex along at(t), metres. At most the extent along at(t), which is no longer than a
+    // unit vector.
     double depth(std::uint32_t vertex, double t) const {
         return dot(at(t), hull.vertices[highest] - hull.vertices[vertex]);
     }
 
-    // The smaller of `width` and the smallest extent at the parameters between `from` and `to` at which the lowest
-    // vertex changes.
+    // The smaller of `width` and the least extent of the hull along the directions at(t), `from` < t < `to`, at which
+    // the lowest vertex changes. The lowest vertices at `from` and `to` are `low_from` and `low_to`.
     double least(double from, std::uint32_t low_from, double to, std::uint32_t low_to,
                  double width) const {
         if (low_from == low_to) return width;
@@ -263,7 +264,7 @@ struct Arc {
 double compute_width(const Polyhedron& hull) {
     if (hull.faces.size() <= 2) return 0.0;
     double width = kInfinity;
-    std::vector<std::uint32_t> below;  // [faces] vertex farthest below
+    std::vector<std::uint32_t> below;  // [faces] vertex farthest below the face
     for (const Polyhedron::Face& face : hull.faces) {
         below.push_back(find_extreme(hull, -face.normal));
         width = std::min(width, face.offset - dot(face.normal, hull.vertices[below.back()]));

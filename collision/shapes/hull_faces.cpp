@@ -75,11 +75,11 @@ private:
             if (std::abs(dot(normal, difference(origin, p))) > tolerance_) return false;
             longest = std::max(longest, length(difference(p, points_[v[(i + 1) % 3]])));
         }
-        // An opposite normal means the back of the hull, unless the triangle is a sliver without a reliable normal.
+        // A triangle with an opposite normal is on the back of the hull, or is a sliver, whose normal is unreliable.
         return dot(normal, normals_[triangle]) > 0.0 || sizes_[triangle] <= tolerance_ * longest;
     }
 
-    // A triangle that shares one side with the face must not touch it elsewhere, or the face would get a hole.
+    // A triangle that shares one side with the face must not touch the face elsewhere, or the face would get a hole.
     bool stays_disc(std::uint32_t triangle, std::uint32_t seed) const {
         int shared = 0;
         std::uint32_t apex = kNone;
@@ -135,7 +135,7 @@ private:
     double tolerance_;
     std::vector<Eigen::Vector3d> normals_;  // [triangles] length: twice the area
     std::vector<double> sizes_;             // [triangles] lengths of the normals
-    std::vector<std::uint32_t> face_;       // [triangles] seed of the face
+    std::vector<std::uint32_t> face_;       // [triangles] seed of the triangle's face
     std::vector<std::uint32_t> inside_;     // [points] the last face that the point is in
     std::vector<std::uint32_t> members_;    // triangles of the growing face
 };
@@ -149,7 +149,7 @@ std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
 
 namespace {
 
-// A point in a loop.
+// A point in the loop of a face. `before` and `after` are the neighbouring nodes of the loop.
 struct Node {
     std::uint32_t point;
     std::uint32_t face;

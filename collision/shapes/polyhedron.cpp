@@ -91,7 +91,7 @@ struct Candidate {
     double along = 0.0;
     std::uint32_t vertex = 0;
 
-    // The total order of extremes.
+    // A total order: the candidate farther along the direction comes first, on a tie the one with the lower index.
     bool is_beyond(const Candidate& other) const {
         return along > other.along || (along == other.along && vertex < other.vertex);
     }
@@ -123,7 +123,7 @@ public:
         }
     }
 
-    // Finds the best of the connected vertices within the slack of `best`. False if there are too many.
+    // Moves `best` to the best vertex within its slack that is connected to it. False if there are too many of these.
     bool search_plateau(Candidate& best) const {
         constexpr std::size_t kMost = 32;
         std::array<std::uint32_t, kMost> found;
@@ -220,7 +220,7 @@ void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& ta
         const int axis = place / (2 * resolution * resolution);
         const int row = place / resolution % resolution;
         int column = place % resolution;
-        if (row % 2 != 0) column = resolution - 1 - column;  // boustrophedon: short climbs
+        if (row % 2 != 0) column = resolution - 1 - column;  // zigzag, so that climbs are short
         Eigen::Vector3d direction;
         direction[axis] = place / (resolution * resolution) % 2 != 0 ? -1.0 : 1.0;
         direction[(axis + 1) % 3] = (2.0 * column + 1.0) / resolution - 1.0;

@@ -19,7 +19,7 @@ struct ClimbTable;
 ///
 /// Threads: any number at once. Copies are cheap: six spans and a pointer.
 struct Polyhedron {
-    /// Faces of the only edge of a two-point polyhedron.
+    /// Stands for the faces of the edge of a two-point polyhedron, which has no faces.
     static constexpr std::uint32_t kNoFace = ~std::uint32_t{0};
 
     /// A flat face with every vertex on it, coplanar triangles merged.
@@ -30,7 +30,7 @@ struct Polyhedron {
         std::uint32_t count = 0;  ///< at least 3, counter-clockwise seen from outside
     };
 
-    /// An edge of two faces. Listed once, with from < to, sorted by (from, to).
+    /// An edge between two faces. Each edge is listed once, with from < to; edges are sorted by (from, to).
     struct Edge {
         std::uint32_t from = 0;         ///< vertex
         std::uint32_t to = 0;           ///< vertex
@@ -49,13 +49,13 @@ struct Polyhedron {
     const ClimbTable* climb = nullptr;  ///< for find_extreme(); null: scan
 };
 
-/// The size-dependent data of a box's polyhedron; the rest is one constant table.
+/// The data of a box's polyhedron that depend on its size; all others are constant tables.
 struct BoxStorage {
     std::array<Eigen::Vector3d, 8> vertices;
     std::array<Polyhedron::Face, 6> faces;
 };
 
-/// The polyhedron of a box around the origin: 8 vertices, 6 faces, 12 edges. With extents of 0 vertices coincide and
+/// The polyhedron of a box around the origin: 8 vertices, 6 faces, 12 edges. If an extent is 0, vertices coincide, and
 /// faces have no area but keep their normals.
 ///
 /// Vertex i lies at +x if bit 0 of i is set, else at -x; bit 1 is for y, bit 2 for z. The order of the faces is -x, +x,
@@ -70,12 +70,12 @@ Polyhedron box_polyhedron(const Eigen::Vector3d& half_extents, BoxStorage& stora
 /// Data of the hill climb of find_extreme(): the vertices' neighbours in a triangulation of the surface, and start
 /// vertices.
 struct ClimbTable {
-    std::vector<std::uint32_t> first_neighbour;  ///< vertices + 1
+    std::vector<std::uint32_t> first_neighbour;  ///< [vertices + 1] as in Polyhedron
     std::vector<std::uint32_t> neighbours;
-    std::vector<std::uint32_t> starts;  ///< vertices near the extremes of a cube of directions
-    int resolution = 0;                 ///< starts has 6 resolution^2 of them
-    /// Rounding bound, metres: dot products that differ by more than this times the direction's 1-norm are in the exact
-    /// order.
+    std::vector<std::uint32_t> starts;  ///< [cells of a cube map] a vertex near the extreme
+    int resolution = 0;                 ///< of the cube map, which has 6 resolution^2 cells
+    /// Two dot products with one direction are in exact order if they differ by more than this times the 1-norm of the
+    /// direction, metres.
     double slack = 0.0;
 };
 
@@ -89,7 +89,7 @@ inline constexpr std::size_t kClimbFrom = 48;
 ///
 /// Threads:   any number at once
 /// Allocates: nothing
-/// Cost:      the faster of find_extreme_by_scan() and find_extreme_by_climb()
+/// Cost:      that of find_extreme_by_climb() if the hull has a ClimbTable, else that of find_extreme_by_scan()
 std::uint32_t find_extreme(const Polyhedron& hull, const Eigen::Vector3d& direction);
 
 /// Evaluates every vertex: about 1 ns each.
@@ -97,14 +97,14 @@ std::uint32_t find_extreme_by_scan(std::span<const Eigen::Vector3d> vertices,
                                    const Eigen::Vector3d& direction);
 
 /// Starts at a vertex from the table, climbs over neighbours, then searches all vertices within rounding of the
-/// maximum; falls back to a scan if there are many. About 40 ns for round hulls of any size; as slow as a scan in a
-/// direction orthogonal to a large face.
+/// maximum; falls back to a scan if there are many. Takes about 40 ns for round hulls of any size. In a direction
+/// orthogonal to a face with many vertices it is as slow as a scan.
 std::uint32_t find_extreme_by_climb(std::span<const Eigen::Vector3d> vertices,
                                     const ClimbTable& table, const Eigen::Vector3d& direction);
 
 /// Fills in the start vertices.
 ///
-/// @param table_out neighbours and slack are set
+/// @param table_out its neighbours and slack must be set already
 void fill_climb_starts(std::span<const Eigen::Vector3d> vertices, ClimbTable& table_out);
 
 }  // namespace terrane::internal

@@ -8,9 +8,9 @@
 //             Mamou. Volumetric hierarchical approximate convex decomposition. Game Engine Gems 3, 2016 (planes chosen
 //             by the volume of the hulls minus that of the solid).
 //             Sutherland, Hodgman. Reentrant polygon clipping. 1974.
-// Deviations: pieces are not closed after a cut. An extreme point of the solid within a box lies on the clipped surface
-//             or is a corner of the box inside the solid, so that the hull of both sets is the hull of the piece.
-//             Planes are chosen one at a time, without a tree search.
+// Deviations: surfaces of pieces are not closed along a cut. Every extreme point of the solid within a box lies on the
+//             clipped surface or is a corner of the box that lies inside the solid, so the hull of these points is the
+//             hull of the piece. Planes are chosen one at a time, without a tree search.
 #include "base/aabb_tree.h"
 #include "shapes/proxy_parts.h"
 
@@ -26,8 +26,8 @@ namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-// Precision of the distances that order the pieces to be cut: a quarter of the error, or this fraction of the extent if
-// that is more. It does not affect whether a piece is within the error.
+// Precision of the distances by which pieces are chosen for cutting: a quarter of the error, or this fraction of the
+// extent if that is more. It does not affect whether a piece counts as within the error.
 constexpr double kCutPrecision = 1e-4;
 
 /// The solid within a box.
@@ -99,8 +99,8 @@ Cell side_of(const Cell& cell, const Cut& cut, double sign) {
     return side;
 }
 
-/// Points with the same hull as the solid within the cell. Corners on the surface are skipped: they are on the clipped
-/// surface already, or belong to the solid outside the cell.
+/// Points whose hull is that of the solid within the cell. Corners of the box that lie on the surface are skipped: they
+/// are on the clipped surface already, or belong to the solid outside the cell.
 std::vector<Eigen::Vector3d> extreme_points(const SolidMesh& solid, const Cell& cell) {
     std::vector<Eigen::Vector3d> points;
     for (const Polygon& polygon : cell.surface) {
@@ -138,7 +138,8 @@ double rough_volume(const std::vector<Eigen::Vector3d>& points) {
     return hull ? volume_of(*hull) : 0.0;
 }
 
-/// Candidate coordinates along an axis: quarters, vertices, and the most protruding point of the part.
+/// Candidate coordinates of a cut along an axis: quarters of the box, up to ten vertices of the surface, and the point
+/// of the hull that is known to be farthest from the solid.
 std::vector<double> positions_along(const Cell& cell, int axis) {
     constexpr std::size_t kMostVertices = 10;
     constexpr double kMargin = 0.02;  // of the box's side, left on both sides of a cut
@@ -162,8 +163,8 @@ std::vector<double> positions_along(const Cell& cell, int axis) {
     return positions;
 }
 
-/// The cut with the smallest sum of hull volumes; if none saves 3 %, the middle of the longest side, because for
-/// instance no first cut of a ring saves volume.
+/// The cut whose two hulls have the smallest total volume. If no cut saves 3 %, the middle of the longest side: for
+/// instance, no first cut of a ring saves volume.
 Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     constexpr double kSaved = 0.97;
     const Eigen::Vector3d sides = cell.box.high - cell.box.low;
@@ -176,7 +177,7 @@ Cut choose_cut(const SolidMesh& solid, const Cell& cell, double error) {
     };
     double least = rough_volume(extreme_points(solid, cell)) * kSaved;
     for (int axis = 0; axis < 3; ++axis) {
-        // Slices much thinner than the error save volume but no distance.
+        // Slices much thinner than the error reduce the volume but not the distance.
         if (!(sides[axis] > std::max(0.25 * error, 1e-6 * sides[longest]))) continue;
         for (const double at : positions_along(cell, axis)) {
             const double volume = volume_after({axis, at});
@@ -202,7 +203,7 @@ Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points) {
 Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
                                             std::size_t max_parts) {
     const double precision = std::max(0.25 * error, kCutPrecision * solid.extent);
-    // Makes the part of a cell and shrinks the cell's box to it: the solid has no points outside.
+    // Makes the part of a cell and shrinks the cell's box to the part: the solid in the cell has no points outside it.
     const auto finish = [&](Cell& cell) -> Result<void> {
         const std::vector<Eigen::Vector3d> points = extreme_points(solid, cell);
         if (points.empty()) return {};
@@ -252,7 +253,7 @@ namespace {
 /// The common hull of two parts.
 struct MergedPair {
     double added_volume = 0.0;
-    std::size_t first = 0, second = 0;  ///< parts, by their number
+    std::size_t first = 0, second = 0;  ///< indices of parts
     ProxyPart part;
 
     bool operator<(const MergedPair& other) const {  // the queue's top is the greatest
@@ -268,7 +269,8 @@ public:
         count_ = parts_.size();
     }
 
-    /// Merges as long as the distance allows it and more than `enough` parts are left.
+    /// Merges pairs while a common hull is within `error` of the solid and more than `enough` parts are left. With
+    /// `only_neighbours`, only pairs whose boxes are at most half the error apart.
     Result<void> run(double error, std::size_t enough, bool only_neighbours) {
         pairs_ = {};
         margin_ = only_neighbours ? std::max(0.5 * error, 1e-9 * solid_.extent) : kInfinity;
@@ -318,7 +320,7 @@ private:
         }
     }
 
-    /// Adds the pairs of a part with the preceding parts.
+    /// Adds the pairs of part `second` with the parts before it.
     Result<void> add_pairs(std::size_t second) {
         if (!parts_[second]) return {};
         const ProxyPart& b = *parts_[second];
@@ -337,7 +339,7 @@ private:
     const SolidMesh& solid_;
     double margin_ = 0.0;
     std::size_t count_ = 0;
-    std::vector<std::optional<ProxyPart>> parts_;  ///< merged ones are absent
+    std::vector<std::optional<ProxyPart>> parts_;  ///< empty once merged or contained in another
     std::priority_queue<MergedPair> pairs_;
 };
 
@@ -354,7 +356,7 @@ Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<P
 ReducedHull reduce_hull(const ConvexHull& hull, double error, std::size_t max_vertices) {
     const std::span<const Eigen::Vector3d> all = hull.vertices();
     if (all.size() <= 4) return {hull, 0.0};
-    // Starts with four vertices: the first in order, the farthest from it, and so on.
+    // Chooses at least four vertices: the first in order, then always the farthest from the hull of those chosen.
     std::vector<Eigen::Vector3d> chosen{all[0]};
     for (;;) {
         const ConvexHull made = ConvexHull::create(chosen).value();
@@ -386,18 +388,18 @@ ReducedHull reduce_hull(const ConvexHull& hull, double error, std::size_t max_ve
 
 namespace {
 
-constexpr std::size_t kMostParts = 16;  // the farthest from the solid
+constexpr std::size_t kMostParts = 16;  // tested: those farthest from the solid
 constexpr int kMostSteps = 64;          // of a ray
-// Rounding of hulls and clipped points relative to the extent: ten times the promised bounds.
+// Bound of the rounding of hulls and clipped points, relative to the extent: ten times the bound of ConvexHull.
 constexpr double kReachRounding = 1e-8;
 
-// Whether a ray stays at least `clearance` away from the solid.
+// Whether a ray is proved to stay at least `clearance` away from the solid.
 bool is_clear(const SolidMesh& solid, Eigen::Vector3d p, const Eigen::Vector3d& direction,
               double clearance) {
     for (int step = 0; step < kMostSteps; ++step) {
         const double distance = find_nearest(solid, p).distance;
         if (!(distance > clearance)) return false;
-        // Farther away than the extent of the solid: the rest of the ray does not approach it.
+        // The ray began near the solid and is now farther away than its extent, so the rest leads away from it.
         if (distance > 8.0 * solid.extent) return true;
         p += 0.999 * (distance - clearance) * direction;
     }

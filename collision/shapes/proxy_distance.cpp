@@ -24,8 +24,8 @@ double box_distance(const Aabb& box, const Eigen::Vector3d& p) {
     return std::sqrt(square);
 }
 
-/// Crossing of the directed edge a -> b, projected along z, with the ray from p along +x: 1 upward in y, -1 downward.
-/// The edge is evaluated from its lower end, so that both triangles of an edge agree on the crossing.
+/// Whether the directed edge a -> b, projected along z, crosses the ray from p along +x: 1 if it crosses upward in y,
+/// -1 if downward, else 0. Computed from the lower end, so that both triangles of an edge agree.
 int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& p) {
     const bool is_a_above = a.y() > p.y(), is_b_above = b.y() > p.y();
     if (is_a_above == is_b_above) return 0;
@@ -117,7 +117,7 @@ bool is_inside(const SolidMesh& mesh, const Eigen::Vector3d& p) {
             const int turns = crossing(a, b, p) + crossing(b, c, p) + crossing(c, a, p);
             if (turns == 0) return;
             const Eigen::Vector3d normal = cross(b - a, c - a);
-            // Above p: the plane's height over p, with the normal's sign for turns.
+            // Counts a triangle above p: the normal's z has the sign of `turns`, which makes the test one of height.
             if (dot(a - p, normal) * (turns > 0 ? 1.0 : -1.0) > 0.0) winding += turns;
         });
     return winding != 0;
@@ -174,7 +174,7 @@ public:
         const bool is_middle_inside = is_inside(solid_, middle);
         if (is_middle_inside) {
             if (nearest.distance >= radius) return;  // all of it is inside
-            // No point is farther outside the solid than outside the ball around the centroid.
+            // The ball around the centroid is inside the solid: no point is farther from the solid than from the ball.
             bound = std::min(bound, radius - nearest.distance);
         } else if (nearest.distance > found_.low) {
             found_.low = nearest.distance;

@@ -32,7 +32,7 @@ struct SolidMesh {
     }
 };
 
-/// Welds equal positions and drops triangles with equal corners.
+/// Merges equal positions and drops triangles with equal corners.
 ///
 /// @param mesh finite, with valid indices
 SolidMesh make_solid_mesh(const TriangleMesh& mesh);
@@ -43,7 +43,7 @@ struct NearestTriangle {
     double distance = kInfinity;
 };
 
-/// Of triangles at equal distance returns the lowest index.
+/// The nearest triangle to a point; of several, the one with the lowest index.
 NearestTriangle find_nearest(const SolidMesh& mesh, const Eigen::Vector3d& p);
 
 /// Whether the winding number of a closed mesh about a point is not 0. Arbitrary for points on the surface.
@@ -54,21 +54,21 @@ double signed_volume(const SolidMesh& mesh);
 
 /// Bounds of the one-sided Hausdorff distance from a hull to a solid.
 struct HullDistance {
-    double low = 0.0;   ///< distance of `place` from the solid, metres
+    double low = 0.0;   ///< distance of `place` from the solid, metres: the largest found
     double high = 0.0;  ///< certified upper bound, metres
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< on the hull
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< a point of the hull
     std::size_t pieces = 0;                           ///< number of sub-triangles created
 };
 
-/// Branch and bound over the hull's faces. Stops when `high` is at most max(enough, low + precision), when `low`
-/// exceeds `too_much`, or after a fixed number of sub-triangles.
+/// Bounds the distance by branch and bound over the hull's faces. Stops when `high` is at most max(enough, low +
+/// precision), when `low` exceeds `too_much`, or after a fixed number of sub-triangles.
 HullDistance distance_outside(const SolidMesh& solid, const ConvexHull& hull, double enough,
                               double precision, double too_much);
 
-/// Distance from a point to a hull, metres; 0 inside. An upper bound within rounding.
+/// Distance from a point to a hull, metres; 0 inside. Not below the exact distance, except for rounding.
 double distance_to_hull(const ConvexHull& hull, const Eigen::Vector3d& p);
 
-/// Volume, m^3.
+/// Volume of a hull, m^3; 0 for a flat one.
 double volume_of(const ConvexHull& hull);
 
 /// A convex piece of a proxy.
@@ -76,22 +76,24 @@ struct ProxyPart {
     ConvexHull hull;
     Aabb bounds;            ///< of the hull
     double volume = 0.0;    ///< m^3
-    HullDistance distance;  ///< of the hull's faces from the solid
+    HullDistance distance;  ///< of the hull from the solid
 };
 
+/// The hull of points, as a part. Does not set its distance.
+///
 /// Fails: as ConvexHull::create()
 Result<ProxyPart> make_part(std::span<const Eigen::Vector3d> points);
 
 /// Covers a closed solid with hulls: cuts it by axis-aligned planes and replaces each piece by its hull, until no hull
-/// protrudes from the solid by more than `error` or there are `max_parts`.
+/// protrudes from the solid by more than `error` or there are `max_parts` hulls.
 ///
 /// Fails: as ConvexHull::create()
 Result<std::vector<ProxyPart>> cut_to_parts(const SolidMesh& solid, double error,
                                             std::size_t max_parts);
 
-/// Replaces pairs of parts by their common hull, least added volume first, while the hull protrudes from the solid by
-/// at most `error`; then, whatever the error, until at most `max_parts` are left. Parts contained in another one are
-/// dropped.
+/// Merges pairs of parts into their common hull, in the order of the volume that the hull adds. First merges pairs
+/// whose common hull protrudes from the solid by at most `error`. Then, whatever the error, merges until at most
+/// `max_parts` are left. Parts contained in another part are dropped.
 ///
 /// Fails: as ConvexHull::create()
 Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<ProxyPart> parts,
@@ -100,15 +102,15 @@ Result<std::vector<ProxyPart>> merge_parts(const SolidMesh& solid, std::vector<P
 /// A hull of a subset of another hull's vertices.
 struct ReducedHull {
     ConvexHull hull;
-    double distance = 0.0;  ///< upper bound of the distance of omitted vertices, metres
+    double distance = 0.0;  ///< upper bound: from omitted vertices to the hull, metres
 };
 
-/// Repeatedly adds the vertex farthest outside, until none is farther than `error` or there are `max_vertices`, at
-/// least four. The result lies inside the hull.
+/// Chooses vertices of a hull one by one, each the farthest from the hull of those already chosen, until none is
+/// farther than `error` or `max_vertices` (at least four) are chosen. The result lies inside the given hull.
 ReducedHull reduce_hull(const ConvexHull& hull, double error, std::size_t max_vertices);
 
-/// Lower bound of the distance between a mesh and any proxy in which each part lies inside one hull, also after
-/// vertices of these hulls are omitted, metres; 0 if no bound is known.
+/// Lower bound of the error of every proxy whose hulls are made from these parts: each part lies inside one hull, and
+/// vertices of the hulls may then be omitted. Metres; 0 if no bound is known.
 double least_error(const SolidMesh& solid, std::span<const ProxyPart> parts);
 
 }  // namespace terrane::internal

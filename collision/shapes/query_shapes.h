@@ -63,11 +63,11 @@ inline constexpr double kMostRotation = 1e7;
 bool is_valid_place(const WorldPos& point_world);
 /// Whether validate(shape) succeeds, the place is valid, and the rotation is orthonormal to 1e-6 with determinant 1.
 bool is_valid_query(const Shape& shape, const Pose& pose);
-/// The same for the start of a motion whose translation is at most kFarthestPlace and whose rotation is at most
-/// kMostRotation.
+/// The same for the start of a motion; also whether its translation is within kFarthestPlace and its rotation within
+/// kMostRotation along each axis.
 bool is_valid_query(const Shape& shape, const Motion& motion);
-/// Whether neighbouring doubles at both ends of a motion are at most a quarter of a tolerance apart, metres: a cast
-/// cannot resolve smaller gaps.
+/// Whether neighbouring doubles at both ends of a motion are at most a quarter of `tolerance`, metres, apart: a cast
+/// cannot resolve gaps that are smaller than the distance of neighbouring doubles.
 bool is_resolved(const Motion& motion, double tolerance);
 
 }  // namespace terrane::internal

@@ -299,15 +299,15 @@ private:
     bool is_above(const Face& face, std::uint32_t point, double& distance_out) const {
         const Eigen::Vector3d w = difference(points_[face.vertices[0]], points_[point]);
         distance_out = dot(face.normal, w);
-        // Ten roundings of terms with a sum of at most span |w|; the bound allows sixteen.
+        // At most ten roundings of terms whose magnitudes add up to at most span times w's 1-norm; allows sixteen.
         const double error = 0x1p-49 * face.span * sum_of_sizes(w);
         if (std::abs(distance_out) > error) return distance_out > 0.0;
         return side_of_plane(points_[face.vertices[0]], points_[face.vertices[1]],
                              points_[face.vertices[2]], points_[point]) > 0;
     }
 
-    // Adds a point to the outside set of the first face, from `first_face` on, that it lies above; drops it if there is
-    // none.
+    // Adds a point to the outside set of the first face, from `first_face` on, that the point lies above. Drops the
+    // point if there is no such face.
     void assign_point(std::uint32_t point, std::uint32_t first_face) {
         for (std::uint32_t i = first_face; i < faces_.size(); ++i) {
             Face& face = faces_[i];

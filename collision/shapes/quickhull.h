@@ -21,8 +21,8 @@ struct LatticePoints {
     double extent = 0.0;                     ///< largest over the three axes, metres
     double largest = 0.0;                    ///< largest absolute coordinate, metres
     double spacing = 0.0;                    ///< of the lattice, metres; may underflow to 0
-    /// Distance within which a point counts as on a plane or line, in lattice spacings: 32 roundings of the largest
-    /// coordinate, which a rotation can introduce, at most 2^-35 of the extent.
+    /// A point that is at most this far from a plane or line counts as on it; in lattice spacings. It is 32 roundings
+    /// (2^-53) of the largest coordinate, as a rotation can introduce, but at most 2^-35 of the extent.
     double tolerance = 0.0;
 };
 
@@ -41,7 +41,7 @@ Eigen::Vector3d triangle_normal(const LatticePoint& a, const LatticePoint& b,
 int side_of_plane(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
                   const LatticePoint& d);
 
-/// 2D orientation predicate: the exact sign of the axis component of (b - a) x (c - a); 1 is a left turn.
+/// 2D orientation predicate: the exact sign of component `axis` of (b - a) x (c - a); 1 is a left turn.
 int turn(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c, int axis);
 
 /// No vertex, point or face.
@@ -56,7 +56,7 @@ struct TriangleHull {
 };
 
 /// The exact convex hull of lattice points: no chosen point is above any triangle. Coplanar regions are triangulated
-/// arbitrarily, possibly with surface points that are not corners.
+/// arbitrarily; vertices of triangles may be points of the surface that are not corners of the hull.
 ///
 /// @param chosen  indices of the points to enclose, in increasing order
 /// @param simplex four chosen points that are not coplanar
@@ -68,7 +68,7 @@ TriangleHull make_triangle_hull(const std::vector<LatticePoint>& points,
 
 /// A face of a hull under construction.
 struct HullFace {
-    Eigen::Vector3d normal;           ///< unit, outward; every point of the hull is on or below
+    Eigen::Vector3d normal;           ///< unit, outward; the hull is on or below the face
     std::vector<std::uint32_t> loop;  ///< points, counter-clockwise seen from outside
 };
 
@@ -83,12 +83,12 @@ struct HullFace {
 std::vector<HullFace> merge_coplanar(const std::vector<LatticePoint>& points,
                                      const TriangleHull& hull, double tolerance);
 
-/// Removes points of exactly two faces that are collinear with their neighbours, within half the tolerance of the
-/// remaining side. Works in rounds, none of which removes two neighbours. Every loop keeps at least three points.
+/// Removes the points that lie on exactly two faces and within half the tolerance of the segment between their
+/// neighbours. Works in rounds; no round removes two neighbouring points. Every loop keeps at least three points.
 void drop_collinear_points(const std::vector<LatticePoint>& points, double tolerance,
                            std::vector<HullFace>& faces);
 
-/// Initial simplex: each corner is the farthest from the point, line or plane of the previous ones.
+/// Initial simplex: each corner is the point farthest from the point, line or plane through the previous corners.
 struct Simplex {
     int dimension = 0;  ///< of the points, within the tolerance: 0 point, 1 line, 2 plane, 3 solid
     std::array<std::uint32_t, 4> corners{};  ///< the first dimension + 1 are valid
@@ -99,8 +99,8 @@ struct Simplex {
 Simplex find_simplex(const std::vector<LatticePoint>& points, std::span<const std::uint32_t> chosen,
                      double tolerance);
 
-/// The two faces of a flat hull: the convex polygon of the points projected along the simplex's normal, and its
-/// reverse. Empty if that polygon has fewer than three corners.
+/// The two faces of a flat hull: the convex hull of the points in projection along the axis nearest to the simplex's
+/// normal, and its reverse. Empty if that polygon has fewer than three corners.
 std::vector<HullFace> make_flat_faces(const std::vector<LatticePoint>& points,
                                       std::span<const std::uint32_t> chosen,
                                       const Simplex& simplex);

@@ -25,7 +25,7 @@ using internal::dot;
 using internal::length;
 using internal::rotated;
 
-// Visits the core points of a shape: their convex hull, swept by the returned radius, is the shape.
+// Visits the core points of a shape. Their convex hull, enlarged by the returned radius, is the shape.
 template <class Visit>
 double visit_core(const ConvexShape& shape, Visit visit) {
     if (const Sphere* sphere = std::get_if<Sphere>(&shape)) {
@@ -226,7 +226,6 @@ Result<void> Box::validate() const {
     return check_size("box half_extents z", half_extents.z());
 }
 
-// Dispatch to the functions of the alternatives.
 Result<void> validate(const Shape& shape) {
     return std::visit([](const auto& each) { return each.validate(); }, shape);
 }

@@ -25,7 +25,7 @@ std::array<bool, 4> sides_of_chunk(const VolumeTileKey& key) {
 
 /// Largest vertical distance of a contour's vertices from the heightfield, metres. Over each triangle the vertical
 /// distance is linear, so this bounds the distance of all points of the contour. It also bounds the distance of every
-/// replaced part of the heightfield, because a part of the contour lies above or below.
+/// replaced part of the heightfield, because a part of the contour lies above or below that part.
 double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
     const auto ground = [&](const VolumeNode& node) {
         return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),
@@ -380,7 +380,7 @@ WorldRect rect_of(const Volumes& volumes, const VolumeTileKey& key) {
 /// Extent of one operation over a tile; absent if it changes nothing there.
 std::optional<SolidExtent> solid_of(VolumeOp op, const HeightInterval& shape,
                                     const HeightInterval& ground, double spacing) {
-    // The contour deviates by less than the longest edge of its lattice over flat ground.
+    // Over flat ground, the contour deviates from the shape by less than the longest edge of its lattice.
     const double margin = 2.0 * spacing;
     HeightInterval part{shape.low - margin, shape.high + margin};
     if (op == VolumeOp::remove) {

@@ -19,7 +19,7 @@
 
 namespace terrane::internal {
 
-/// Tiles along the side of a chunk; tiles of a chunk, row by row from the south-west.
+/// Number of tiles along the side of a chunk, and in a chunk. Tiles are counted row by row from the south-west.
 inline constexpr int kTilesPerChunk = kChunkCells / kVolumeTileCells;
 inline constexpr int kChunkTiles = kTilesPerChunk * kTilesPerChunk;
 
@@ -35,14 +35,14 @@ struct TileSolid {
     VolumeTile level_set;
     VolumeContour contour;
     ContourErrors errors;                 ///< of the contour
-    double farthest_from_ground_m = 0.0;  ///< vertical distance of the contour from the heightfield
+    double farthest_from_ground_m = 0.0;  ///< largest vertical distance from the heightfield
     std::size_t bytes = 0;                ///< of level sets, contour and errors
 
-    /// @param operations the operations in the tile, from which its errors are bounded
+    /// @param operations that touch the tile: bounds of its errors follow from them
     TileSolid(VolumeTile tile, std::span<const PlacedVolume* const> operations);
 };
 
-/// The tiles of a chunk; null where no volume touches one. Versions of a chunk share tiles that do not differ.
+/// The tiles of a chunk; a tile that no volume touches is null. Versions of a chunk share tiles that do not differ.
 using ChunkTiles = std::array<std::shared_ptr<const TileSolid>, kChunkTiles>;
 
 std::size_t bytes_of(const ChunkTiles& tiles);
@@ -91,8 +91,8 @@ std::optional<ChunkExtent> extent_of(const HeightSource& heights, const Volumes&
 /// Extents of volumes over chunks of all levels. The extents of coarser levels follow from the pinned level.
 ///
 /// Below the heightfield only removed shapes matter, above it only added ones. The error of the heightfield alone
-/// (SolidExtent::error_m) is bounded by the largest vertical distance of these shapes' surfaces from it: it misses no
-/// surface that is farther away, and its own points over a void are no higher above the void's floor.
+/// (SolidExtent::error_m) is bounded by the largest vertical distance of these shapes' surfaces from the heightfield:
+/// no surface that it lacks is farther away, and where it spans a void, it is no higher above the void's floor.
 ///
 /// Threads: any number of readers, or one thread that changes it
 class SolidExtents {

@@ -18,9 +18,9 @@ namespace {
 constexpr std::size_t kMostOperations = 64;
 /// Cells along the side of a box.
 constexpr int kBoxCells = 4;
-/// Layers from the heightfield beyond which its slope no longer makes tetrahedra longer; includes a margin.
+/// Number of layers from the heightfield beyond which its slope does not make tetrahedra longer; includes a margin.
 constexpr std::int32_t kLayersFromGround = 4;
-/// Diameter of the tetrahedra beyond, and squared radius of their smallest enclosing ball, in spacings.
+/// Diameter of the tetrahedra beyond these layers, and squared radius of their smallest enclosing ball, in spacings.
 constexpr double kDiameter = 1.7321, kBallSquared = 3.0 / 8.0 * kDiameter * kDiameter;
 /// Largest error bound that is reported, in spacings: the bound does not examine the interpolant farther away.
 constexpr double kMostError = 0.5;
@@ -93,7 +93,7 @@ public:
         }
     }
 
-    /// Bound over a box, metres; absent if more than one part is near, or it is sampled.
+    /// Bound over a box, metres; absent if none is known, such as if several parts or a sampled shape are near.
     std::optional<double> bound(const Aabb& box) {
         centre_ = 0.5 * (box.low + box.high);
         const Eigen::Vector3d half = 0.5 * (box.high - box.low);
@@ -120,7 +120,7 @@ public:
     }
 
 private:
-    // Centre and half extents, widened to include all relevant nodes.
+    // Centre and half extents of a box, widened to include all relevant nodes.
     NodeBox widened(const Aabb& box) const {
         const Eigen::Vector3d more = Eigen::Vector3d::Constant((kDiameter + kMostError) * spacing_);
         return {0.5 * (box.low + box.high), 0.5 * (box.high - box.low) + more};
@@ -162,8 +162,8 @@ private:
         const double farthest = a.radius + kNodeDistance * spacing_;
         if (!(std::min(length_a, length_b) > farthest * sine)) return std::nullopt;
         // In a tetrahedron across the crease, the value of one function at nodes on the other's side is too large by at
-        // most j t + h t^2 at a distance t from the crease, where j is the jump of the gradient; the smaller of both
-        // means is at most j e / 4 + 3/8 h e^2 / 3, for the diameter e.
+        // most j t + h t^2 at a distance t from the crease, where j is the jump of the gradient and h bounds the second
+        // derivatives. The smaller of the two mean excesses is at most j e / 4 + 3/8 h e^2 / 3, for the diameter e.
         const double jump = 2.0 * std::sqrt(std::max(0.5 * (1.0 - cosine), 0.0));
         return (5.0 / 3.0 * curved + 0.25 * kDiameter * jump) / cosine;
     }

@@ -8,7 +8,7 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kLeastFraction = 0x1p-8;  // of the edge, from a vertex to a node
+constexpr double kLeastFraction = 0x1p-8;  // of the edge: least distance of a vertex from its ends
 constexpr int kBisections = 12;            // of an interval of half a spacing
 
 std::size_t hash_of(const LineNode& a, const LineNode& b) {

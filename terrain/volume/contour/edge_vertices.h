@@ -40,9 +40,9 @@ struct TileFields {
 /// Makes the vertices of a contour, one for each edge that the surface crosses.
 ///
 /// The vertex is at the field's zero along the edge. If the ends are at most one spacing apart in k, the field is
-/// interpolated linearly between them, else between the two lines. The vertex keeps a distance of 2^-8 of the edge from
-/// both ends. On an edge of the heightfield from void to solid it is halfway between the zeros of both fields, so that
-/// cavity and overhang share it.
+/// interpolated linearly between them, else between its values on the two lines. The vertex keeps a distance of 2^-8 of
+/// the edge from both ends. On an edge of the heightfield from void to solid, the vertex is halfway between the zeros
+/// of both fields, so that cavity and overhang share it.
 class EdgeVertices {
 public:
     EdgeVertices(const TileLines& lines, const TileFields& fields, VolumeContour& contour_out);

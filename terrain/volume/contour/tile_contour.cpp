@@ -40,9 +40,8 @@ public:
 
 private:
     struct Layers {
-        std::int32_t
-            first = 0,
-            last = 0;  // of a layer: its upper node below the heightfield, else its lower node
+        // Each layer has the number of its node that is nearer to the heightfield.
+        std::int32_t first = 0, last = 0;
     };
     static constexpr std::uint32_t kDown = 0, kUp = 1;
 
@@ -63,10 +62,9 @@ private:
 
     std::array<int, 3> column_{};             // lines
     std::array<std::int32_t, 3> surface_{};   // their nodes at the samples
-    std::array<std::size_t, 3> ascending_{};  // indices into column_, by height of nodes of one k
+    std::array<std::size_t, 3> ascending_{};  // indices into column_, by height of their nodes k
     std::vector<Layers> layers_;
-    std::array<std::vector<std::uint8_t>, 3>
-        inside_;  // whether each node of the visited layers is in the solid
+    std::array<std::vector<std::uint8_t>, 3> inside_;  // [nodes of the layers] 1: in the solid
 };
 
 /// Closes a contour along a side of its tile as if there were no volumes beyond: fills the part of the vertical plane
@@ -92,7 +90,7 @@ private:
     void join_edge();
     void emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, bool is_reversed);
     bool is_inside(Field field, const LineNode& node) const;
-    /// The lowest or highest node of the strip's lines that may be inside a field.
+    /// The lowest or highest node of the strip's lines at which a field may be negative.
     template <Field field>
     std::int32_t farthest() const;
 
@@ -102,13 +100,13 @@ private:
     VolumeContour& contour_;
 
     std::size_t side_ = 0;
-    bool is_reversed_ = false;  // triangles of voids, if the side's lines run from left to right
+    bool is_reversed_ = false;  // whether triangles of voids are clockwise: see close()
     std::array<int, 2> strip_{};
 };
 
 namespace {
 
-// Even permutations of a tetrahedron's nodes. The first node, or the first two, are on one side of the surface.
+// Even permutations of a tetrahedron's nodes. The surface separates the first node, or the first two, from the others.
 constexpr std::array<std::array<std::size_t, 4>, 4> kOneApart = {
     {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
 constexpr std::array<std::array<std::size_t, 4>, 6> kTwoApart = {
@@ -262,8 +260,8 @@ void ColumnSweep::emit(std::uint32_t a, std::uint32_t b, std::uint32_t c, Field 
 
 void SideCaps::close(std::size_t side) {
     side_ = side;
-    // The lines run to the right, from south to north or from west to east, and z up. In this view the inside of the
-    // tile is behind the western and northern sides.
+    // The view has the lines from left to right, from south to north or from west to east, and z up. In this view the
+    // inside of the tile is in front of the western and northern sides, and behind the other two.
     is_reversed_ = side == 1 || side == 2;
     const bool is_column = side < 2;
     const int fixed = side % 2 == 0 ? 0 : kVolumeTileCells;
@@ -322,7 +320,7 @@ void SideCaps::close_strip() {
     }
 }
 
-// Emits the part of a triangle of the plane that is inside.
+// Emits the part of a triangle of the plane in which the field is negative.
 void SideCaps::visit(const std::array<LineNode, 3>& corners, Field field) {
     std::array<bool, 3> inside{};
     int count = 0;

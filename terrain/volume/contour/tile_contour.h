@@ -15,7 +15,7 @@
 namespace terrane::internal {
 
 /// Contours a tile: marches the tetrahedra of all columns, and clips the triangles of the heightfield that have a
-/// sample in a void or solid.
+/// sample in the void or in added solid.
 ///
 /// @param closes whether to make the western, eastern, southern and northern cap
 VolumeContour contour_tile(const TileLevelSet& level_set, const TileLines& lines,

@@ -14,8 +14,7 @@ struct VolumeTile::State {
     VolumeTileKey key;
     Lattice lattice;
     int level = 0;
-    std::vector<std::int32_t>
-        heights;  // lines are computed from them when needed, because they are five times as large
+    std::vector<std::int32_t> heights;  // the lines, five times as large, are computed when needed
     internal::TileLevelSet level_set;
 
     State(const Volumes& volumes, const VolumeTileKey& of_tile,

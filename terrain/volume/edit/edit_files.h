@@ -68,7 +68,7 @@ private:
 };
 
 /// A folder of files with the level sets of edited chunks, one per chunk, so that loading a chunk need not apply all
-/// its edits again. A file holds a chunk as of one position in the log; later edits are applied when it is read.
+/// its edits again. A file holds a chunk as it was at one position in the log; later edits are applied when it is read.
 ///
 /// Each is a sealed file (terrane/store/sealed_file.h): written under another name, flushed and renamed. Its directory
 /// has the hashes of the volumes, of the log up to that position, of the tiles' heights and of each tile's bytes. All
@@ -87,9 +87,9 @@ public:
         std::shared_ptr<const ChunkTiles> tiles;
         std::size_t edit_count = 0;  ///< edits of the list that are applied to the tiles
     };
-    /// Reads the tiles of a chunk; absent if there is no file, or it does not match.
+    /// Reads the tiles of a chunk; absent if there is no file, it does not match, or it has an edit that was undone.
     std::optional<Read> read(const Chunk& chunk, const ChunkEdits& edits) const;
-    /// Writes the file of a chunk as of a change. Fails: io; the previous file is then left as it was
+    /// Writes the file of a chunk as it is after a change. Fails: io; the previous file is then left as it was
     Result<void> write(const ChunkKey& key, const ChunkTiles& tiles, std::uint32_t position) const;
 
     std::string path_of(const ChunkKey& key) const;

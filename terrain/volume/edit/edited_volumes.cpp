@@ -230,7 +230,7 @@ Result<std::shared_ptr<const Chunk>> EditedVolumes::make(std::shared_ptr<const C
     const std::scoped_lock lock(mutex_);
     const auto found = entries_.find(key);
     const ChunkVersion now = found == entries_.end() ? ChunkVersion() : found->second.version;
-    // If a change has come into force meanwhile, the newer version can still start from these tiles.
+    // If a change has taken effect meanwhile, the newer version can still start from these tiles.
     const bool is_beginning = begins_with(now.list(), version.list()) &&
                               (!now.tiles || now.tile_edits <= version.list().size());
     if (most_tile_bytes_ > 0 && is_beginning)

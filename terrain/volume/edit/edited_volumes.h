@@ -47,7 +47,7 @@ struct ChunkEdits {
     std::vector<UndoneEdit> undone;
     std::optional<ChunkExtent> base_extent, extent;  ///< of the volumes alone, and with the edits
 
-    /// Number of the edits in a file that was saved at change `position`; absent if one of them has been undone since.
+    /// Number of edits in a file that was saved at change `position`; absent if one of them has been undone since.
     std::optional<std::size_t> count_at(std::uint32_t position) const;
 };
 
@@ -81,7 +81,7 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
-/// The volumes that touch a tile, then the volumes of the first `edit_count` edits that touch it, in order.
+/// The volumes that touch a tile; then, of the first `edit_count` edits, the volumes of those that touch it, in order.
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
                                                std::size_t edit_count, const VolumeTileKey& tile);
 
@@ -126,7 +126,7 @@ public:
         ChunkVersion version;
         std::size_t chunk_bytes = 0;  ///< 0: unknown
     };
-    /// Brings versions into force. Returns the dropped tiles, so that the caller can free them elsewhere.
+    /// Makes the versions the current ones. Returns the dropped tiles, so that the caller can free them elsewhere.
     ///
     /// Cost: O(versions * levels)
     std::vector<std::shared_ptr<const ChunkTiles>> switch_to(std::span<const NewVersion> versions,
@@ -162,12 +162,12 @@ struct Change {
     bool is_undo = false;
 };
 
-/// A change with everything that it needs to come into force.
+/// A change with everything that it needs to take effect.
 struct PreparedChange {
     Change change;
     std::vector<ChunkKey> touched;              ///< sorted
-    std::map<ChunkKey, ChunkVersion> versions;  ///< [touched]
-    std::map<ChunkKey, ChunkVersion> before;    ///< [touched]
+    std::map<ChunkKey, ChunkVersion> versions;  ///< [touched] after the change
+    std::map<ChunkKey, ChunkVersion> before;    ///< [touched] before the change
     /// New chunks in place of those that were resident when the change was prepared.
     std::map<ChunkKey, std::shared_ptr<const Chunk>> chunks;
     std::vector<ChunkKey> deferred;  ///< resident chunks that a later change of the batch makes
@@ -175,7 +175,8 @@ struct PreparedChange {
     bool is_completing = false;      ///< a chunk loaded after the preparation is being made
 };
 
-/// Finds the chunks that a change touches and their new versions; a version has no tiles if they must be made.
+/// Fills in the versions of the chunks that a change touches. Tiles of a version may lack edits or be absent: see
+/// make_tiles().
 ///
 /// @param before   current versions of all touched chunks
 /// @param snapshot for an undo: the versions before the edit, or null

@@ -18,9 +18,8 @@
 namespace terrane {
 
 /// A change passes through three queues, in order: `submitted` until update() finds the resident chunks that it
-/// touches; `queue` until the worker, or update() if there is none, prepares it; `prepared` until update() brings it
-/// into force. A chunk that is loaded in the meantime is made again for the last change that touches it: a
-/// *completion*.
+/// touches; `queue` until the worker, or update() if there is none, prepares it; `prepared` until it takes effect in
+/// update(). A chunk that is loaded in the meantime is made again for the last change that touches it: a *completion*.
 struct VolumeEditor::State {
     State(std::shared_ptr<VolumeHeights> ground, const VolumeEditorSettings& chosen);
     ~State();
@@ -32,10 +31,9 @@ struct VolumeEditor::State {
     internal::EditedVolumes& edited;
     std::shared_ptr<internal::ChunkFiles> files;  // null without a folder
     std::optional<internal::DigLog> log;
-    std::vector<std::shared_ptr<const internal::Edit>>
-        done;  // edits not undone, including waiting ones
+    std::vector<std::shared_ptr<const internal::Edit>> done;  // not undone; includes waiting ones
     std::uint32_t last_number = 0;
-    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks, and their last change
+    std::map<ChunkKey, std::uint32_t> unsaved;  // chunks to save, and their last change
 
     std::deque<internal::Change> submitted;
 
@@ -82,11 +80,13 @@ struct VolumeEditor::State {
 
     /// Queues the submitted changes for the worker.
     void start(const ResidentSet& set);
-    /// How many of the first `most` prepared changes can come into force now; queues completions for missing chunks.
+    /// Returns the number n <= `most` such that the first n prepared changes can take effect together now. Queues a
+    /// completion for chunks that are still missing.
     ///
-    /// @param splits_batches also requests chunks that later changes of the batch will make
+    /// @param splits_batches changes may take effect before the rest of their batch: also requests chunks that were
+    ///                       left to later changes of the batch
     std::size_t ready_count(std::size_t most, const ResidentSet& set, bool splits_batches);
-    /// Brings the first changes into force; false if their chunks do not fit.
+    /// Lets the first `count` prepared changes take effect; false if their chunks do not fit below the pager's ceiling.
     bool switch_to(std::size_t count, Pager* pager, const ResidentSet& set);
     std::uint32_t update(Pager* pager);
     Result<void> replay();
@@ -100,7 +100,7 @@ using internal::ChunkVersion;
 using internal::PreparedChange;
 
 namespace {
-/// Most changes of a batch: a larger one would delay its first change too long.
+/// Largest number of changes in a batch: a larger batch would delay its first change too long.
 constexpr std::size_t kMostOfBatch = 32;
 }  // namespace
 
@@ -190,7 +190,7 @@ void VolumeEditor::State::prepare(Lock& lock) {
           has_snapshot ? &earlier : nullptr);
     for (const auto& chunk : chunks) {
         make_chunk_of(*made, volumes, *chunk);
-        if (!made->failure.empty()) break;  // update() requests it again
+        if (!made->failure.empty()) break;  // update() queues a completion
     }
     chunks.clear();
     lock.lock();
@@ -234,7 +234,7 @@ void VolumeEditor::State::complete(Lock& lock) {
     }
 }
 
-// Takes the most recent tiles of a chunk whose edits are a prefix of the edits in the change's version.
+// Gives the change's version of a chunk the most recent tiles whose edits are a prefix of the version's edits.
 void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKey& key) const {
     ChunkVersion& version = change.versions.at(key);
     const auto consider = [&version](const ChunkVersion& other) {
@@ -252,7 +252,7 @@ void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKe
     }
 }
 
-// Owner side: brings changes into force.
+// Owner side: lets changes take effect.
 
 using internal::ChunkVersion;
 using internal::EditedVolumes;
@@ -470,7 +470,7 @@ Result<VolumeEditor> VolumeEditor::create(std::shared_ptr<VolumeHeights> source,
     return VolumeEditor(std::move(state));
 }
 
-// Brings the log into force; builds each chunk's list of edits once.
+// Puts the changes of the log into effect; builds each chunk's list of edits once.
 Result<void> VolumeEditor::State::replay() {
     std::map<ChunkKey, internal::ChunkEdits> chunks;
     for (std::size_t i = 0; i < log->records().size(); ++i) {

@@ -35,7 +35,7 @@ void PlacedShape::visit_part_bounds(const Aabb& within,
             end = std::min(end, std::max(t0, t1));
         }
         if (begin > end) continue;
-        // A long segment is cut into pieces, so that their boxes cover few tiles that it does not touch.
+        // A long segment is cut into pieces, so that their boxes cover few tiles that the segment does not touch.
         const double length = (end - begin) * std::sqrt(dot(part.along, part.along));
         const int count = std::clamp(static_cast<int>(length / (2.0 * part.radius)), 1, 1 << 16);
         for (int i = 0; i < count; ++i) {
@@ -103,7 +103,7 @@ BoxSide ShapeTraversal::enter_sampled(const NodeBox& box) {
             return BoxSide::outside;
         }
     }
-    // Large boxes are divided without a test, which looks up each leaf.
+    // Large boxes are divided without calling is_near(), which looks up each leaf.
     if (box.half_extents.maxCoeff() > 16.0 * reader_->voxel() ||
         reader_->is_near(box.centre_world, box.half_extents))
         return BoxSide::near;

@@ -47,8 +47,8 @@ struct NodeBox {
 enum class BoxSide { outside, inside, near };
 
 /// Computes the distances of one shape during a recursive subdivision of boxes of nodes. Each box keeps a list of the
-/// parts of the shape that may be near.
-/// The distance of a node, clamped to the band, does not depend on the boxes that contain it.
+/// parts of the shape that may be near. The distance of a node, clamped to the band, is the same in every box that
+/// contains it.
 class ShapeTraversal {
 public:
     /// @param band largest distance that is needed, metres

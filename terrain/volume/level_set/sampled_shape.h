@@ -26,7 +26,7 @@ public:
                                                                const Pose& world_from_shape,
                                                                double voxel,
                                                                const VolumeSettings& settings);
-    /// The level set in a file, for nodes that are `spacing` apart.
+    /// The level set in a file, for a terrain level whose samples are `spacing` apart.
     ///
     /// Fails: as PlacedVolume::create() for files
     static Result<std::shared_ptr<const SampledShape>> of_file(const VolumeFile& file,

@@ -336,8 +336,7 @@ double ExactShape::signed_distance(const Eigen::Vector3d& p_world) const {
 
 namespace {
 
-constexpr std::uint64_t kMostItems = std::uint64_t{1}
-                                     << 24;  // of a list in a file, which is not trusted
+constexpr std::uint64_t kMostItems = std::uint64_t{1} << 24;  // of a list in an untrusted file
 
 void put_vector(ByteWriter& out, const Eigen::Vector3d& v) {
     for (int axis = 0; axis < 3; ++axis) out.put(v[axis]);

@@ -56,7 +56,7 @@ struct ExactShape {
 /// passes through a triangle, and the signed volume is positive. Surfaces may touch.
 ///
 /// Fails: bad_data, naming an edge or two triangles
-/// Cost:  O(triangles log triangles + pairs of triangles whose boxes overlap), which is all pairs for a fan
+/// Cost:  O(n log n + p), with n triangles and p pairs of triangles whose boxes overlap (all pairs for a fan)
 Result<void> check_closed(const VolumeMesh& mesh);
 
 /// Sum of the areas of a mesh's triangles, square metres.

@@ -98,7 +98,7 @@ struct LeafBox {
 
 using LeafValues = std::array<std::int16_t, kLeafNodes>;
 
-// Takes the larger or smaller of each value of a leaf and `distances`.
+// Replaces each value of a leaf by the smaller (if `keeps_least`) or larger of it and the value in `distances`.
 void combine_leaf(NodeTree& tree, const openvdb::Coord& origin, const LeafValues& distances,
                   bool keeps_least) {
     const auto limit = static_cast<std::int16_t>(
@@ -164,7 +164,7 @@ private:
             const double first = kLeafSide * double(box.low[axis]),
                          last = kLeafSide * double(box.high[axis]) - 1.0;
             extent.centre_world[axis] = 0.5 * (first + last) * lines_.spacing;
-            // Nodes are within half a spacing of their coordinates.
+            // Node k is within half a spacing of z = k spacing.
             extent.half_extents[axis] =
                 (0.5 * (last - first) + (axis == 2 ? 0.5 : 0.0)) * lines_.spacing;
         }

@@ -18,8 +18,9 @@ namespace terrane::internal {
 inline constexpr int kTileLines = kVolumeTileSamples * kVolumeTileSamples;
 /// Largest distance of a node from height 0, spacings.
 inline constexpr double kMostNode = 0x1p28;
-/// Half width of the band of a tile's level sets, spacings. Nodes of one prism are less than 2.45 spacings apart. So of
-/// two nodes of different sign at least one is within the band, even where interpolated distances have slope sqrt(3).
+/// Half width of the band of a tile's level sets, spacings. Two nodes of one prism are less than 2.45 spacings apart.
+/// So if they have different signs, at least one is within the band, even where interpolated distances have slope
+/// sqrt(3).
 inline constexpr double kBandSpacings = 3.0;
 
 /// Index of a vertical line in a tile: row by row from the south-west.
@@ -106,13 +107,13 @@ public:
     /// remove: to_void = min(to_void, d), to_solid = max(to_solid, -d). add: with the fields exchanged.
     void apply(VolumeOp op, const PlacedShape& shape, const TileLines& lines);
 
-    /// In steps.
+    /// Value of a field at node k of a line, in steps.
     std::int16_t value(Field field, int line, std::int32_t k) const;
     /// @param lines as given to apply()
     FieldRuns runs(Field field, const TileLines& lines) const;
     std::size_t bytes() const;
     std::uint64_t band_node_count() const;
-    /// Metres of a step.
+    /// Size of a step, metres.
     double step() const { return band_ / kBandSteps; }
 
 private:

@@ -106,9 +106,10 @@ std::optional<VdbOffsets> check_vdb_lengths(std::istream& in, std::uint64_t byte
 
 namespace {
 
-constexpr double kMostSlope = 1.25;  // of neighbouring values, per voxel: 1 for true distances
-constexpr double kLeastBandSpacings =
-    2.0;  // narrower bands do not hold both ends of the edges that cross the surface
+// Largest difference of neighbouring values, in voxels: true distances differ by at most 1.
+constexpr double kMostSlope = 1.25;
+// Narrowest band, in spacings: it holds both ends of every edge that crosses the surface.
+constexpr double kLeastBandSpacings = 2.0;
 
 using GridResult = Result<openvdb::FloatGrid::Ptr>;
 
@@ -123,7 +124,7 @@ Result<void> check_bytes(const std::string& path, double bytes, const VolumeSett
                                               number_text(settings.memory_bytes));
 }
 
-/// The grid that the settings name, checked by name, class, type and statistics; its voxels may not have been read.
+/// The grid that `file` names, checked by name, type, class and stated memory; its voxels may not have been read.
 Result<openvdb::GridBase::Ptr> choose_grid(const openvdb::GridPtrVec& grids, const VolumeFile& file,
                                            const VolumeSettings& settings) {
     openvdb::GridBase::Ptr chosen;
@@ -172,7 +173,7 @@ GridResult read_grid(const VolumeFile& file, const VolumeSettings& settings) {
     openvdb::io::Stream stream(in, false);
     TERRANE_TRY(const auto chosen, choose_grid(*stream.getGrids(), file, settings));
     const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(chosen);
-    // Tiles become voxels.
+    // Active tiles become voxels.
     const double of_voxels = 4.0 * static_cast<double>(grid->activeVoxelCount());
     const double bytes = std::max(static_cast<double>(grid->memUsage()), of_voxels);
     TERRANE_TRY(check_bytes(file.path, bytes, settings));

@@ -17,10 +17,10 @@ struct BodyId {
     std::uint32_t index = kNone;   ///< slot of the body
     std::uint32_t generation = 0;  ///< counts the bodies that have had the slot
 
-    /// Whether it names a body at all; World::contains() tells whether that body still exists.
+    /// Whether the id names a body at all; World::contains() tells whether that body still exists.
     constexpr bool is_valid() const { return index != kNone; }
 
-    /// By index, then by generation.
+    /// Orders ids by index, then by generation.
     friend constexpr auto operator<=>(const BodyId&, const BodyId&) = default;
 };
 
@@ -46,8 +46,8 @@ enum class BodyType : std::uint8_t {
 
 /// The properties of a body.
 struct BodySettings {
-    /// Its density is uniform. A flat shape has its mass on its area; but in a compound with solid parts, flat parts
-    /// have no mass. Overlaps of parts count twice.
+    /// The shape has uniform density. The mass of a flat shape is spread over its area, but flat parts of a compound
+    /// with solid parts have no mass. Overlaps of parts count twice.
     Shape shape = Sphere{};
     BodyType type = BodyType::dynamic_body;  ///< how it moves
     double mass = 1.0;               ///< kilograms, 1e-9 to 1e12; only dynamic bodies use it
@@ -64,7 +64,7 @@ struct BodySettings {
 enum class BodyCondition : std::uint8_t {
     awake,   ///< moves
     asleep,  ///< at rest, not stepped until something touches it
-    /// Held in place: ground that it may meet is not resident, or it would move beyond the limit of positions.
+    /// Held in place: ground that it may touch is not resident, or it would move beyond the limit of positions.
     parked,
     left_world,  ///< outside the ground's extent: in free fall
     fixed,       ///< a static body
@@ -87,18 +87,16 @@ struct BodyState : BodyPlacement {
 struct CharacterSettings {
     double radius = 0.35;  ///< of the capsule, metres, 0.001 to 1000
     double half_height =
-        0.55;            ///< of the core, metres, 0 to 1000; height is 2 (radius + half_height)
-    double mass = 80.0;  ///< kilograms, 1e-3 to 1e9
+        0.55;                 ///< of the core, metres, 0 to 1000; height: 2 (radius + half_height)
+    double mass = 80.0;       ///< kilograms, 1e-3 to 1e9
     double max_slope = 0.87;  ///< radians, 0 to 1.57; it slides down steeper slopes
     double max_step = 0.4;    ///< metres, 0 to 1000; higher steps are obstacles
     /// Largest tangential force of its feet, N, 0 to 1e12. Limits its acceleration, what it can push, and how well it
     /// resists pushes.
     double strength = 1500.0;
-    double air_acceleration =
-        4.0;  ///< largest acceleration by controls in the air, m/s^2, 0 to 1e6
-    double contact_tolerance =
-        0.0;                   ///< metres, to 1000; 0: default_contact_tolerance() of the capsule
-    CollisionFilter filter{};  ///< which bodies it collides with
+    double air_acceleration = 4.0;   ///< by controls in the air, m/s^2, 0 to 1e6
+    double contact_tolerance = 0.0;  ///< metres, to 1000; 0: default_contact_tolerance()
+    CollisionFilter filter{};        ///< which bodies it collides with
 };
 
 /// Controls of a character.

@@ -26,9 +26,10 @@ enum class BroadphaseKind {
 
 /// Finds the pairs of bodies whose boxes, each widened by a margin, overlap or touch.
 ///
-/// Both kinds find the same pairs, in ascending order of (a, b), and cache candidates across updates: pairs of boxes
-/// that overlap when enlarged by a quarter of their longest side. The cache stays valid while all but a few bodies
-/// remain inside their enlarged boxes. Memory is reused and linear in bodies and candidates, however far they spread.
+/// Both kinds find the same pairs, in ascending order of (a, b). Both cache candidates across updates: pairs of boxes
+/// that overlap if each is enlarged by an eighth of its longest side on every side. The cache stays valid while all but
+/// a few bodies remain inside their enlarged boxes. Memory is reused, and linear in bodies and candidates, however far
+/// the bodies spread.
 ///
 /// Threads: one at a time.
 class Broadphase {
@@ -43,13 +44,13 @@ public:
     /// @param bounds [bodies] around body i, world axes, metres. A box is empty, and in no pair, if a coordinate is NaN
     ///               or beyond 1e150, or if high < low. The span must stay valid until the next update
     ///
-    /// Cost: O(bodies) while the enlarged boxes hold. Otherwise still O(bodies) for `grid`, and for `sap` if the order
-    ///       along the axis has changed little; else O(bodies log bodies)
+    /// Cost: O(bodies) while the cache is valid. Otherwise still O(bodies) for `grid`, and for `sap` if the order along
+    ///       the axis has changed little; else O(bodies log bodies)
     virtual void update(std::span<const Aabb> bounds) = 0;
 
     /// The pairs. Valid until the next call of any function.
     ///
-    /// Cost: O(candidates) while the enlarged boxes hold; otherwise a search over all boxes
+    /// Cost: O(candidates) while the cache is valid; otherwise a search over all boxes
     virtual std::span<const BodyPair> find_pairs() = 0;
 
     /// Number of pairs whose boxes the last find_pairs() compared.

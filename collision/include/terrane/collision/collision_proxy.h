@@ -19,8 +19,8 @@ struct CollisionProxySettings {
     std::size_t max_parts = 64;
     /// Largest number of vertices per hull, 4 to 4096.
     std::size_t max_hull_vertices = 64;
-    /// Fails instead of returning a proxy that exceeds proxy_error; fails early if this is known before parts are
-    /// merged.
+    /// Whether make_collision_proxy() fails if the proxy would exceed proxy_error. It fails before parts are merged if
+    /// the excess is known by then.
     bool must_be_within_error = false;
 };
 
@@ -53,8 +53,8 @@ struct CollisionProxy {
 };
 
 /// Makes a collision shape from a mesh: an approximate convex decomposition if the mesh is closed, otherwise its
-/// triangles. Equal positions are merged; triangles with equal corners are ignored. The mesh is closed if each edge has
-/// as many triangles in one direction as in the other. The interior is where the winding number is not 0, so that
+/// triangles. Equal positions are merged; triangles with equal corners are ignored. The mesh is closed if as many
+/// triangles use each edge in one direction as in the other. The interior is where the winding number is not 0, so that
 /// meshes that are inside out, intersect themselves or have several components are solid too. See docs/proxies.md.
 ///
 /// Mass: a World treats a proxy as any Compound, as the sum of its hulls at uniform density, where overlaps count
@@ -66,9 +66,9 @@ struct CollisionProxy {
 ///            setting out of its range; bad_data with must_be_within_error, naming an achievable error or a lower bound
 ///            of all errors
 /// Threads:   any number of calls at once
-/// Cost:      0.1 to 0.6 s for 1000 triangles within 5 % of the extent; 9 s for a rough mesh of 360 within 1 %
-/// Accuracy:  the same bits with every compiler; `ProxyOfMesh.DistanceHoldsAgainstDenseSampling` measures
-///            the bound
+/// Cost:      0.1 to 0.6 s for 1000 triangles within 5 % of the extent; 9 s for 360 triangles of a rough mesh within
+///            1 %
+/// Accuracy:  the same bits with every compiler; `ProxyOfMesh.DistanceHoldsAgainstDenseSampling` tests the bound
 Result<CollisionProxy> make_collision_proxy(const TriangleMesh& mesh,
                                             const CollisionProxySettings& settings = {});
 

@@ -14,7 +14,7 @@ namespace terrane {
 struct Contact {
     WorldPos point_world = WorldPos::Zero();  ///< on the shape, the deepest along `normal`
     Eigen::Vector3d normal =
-        Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, in its normal cone
+        Eigen::Vector3d::UnitZ();  ///< unit, out of the ground, within the ground's normal cone
     double depth = 0.0;            ///< overlap along `normal`, metres; negative: a gap
     ShapeFeature feature;    ///< feature of the shape, or of the part, that `point_world` lies on
     std::uint32_t part = 0;  ///< index of a compound's part; else 0
@@ -24,8 +24,8 @@ struct Contact {
 struct ContactAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     std::size_t count = 0;                      ///< written to contacts_out, deepest first
-    /// Vertical overlap, metres: see compute_lift(). <= 0 if apart. Beside volumes only an estimate, with the same
-    /// sign as compute_lift().
+    /// Vertical overlap, metres, as compute_lift(); <= 0 if the shape is apart from the ground. Beside volumes only an
+    /// estimate, with the same sign.
     double lift = 0.0;
     double error_m = 0.0;  ///< largest error_m of the cells tested
 };
@@ -45,7 +45,7 @@ struct ContactAnswer {
 /// @param margin           gaps up to this are contacts too, metres, finite, >= 0
 /// @param contacts_out     caller's buffer; at most 4 contacts per patch of one normal
 ///
-/// Fails:     status `invalid` where an argument is out of range
+/// Fails:     status `invalid` if an argument is out of range
 /// Threads:   any number at once
 /// Allocates: nothing
 ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, const Ground& ground,
@@ -55,7 +55,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 struct DistanceAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     bool has_ground = false;                    ///< whether there is ground within max_distance
-    /// Metres. Apart: the gap. Overlapping: minus the length of a translation that separates.
+    /// Metres: the gap if apart; if overlapping, minus the length of a translation that separates the shape.
     double distance = 0.0;
     double distance_lower_bound = 0.0;        ///< metres, certified: see signed_distance()
     WorldPos point_world = WorldPos::Zero();  ///< the shape's closest (or deepest) point
@@ -66,27 +66,28 @@ struct DistanceAnswer {
 
 /// Signed distance of a shape from the ground.
 ///
-/// If apart, it is the Euclidean gap. If overlapping, it is minus the length of the minimum translation: the shortest,
-/// in any direction, after which the interiors of the shape and of the solid {z <= contact surface} are disjoint.
-/// `-distance * normal` is that translation. The ground's sides (at the border, at nodata) do not block: moving out
-/// beyond them separates.
+/// If the shape is apart from the ground, the distance is the Euclidean gap. If they overlap, it is minus the length of
+/// the minimum translation: the shortest, in any direction, after which the interiors of the shape and of the solid
+/// {z <= contact surface} are disjoint. That translation is `-distance * normal`. The ground's sides (at the border, at
+/// nodata) do not block: a shape that moves out beyond them is separated.
 ///
-/// `distance_lower_bound`: no shorter translation separates the shape; 0 <= distance_lower_bound <= |distance|. If
-/// apart, it is the gap.
+/// No translation shorter than `distance_lower_bound` separates an overlapping shape; the bound is 0 to |distance|.
+/// If the shape is apart, the bound is the gap.
 ///
 /// Beside volumes, the translation separates an overlapping shape from the joined solid (verified). It leads through
 /// the nearest points of the surface, into a cave or up. It is short, but not always the shortest, so the bound is 0.
 /// Gaps beyond 10,000 spacings are not found.
 ///
-/// Boundary:  touching is 0; lifts up to 1e-10 m count as separated, so that an overlap below that is a gap of 0.
-///            Shapes without volume (a flat hull, a sphere of radius 0) have the same definition.
-/// Accuracy:  a gap: 1e-9 m. The translation of an overlapping shape always separates: the lift after it is at most
-///            1e-9 m. Its length is the minimum within 1e-6 of it plus 1e-9 m for every shape no deeper than half its
-///            smallest extent, and for spheres and capsules whose core is above the ground. It nearly always is for
-///            deeper shapes too, but over rough ground the search may reach its limit first; the excess is then at most
-///            |distance| - distance_lower_bound. That bound is loose for shapes much smaller than a cell that are
-///            deeper than they are large. Tests: LawsOfDepth.*, ShortestTranslation.* in ground_laws_test (brute force)
-/// Fails:     status `invalid` where an argument is out of range; `not_resident` also if the translation ends at ground
+/// Boundary:  the distance of touching shapes is 0. Lifts up to 1e-10 m count as separated: a smaller overlap is a gap
+///            of 0. The definition also holds for shapes without volume (a flat hull, a sphere of radius 0).
+/// Accuracy:  1e-9 m for a gap. The translation always separates an overlapping shape: the lift after it is at most
+///            1e-9 m. If the shape is no deeper than half its smallest extent, or is a sphere or capsule with its core
+///            above the ground, the translation is longer than the minimum by at most 1e-6 of it plus 1e-9 m. This
+///            nearly always holds for deeper shapes too, but over rough ground the search may reach its limit first.
+///            The excess is then at most |distance| - distance_lower_bound, which is loose for shapes much smaller than
+///            a cell that are deeper than they are large. Tests: LawsOfDepth.*, ShortestTranslation.* in
+///            ground_laws_test (brute force)
+/// Fails:     status `invalid` if an argument is out of range; `not_resident` also if the translation ends at ground
 ///            that is not loaded: the answer then ignores that ground
 ///
 /// @param max_distance larger gaps are not searched for, metres, >= 0; infinity is allowed
@@ -106,11 +107,11 @@ struct LiftAnswer {
 };
 
 /// The lift of a shape is its vertical overlap with the ground: the maximum of surface height minus z over the points
-/// of the shape that lie above or below ground. Positive if they overlap; moving up by it always separates.
+/// of the shape that lie above or below ground. Positive if they overlap; moving up by the lift always separates them.
 ///
-/// Beside volumes, where moving up may lead into a ceiling, it has the same sign but another size: if overlapping, the
-/// offset by which the shape must shrink to be separated, within 1 %, or, if no shrinking separates it, the length of
-/// the translation of signed_distance(); if apart, minus the gap.
+/// Beside volumes, where moving up may lead into a ceiling, the lift has the same sign but another size. For an
+/// overlapping shape it is the offset by which the shape must shrink to be separated, within 1 %; or, if no shrinking
+/// separates it, the length of the translation of signed_distance(). If the shape is apart, it is minus the gap.
 LiftAnswer compute_lift(const Shape& shape, const Pose& world_from_shape, const Ground& ground);
 
 /// Whether a shape and the ground overlap or touch: whether the lift is at least -1e-9 m. Stops at the first contact.
@@ -124,7 +125,7 @@ PseudodistanceAnswer pseudodistance(const Shape& shape, const Pose& world_from_s
 /// Answer of cast().
 struct CastAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;                           ///< whether the ground is met
+    bool hit = false;                           ///< whether the shape hits the ground
     double fraction = 1.0;                      ///< of the motion, in [0, 1]: no overlap before it
     bool started_in_contact = false;  ///< touch or overlap at t = 0; fraction is 0 unless skipped
     Contact contact;                  ///< the deepest at `fraction`; set where `hit`
@@ -134,8 +135,8 @@ struct CastAnswer {
 /// Finds the first contact of a moving, turning shape with the ground (time of impact); beside volumes with the joined
 /// solid, ceilings and walls included.
 ///
-/// Fails:     status `invalid` where an argument is out of range; `not_resident` if ground that is not loaded may be
-///            met first: the motion is known to be clear up to `fraction`
+/// Fails:     status `invalid` if an argument is out of range; `not_resident` if the shape may hit ground that is not
+///            loaded first: the motion is known to be clear up to `fraction`
 /// Threads:   any number at once
 /// Allocates: nothing
 /// Cost:      O(cells near the trajectory), however many the AABB of the whole sweep contains

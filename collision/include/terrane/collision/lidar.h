@@ -20,17 +20,17 @@ class World;
 
 /// What a ray of a scan hits first.
 enum class LidarStatus {
-    miss,          ///< no hit; the ray ends above the ground's extent
+    miss,          ///< no hit; the ray ends within the ground's extent in plan
     ground,        ///< hits the ground
     body,          ///< hits a body
     not_resident,  ///< ground that is not loaded may be the first hit
-    outside,       ///< no hit; the ray ends beyond the ground's extent
+    outside,       ///< no hit; the ray ends beyond the ground's extent in plan
     invalid,       ///< the pose is not finite, or its rotation is not orthonormal
 };
 
 /// Settings of a Lidar.
 struct LidarSettings {
-    /// Metres along each ray, at least 0. Nearer surfaces, such as the body that carries the sensor, are not detected.
+    /// Start of each ray, metres from the sensor, >= 0. Nearer surfaces, such as its carrier, are not detected.
     double min_range = 0.1;
     double max_range = 100.0;  ///< metres, above min_range, at most 1e6
     int worker_count = 1;      ///< threads of scan(), including the caller, 1 to 64
@@ -42,7 +42,7 @@ struct LidarGridSettings {
     double first_azimuth = -std::numbers::pi;             ///< -2 pi to 2 pi; 0 is x, pi / 2 is y
     double azimuth_step = 2.0 * std::numbers::pi / 1024;  ///< -2 pi to 2 pi
     int elevation_count = 32;                             ///< 1 to 2^20
-    double first_elevation = -0.5;  ///< -pi / 2 to pi / 2, as is the last; positive towards z
+    double first_elevation = -0.5;  ///< -pi / 2 to pi / 2, also for the last; positive towards z
     double elevation_step = 0.02;   ///< -pi to pi
 };
 
@@ -69,8 +69,7 @@ struct LidarArrays {
 /// Ray i runs from min_range to max_range along direction i. Its answer is bit-identical to World::ray() between these
 /// two points, for any number of workers. Noise, beam divergence and motion during a scan are not modelled.
 ///
-/// Fails:     invalid_argument, naming the argument and its value, if scan() or create() rejects it; then no output is
-///            written
+/// Fails:     create() and scan(): invalid_argument, naming the argument and its value; scan() then writes no output
 /// Threads:   one at a time; the world must not change during a scan
 /// Allocates: in create(), and in the first query after a change of the world
 class Lidar {

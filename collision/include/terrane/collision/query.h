@@ -20,7 +20,7 @@ struct PseudodistanceAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
     double pseudodistance = 0.0;                ///< metres
     Eigen::Vector3d normal =
-        Eigen::Vector3d::UnitZ();  ///< unit; moving along it increases the measure
+        Eigen::Vector3d::UnitZ();  ///< unit; moving the shape along it increases the measure
     double error_m = 0.0;          ///< as in TestAnswer
 };
 
@@ -56,9 +56,10 @@ Eigen::Matrix3d orthonormalized(const Eigen::Matrix3d& rotation);
 struct CastSettings {
     /// Largest distance at a reported hit, metres, > 0. A hit is never later than the first touch; a motion that passes
     /// within this distance without touching may be reported as a hit. A cast against the ground is `invalid` if
-    /// neighbouring doubles along its motion are more than a quarter of this apart: beyond 1.1e11 m for the default.
+    /// neighbouring doubles along its motion are farther apart than a quarter of this distance: with the default,
+    /// beyond 1.1e11 m.
     double tolerance = 1e-4;
-    /// Whether contacts at the start that move apart are ignored until they close again.
+    /// Whether contacts at the start are ignored if the shapes move apart there, until they approach each other again.
     bool skip_separating = false;
 };
 

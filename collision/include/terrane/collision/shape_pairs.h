@@ -11,8 +11,8 @@
 #include <span>
 
 // Queries of two shapes, a and b. Poses are world_from_shape; rotations must be orthonormal to 1e-6 and are
-// orthonormalized. Results depend on the relative pose only: distances and depths have the same bits whenever the
-// difference of the translations does.
+// orthonormalized. Results depend on the relative pose only: distances and depths have the same bits if the difference
+// of the translations has.
 //
 // Accuracy, unless a function says otherwise: 1e-12 times the sum of the sizes of both shapes and the distance between
 // their origins. Shapes closer than 1e-12 of their sizes touch.
@@ -50,9 +50,9 @@ struct PairContactAnswer {
 
 /// Finds the contact manifolds of two shapes: at most four contacts per normal.
 ///
-/// Two convex shapes have one normal, the direction of the minimum translation: moving a along it by the largest depth
-/// separates them, and no shorter translation does. Compounds have up to 24 normals. For overlapping compounds,
-/// contacts are found after a short separating translation of a, where the shapes just touch; each depth is the
+/// Two convex shapes have one normal, the direction of the minimum translation: moving shape a along it by the largest
+/// depth separates them, and no shorter translation does. Compounds have up to 24 normals. For overlapping compounds,
+/// contacts are found after a short separating translation of shape a, where the shapes just touch; each depth is the
 /// component of that translation along the normal. Adjacent parts therefore produce no contacts along their seams. If
 /// all contacts were written, the shortest translation with a component of at least `depth` along every normal
 /// separates the shapes.
@@ -76,10 +76,10 @@ struct PairDistanceAnswer {
 
 /// Signed distance of two shapes. A shape without thickness counts as the limit of ever thinner shapes.
 ///
-/// If the shapes overlap, translating a by -distance * normal separates them. For convex shapes this is the minimum
-/// translation. For compounds that overlap in more than one pair of parts it is the shortest found by a search from 196
-/// directions. The depth of the deepest pair is a lower bound: a translation of that length is the minimum. Parts that
-/// only touch leave a seam between them, through which a shape without thickness can separate.
+/// If the shapes overlap, translating shape a by -distance * normal separates them. For convex shapes this is the
+/// minimum translation. For compounds that overlap in more than one pair of parts it is the shortest found by a search
+/// from 196 directions. No translation is shorter than the depth of the deepest pair, so one of that length is the
+/// minimum. Parts that only touch leave a seam between them, through which a shape without thickness can separate.
 ///
 /// Cost: for overlapping compounds, up to a few hundred times the cost of their overlapping pairs of parts
 PairDistanceAnswer signed_distance(const Shape& a, const Pose& world_from_a, const Shape& b,
@@ -100,7 +100,7 @@ PseudodistanceAnswer pseudodistance(const Shape& a, const Pose& world_from_a, co
 /// The first contact of a cast.
 struct PairCastAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;                           ///< whether the shape is met
+    bool hit = false;                           ///< whether the shapes touch during the motions
     double fraction = 1.0;                      ///< of both motions; no overlap before it
     bool started_in_contact = false;            ///< touching or overlapping at t = 0
     std::size_t count = 0;                      ///< of contacts at `fraction`, deepest first
@@ -118,15 +118,15 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
 /// First hit of a ray.
 struct ShapeRayAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;                           ///< whether the shape is met
+    bool hit = false;                           ///< whether the shape is hit
     double fraction = 1.0;                      ///< of the segment; 0 if `from` is inside
-    WorldPos point_world = WorldPos::Zero();    ///< the hit
+    WorldPos point_world = WorldPos::Zero();    ///< the point hit
     /// Unit, out of the shape at the hit; opposite to the ray if `from` is inside.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     std::uint32_t part = 0;  ///< of a compound: the part hit first
 };
 
-/// First point of the segment `from` to `to` inside or on a shape.
+/// First point of the segment `from` to `to` that is inside or on a shape.
 ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const WorldPos& from,
                         const WorldPos& to);
 

@@ -39,20 +39,21 @@ struct Box {
 class ConvexHull;
 namespace internal {
 struct HullData;
-/// The hull as the queries read it.
+/// The data of a hull that queries read.
 const HullData& hull_data(const ConvexHull& hull);
 }  // namespace internal
 
 /// The convex hull of points; body frame, metres. Unlike the other shapes it need not contain the origin. Immutable;
 /// copies share their data.
 ///
-/// Degenerate input is allowed: one point, equal points, collinear or coplanar points. Coplanarity and collinearity are
-/// decided with a tolerance of 32 roundings (2^-48) of the largest coordinate, at most 3e-11 of the extent, so that a
-/// rotated box keeps six faces. Vertices are input points, bit for bit (-0 becomes 0), sorted by x, y, z.
+/// Degenerate input is allowed: one point, equal points, collinear or coplanar points. A point counts as on a plane or
+/// line if it is within 2^-48 times the largest coordinate (32 roundings), but at most 3e-11 times the extent (largest
+/// over x, y and z). A rotated box therefore keeps six faces. Vertices are input points, bit for bit (-0 becomes 0),
+/// sorted by x, y, z.
 ///
-/// No input point lies farther outside the hull, or outside any of its face planes, than 1e-9 of the extent (largest
-/// over x, y and z) plus the rounding of the dot products. The bits do not depend on the order of the points, and the
-/// hull of vertices() has the same bits.
+/// No input point lies farther outside the hull, or outside any of its face planes, than 1e-9 of the extent plus the
+/// rounding of the dot products. The bits do not depend on the order of the points, and the hull of vertices() has the
+/// same bits.
 ///
 /// Threads: any number at once
 class ConvexHull {
@@ -73,8 +74,8 @@ public:
     /// Vertices in the shape's frame, metres.
     std::span<const Eigen::Vector3d> vertices() const;
 
-    /// Faces are polygons of three or more vertices. A flat hull has two, back to back; one with fewer than three
-    /// vertices has none.
+    /// Faces are polygons of three or more vertices. A flat hull has two faces, back to back; a hull with fewer than
+    /// three vertices has none.
     std::size_t face_count() const;
     /// The corners of a face, counter-clockwise seen from outside, as indices into vertices(). Every edge is shared by
     /// two faces, which traverse it in opposite directions.
@@ -113,7 +114,7 @@ struct CompoundPart {
 class Compound;
 namespace internal {
 struct CompoundData;
-/// The parts as the queries read them.
+/// The data of a compound that queries read.
 const CompoundData& compound_data(const Compound& compound);
 }  // namespace internal
 
@@ -125,8 +126,7 @@ class Compound {
 public:
     /// Largest number of parts in a compound.
     static constexpr std::size_t kMaxParts = 100'000;
-    static constexpr double kLargestOffset =
-        1e5;  ///< largest component of a part's translation, metres
+    static constexpr double kLargestOffset = 1e5;  ///< largest component of a translation, metres
 
     /// Fails: invalid_argument, naming the part, for no part or more than kMaxParts; a shape that validate() refuses; a
     ///        translation that is not finite or beyond kLargestOffset; a rotation that is not orthonormal to 1e-6 with
@@ -168,7 +168,7 @@ private:
 /// Largest distance of a point of any part from the body's origin, metres.
 double bounding_radius(const Compound& compound);
 
-/// Smallest half extent over all parts, metres, because tolerances must suit the thinnest part; 0 for triangles.
+/// The smallest half extent of any part, metres: tolerances must suit the thinnest part. 0 if a part is flat.
 double smallest_half_extent(const Compound& compound);
 
 /// Support function of a unit direction in the body frame, metres; negative if the whole compound lies behind the

@@ -49,19 +49,19 @@ struct VehicleSettings {
     double max_brake_force = 30e3;      ///< total, newtons, 0 to 1e12
     double rolling_resistance = 0.015;  ///< resisting force over wheel load, 0 to 1
     double drag_area = 1.4;             ///< drag coefficient times frontal area, m^2, 0 to 1e4
-    /// Tracked vehicle: the wheels of each side form a belt, and steering is differential. Beyond the friction ellipse
-    /// a belt keeps its longitudinal force; a tyre scales both components.
+    /// Whether the vehicle is tracked: the wheels of each side form a belt, and steering is differential. Beyond the
+    /// friction ellipse a belt keeps its longitudinal force; a tyre scales both components.
     bool is_tracked = false;
     double friction = 0.5;     ///< of the chassis, Coulomb, 0 to 1e6
     double restitution = 0.0;  ///< of the chassis, 0 to 1
     CollisionFilter filter{};  ///< of the chassis and the wheels
 };
 
-/// A light truck with a cab on four wheels, two of them steered; 48 m/s on flat ground.
+/// A light truck with a cab on four wheels, two of them steered; reaches 48 m/s on flat ground.
 VehicleSettings make_truck();
-/// A 12 t armoured personnel carrier on two tracks of five wheels each; 18 m/s on flat ground.
+/// A 12 t armoured personnel carrier on two tracks of five wheels each; reaches 18 m/s on flat ground.
 VehicleSettings make_tracked();
-/// A 9 t off-road truck with a cab on six driven wheels, four of them steered; 30 m/s on flat ground.
+/// A 9 t off-road truck with a cab on six driven wheels, four of them steered; reaches 30 m/s on flat ground.
 VehicleSettings make_six_wheeler();
 
 /// Controls of a vehicle; each is clamped to its range.
@@ -94,8 +94,8 @@ struct VehicleState {
     BodyState chassis;  ///< as in World::states()
     /// Wheels, axle by axle from front to rear, left before right.
     std::vector<WheelState> wheels;
-    /// True once the vehicle, since it was last upright, has been in contact for one second. Upright: tilted by at most
-    /// 70 degrees, or by at most 45 degrees if no wheel is in contact.
+    /// Whether the vehicle has been in contact for one second since it was last upright. It is upright if it is tilted
+    /// by at most 70 degrees, or by at most 45 degrees if no wheel is in contact.
     bool is_rolled_over = false;
 };
 
@@ -122,8 +122,8 @@ enum class DriverStatus : std::uint8_t {
 /// Threads: one at a time.
 class PathDriver {
 public:
-    /// @param points_world x and y of the path, metres, in the order of travel; points less than 1 mm after the
-    ///                     previous one are dropped
+    /// @param points_world x and y of the path, metres, in the order of travel; a point within 1 mm of the previous one
+    ///                     is dropped
     ///
     /// Fails: invalid_argument, naming the point or the field, for fewer than two distinct points, coordinates that are
     ///        not finite or beyond 2e9 m, and settings out of range

@@ -25,9 +25,11 @@ namespace terrane {
 /// StepReport::failed_callbacks.
 struct WorldCallbacks {
     /// Gravity at a point of the world, m/s^2; replaces WorldSettings::gravity. Called once a step for each awake body,
-    /// with its centre of mass. WorldSettings::gravity applies if it throws or a component is not finite or beyond 1e4.
+    /// with its centre of mass. If it throws, or returns a component that is not finite or beyond 1e4,
+    /// WorldSettings::gravity applies.
     std::function<Eigen::Vector3d(const WorldPos&)> gravity_at;
-    /// Whether two bodies collide. Called for bodies that may touch and whose filters match. If it throws, they do.
+    /// Whether two bodies collide. Called for bodies that may touch and whose filters match. If it throws, the bodies
+    /// collide.
     std::function<bool(BodyId, BodyId)> may_collide;
 };
 
@@ -35,10 +37,9 @@ struct WorldCallbacks {
 struct WorldSettings {
     Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2, world axes
     double max_substep = 1.0 / 120.0;  ///< largest substep of a step, s, 1e-5 to 1
-    bool allow_sleep =
-        true;  ///< islands at rest fall asleep, and cost nothing until they are touched
-    bool collide_bodies = true;    ///< false: bodies pass through each other, at no cost
-    bool report_contacts = false;  ///< whether step() fills contact_events()
+    bool allow_sleep = true;           ///< islands at rest fall asleep, at no cost until touched
+    bool collide_bodies = true;        ///< false: bodies pass through each other, at no cost
+    bool report_contacts = false;      ///< whether step() fills contact_events()
     /// Whether step() measures StepReport::max_depth_m, too_deep and kinematic_in_ground. Costs one more contact query
     /// for each awake or kinematic body.
     bool measure_depth = true;
@@ -69,27 +70,26 @@ struct StepReport {
     std::uint64_t kinematic_in_ground = 0;
     /// Pairs that may touch but are not simulated because too many bodies are in one place.
     std::uint64_t skipped_pairs = 0;
-    std::uint64_t refused_steps = 0;  ///< 1: dt was out of range, and nothing moved
-    std::uint64_t failed_callbacks =
-        0;  ///< calls of WorldCallbacks that threw or returned an invalid value
+    std::uint64_t refused_steps = 0;     ///< 1: dt was out of range, and nothing moved
+    std::uint64_t failed_callbacks = 0;  ///< calls of callbacks that threw or gave an invalid value
 
     bool operator==(const StepReport&) const = default;
 };
 
 /// How far World::move_to() moved a body.
 struct BodyMove {
-    bool is_resident = true;  ///< false: ground that it may meet is not loaded; it did not move
-    double fraction = 0.0;    ///< of the motion, 0 to 1; 0 if already deeper than its tolerance
+    bool is_resident = true;  ///< false: it may hit ground that is not loaded; it did not move
+    double fraction = 0.0;    ///< of the motion, 0 to 1; 0 if the body was too deep already
 };
 
 /// Rigid bodies on the ground and on each other.
 ///
-/// Every pose change of a dynamic body is proved clear of the ground by a swept test, or cast against it; no pose is
-/// set from a height lookup. The body's depth in the contact surface never exceeds its tolerance, whatever acts on it.
-/// A body that was placed deeper moves out along contact normals at bounded speed and never gets deeper. Overlapping
-/// bodies separate at bounded speed. Bodies that touch sleep and wake together; an island slower than 0.3 m/s gets
-/// angular damping of 4 /s so that it can sleep. A parked body acts on others as if it had infinite mass. The same
-/// calls give the same bits with any number of workers.
+/// Every pose change of a dynamic body is proved clear of the ground by a swept test, or is a cast against the ground;
+/// no pose is set from a height lookup. The body's depth in the contact surface never exceeds its tolerance, whatever
+/// acts on it. A body that was placed deeper moves out along contact normals at bounded speed and never gets deeper.
+/// Overlapping bodies separate at bounded speed. Bodies that touch form an island, which sleeps and wakes as a whole;
+/// if it is slower than 0.3 m/s, it gets angular damping of 4 /s so that it can sleep. A parked body acts on others as
+/// if it had infinite mass. The same calls give the same bits with any number of workers.
 ///
 /// A dynamic body that would leave the limit of positions is parked and keeps its velocity; a kinematic one stops.
 ///
@@ -120,17 +120,17 @@ public:
     /// Removes a body and wakes the bodies that touch it.
     Result<void> remove(BodyId body);
 
-    /// Replaces a body's settings and places it anew at its pose, as teleport() does, with its velocities; those that
-    /// the new settings do not allow become 0: all of a static body, the spin of a non-rotating one. Forces added for
-    /// the next step are dropped. The body, and those that touch it, wake.
+    /// Replaces a body's settings and, as teleport() does, places it anew: at its pose, with its velocities. Velocities
+    /// that the new settings do not allow become 0: all of a static body, the spin of a non-rotating one. Forces added
+    /// for the next step are dropped. The body, and those that touch it, wake.
     Result<void> change(BodyId body, const BodySettings& settings);
 
     /// Replaces a body's pose and velocities without a cast. The body, and those that touched it, wake. If it is then
     /// deeper in the ground than its tolerance, the next step counts it as placed_deep, and it recovers.
     Result<void> teleport(BodyId body, const BodyPlacement& placement);
 
-    /// Moves a dynamic body along the straight motion to a pose, until the ground stops it. Bodies do not stop it. Its
-    /// velocity is kept. Wakes it.
+    /// Moves a dynamic body along the straight motion to a pose, until the ground stops it; other bodies do not. Wakes
+    /// the body and keeps its velocity.
     ///
     /// Fails: also invalid_argument for a body that is not dynamic
     Result<BodyMove> move_to(BodyId body, const Pose& world_from_shape, const Ground& ground);
@@ -143,17 +143,17 @@ public:
     Result<void> set_velocity(BodyId body, const Eigen::Vector3d& velocity,
                               const Eigen::Vector3d& angular_velocity);
 
-    /// Applies an impulse, N s, at a point to a dynamic body; wakes it.
+    /// Applies an impulse, N s, at a point of a dynamic body; wakes it.
     Result<void> apply_impulse(BodyId body, const WorldPos& point_world,
                                const Eigen::Vector3d& impulse);
-    /// The same with an angular impulse, N m s.
+    /// Applies an angular impulse, N m s, to a dynamic body; wakes it.
     Result<void> apply_angular_impulse(BodyId body, const Eigen::Vector3d& angular_impulse);
 
     /// Adds a force, N, at a point of a dynamic body for the duration of the next step; wakes it.
     Result<void> add_force(BodyId body, const WorldPos& point_world, const Eigen::Vector3d& force);
-    /// The same at its centre of mass.
+    /// Adds a force, N, at the centre of mass of a dynamic body for the duration of the next step; wakes it.
     Result<void> add_force(BodyId body, const Eigen::Vector3d& force);
-    /// The same with a torque, N m.
+    /// Adds a torque, N m, to a dynamic body for the duration of the next step; wakes it.
     Result<void> add_torque(BodyId body, const Eigen::Vector3d& torque);
 
     /// Wakes a body and its sleeping island.
@@ -178,7 +178,7 @@ public:
 
     /// All states: one for each index that ever had a body. Valid until the next call that is not const.
     std::span<const BodyState> states() const;
-    /// The settings of the same bodies, in the same order. Valid until the next call that is not const.
+    /// The settings of all bodies, in the order of states(). Valid until the next call that is not const.
     std::span<const BodySettings> settings() const;
 
     /// The needs of all dynamic bodies for a pager, parked and sleeping bodies included. Valid until the next call.
@@ -190,8 +190,8 @@ public:
     /// @param world_from_chassis pose of the chassis
     Result<BodyId> add_vehicle(const VehicleSettings& settings, const Pose& world_from_chassis);
 
-    /// Sets the controls of a vehicle from the next step on; wakes it if they change. It falls asleep only while it
-    /// brakes. Controls that are not finite are ignored: the last valid ones are used.
+    /// Sets the controls of a vehicle from the next step on; wakes the vehicle if they change. It falls asleep only
+    /// while it brakes. Controls that are not finite are ignored: the last valid ones are used.
     Result<void> set_controls(BodyId vehicle, const VehicleControls& controls);
 
     /// State after the last step; null if the body is not a vehicle. Valid until the next call that is not const.
@@ -233,13 +233,13 @@ public:
     //
     // Threads:   any number at once, while nothing else is called
     // Allocates: the first query after a change, if there are more bodies than ever before
-    // Cost:      O(log bodies) plus one query for each body whose box is met; O(bodies) for the first query after a
-    //            change or a step
+    // Cost:      O(log bodies) plus one query for each body whose box the query reaches; O(bodies) for the first query
+    //            after a change or a step
 
-    /// The first point of the segment `from` to `to` inside or on a body, or on the ground.
+    /// The first point of the segment `from` to `to` that is inside or on a body, or on the ground.
     RayQueryAnswer ray(const Ground& ground, const WorldPos& from, const WorldPos& to,
                        const QueryFilter& filter = {}) const;
-    /// The same for many rays from one point, with the preconditions of RayFan::ray().
+    /// The same with the ground of a RayFan, for many rays from one point; has the preconditions of RayFan::ray().
     RayQueryAnswer ray(const RayFan& ground, const WorldPos& from, const WorldPos& to,
                        const QueryFilter& filter = {}) const;
     /// The first contact of a moving shape.

@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// Filter and answers of a world's spatial queries. On a tie the answer is the body with the lowest index, and a body
-// rather than the ground. An answer is `invalid` if an argument is not finite or out of range, also in an empty world.
+// Filter and answers of a world's spatial queries. On a tie, a body comes before the ground, and a body with a lower
+// index before others. An answer is `invalid` if an argument is not finite or out of range, also in an empty world.
 namespace terrane {
 
 /// Which bodies a query sees, and whether it sees the ground.
@@ -22,14 +22,15 @@ struct QueryFilter {
 
 /// The first hit of a ray.
 ///
-/// `not_resident`: ground that is not loaded may be met before any body; `hit` is false and `fraction` 0.
+/// `not_resident`: the ray may hit ground that is not loaded before any body; `hit` is false and `fraction` 0.
 struct RayQueryAnswer {
     QueryStatus status = QueryStatus::invalid;  ///< whether the answer is complete
-    bool hit = false;                           ///< whether anything is met
+    bool hit = false;                           ///< whether anything is hit
     double fraction = 1.0;                    ///< of the ray, 0 to 1; 0 if it begins inside a body
     BodyId body{};                            ///< the body hit; none for the ground
     WorldPos point_world = WorldPos::Zero();  ///< only if `hit`
-    /// Unit, out of the body, or opposite to the ray if it begins inside; on the ground upwards, also from below.
+    /// Unit. On a body it points outwards, or against the ray if that begins inside; on the ground upwards, also if hit
+    /// from below.
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
     std::uint32_t part = 0;  ///< part of a compound that is hit, else 0
 
@@ -37,13 +38,13 @@ struct RayQueryAnswer {
     bool hits_ground() const { return hit && !body.is_valid(); }
 };
 
-/// The first hit of a moving shape. A contact at its start counts only if it is closing.
+/// The first hit of a moving shape. A contact at the start of the motion counts only if it is closing.
 ///
-/// `not_resident`: ground that is not loaded may be met before any body; `hit` is false, and nothing is met before
-/// `fraction`.
+/// `not_resident`: the shape may hit ground that is not loaded before any body; `hit` is false, and nothing is hit
+/// before `fraction`.
 struct CastQueryAnswer {
     QueryStatus status = QueryStatus::invalid;          ///< whether the answer is complete
-    bool hit = false;                                   ///< whether anything is met
+    bool hit = false;                                   ///< whether anything is hit
     double fraction = 1.0;                              ///< of the motion, up to the hit
     BodyId body{};                                      ///< the body hit; none for the ground
     WorldPos point_world = WorldPos::Zero();            ///< on the moving shape; only if `hit`

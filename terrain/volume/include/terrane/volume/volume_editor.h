@@ -30,15 +30,14 @@ struct VolumeEditorStats {
     std::size_t waiting = 0;      ///< changes that are not in force yet
     std::uint32_t in_force = 0;   ///< number of the last change in force
     std::uint64_t failed = 0;     ///< failed attempts to prepare a change: see last_failure()
-    std::uint64_t postponed = 0;  ///< updates whose chunks did not fit below the pager's ceiling
-    std::uint64_t completed =
-        0;  ///< chunks loaded while a change to them was being prepared, and then made again
+    std::uint64_t postponed = 0;  ///< times that new chunks did not fit below the pager's ceiling
+    /// Chunks made again, because they were loaded while a change to them was being prepared.
+    std::uint64_t completed = 0;
     std::uint64_t files_read = 0;  ///< chunk files that were read instead of applying edits again
-    std::uint64_t files_refused =
-        0;  ///< chunk files refused as damaged, foreign or newer; their chunks were made from the log
+    /// Chunk files refused as damaged, foreign or newer; their chunks were made from the log.
+    std::uint64_t files_refused = 0;
     std::uint64_t files_written = 0;  ///< chunk files written by save()
-    std::uint64_t torn_bytes =
-        0;  ///< bytes of an incomplete record at the end of the log, which were dropped
+    std::uint64_t torn_bytes = 0;     ///< bytes of an incomplete last record, dropped from the log
 };
 
 /// Digs and fills while a simulation runs.
@@ -46,15 +45,15 @@ struct VolumeEditorStats {
 /// dig(), fill() and undo() submit *changes*, numbered 1, 2, ... They check their arguments and return. The owner calls
 /// update() once a frame, which passes the changes to a worker thread. The worker applies each shape to the level sets
 /// of the tiles that it touches, contours these tiles, and makes new chunks in place of the resident ones. A later
-/// update() brings all finished changes into force at once, in the resident set of the pager's next update, so that
-/// neighbouring chunks always agree. Chunks loaded afterwards include the changes. A chunk that several waiting changes
-/// touch is made once.
+/// A later update() lets all finished changes take effect at once, in the resident set of the pager's next update, so
+/// that neighbouring chunks always agree. Chunks loaded afterwards include the changes. A chunk that several waiting
+/// changes touch is made once.
 ///
 /// No ceiling limits chunks that are made but not yet in force; memory_bytes limits level sets and contours.
 ///
 ///     editor.dig(VolumeSphere{2.0}, pose);
 ///     editor.update(pager);             // each frame
-///     pager.update(cameras, bodies, t); // resident() has what update() brought into force
+///     pager.update(cameras, bodies, t); // resident() now includes the changes in force
 ///
 /// A chunk depends only on the volumes of the source and on the edits in force, in their order. Its bits do not depend
 /// on when or on which thread it was made, or on whether it was resident meanwhile.
@@ -62,8 +61,8 @@ struct VolumeEditorStats {
 /// Threads: one owner calls everything. One editor and one pager per source.
 class VolumeEditor {
 public:
-    /// Opens the log of settings.folder, if there is one, and brings its changes into force. Call it before a pager
-    /// loads.
+    /// Opens the log of settings.folder, if there is one, and puts its changes into effect. Call it before a pager
+    /// loads from the source.
     ///
     /// @param source changed by this editor from now on
     ///
@@ -94,9 +93,9 @@ public:
     /// Fails: invalid_argument if there is none
     Result<std::uint32_t> undo();
 
-    /// Starts all changes submitted so far, and brings into force, in order, those whose chunks are finished. Call it
-    /// once a frame, between the pager's updates. A change waits while one of its chunks, loaded in the meantime, is
-    /// still being made, and until evictions let its new chunks fit below the pager's ceiling.
+    /// Starts all changes submitted so far, and lets those whose chunks are finished take effect, in order. Call it
+    /// once a frame, between the pager's updates. A change also waits while a chunk that was loaded in the meantime is
+    /// made for it, and until evictions let its new chunks fit below the pager's ceiling.
     ///
     /// Returns: the number of the last change in force
     /// Cost:    O(chunks swapped); with worker_count = 0 also the making of the chunks
@@ -104,8 +103,8 @@ public:
     /// As above, before any pager has loaded from the source; blocks until all changes are in force.
     std::uint32_t update();
 
-    /// Blocks until the work that update() started is finished; the next update() brings it into force. Not for use in
-    /// a frame.
+    /// Blocks until the work that update() started is finished; its changes take effect in the next update(). Not for
+    /// use in a frame.
     void wait();
 
     /// Appends the changes in force to the log, flushes it to the disk, and writes the files of chunks that have

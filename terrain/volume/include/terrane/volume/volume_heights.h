@@ -44,10 +44,10 @@ public:
     /// Whether a point is inside a volume or within a quarter of the finest spacing of one. Digs and fills at run time
     /// are ignored.
     bool is_in_volume(double x, double y, double z) const override;
-    /// The chunk's size when it was last made if it has edits; else an estimate from the area of the volumes' surfaces,
-    /// or that size if larger.
+    /// The size of the chunk when it was last made, if it has edits. Otherwise an estimate from the area of the
+    /// volumes' surfaces, but at least that size.
     std::size_t max_chunk_bytes(const ChunkKey& key) const override;
-    /// Whether no change that touches the chunk has come into force since it was made.
+    /// Whether the chunk was made after the last change in force that touches it.
     bool is_current(const Chunk& chunk) const override;
 
     /// For Terrane's own sources.

@@ -26,8 +26,8 @@ struct VolumeNode {
     friend constexpr auto operator<=>(const VolumeNode&, const VolumeNode&) = default;
 };
 
-/// Name of a vertex, the same in all tiles: the edge between two nodes that it lies on, smaller node first. A vertex at
-/// a node, such as a sample of the heightfield, has that node twice.
+/// Name of a vertex, the same in all tiles: the two nodes of the edge on which the vertex lies, smaller node first. The
+/// name of a vertex at a node, such as a sample of the heightfield, has that node twice.
 struct VolumeVertexKey {
     VolumeNode first, second;  ///< ends of the edge
     friend constexpr auto operator<=>(const VolumeVertexKey&, const VolumeVertexKey&) = default;
@@ -37,8 +37,8 @@ struct VolumeVertexKey {
 
 /// The surface of the joined solid over one tile. Triangles are counter-clockwise seen from outside the solid.
 ///
-/// The contours of all tiles and the triangles of the heightfield that no tile replaces form a closed 2-manifold with a
-/// boundary at the world's border: each inner edge, named by its vertices' keys, has one triangle in each direction.
+/// The contours of all tiles and the triangles of the heightfield that no tile replaces form a 2-manifold whose only
+/// boundary is at the world's border: each inner edge, named by its vertices' keys, has one triangle in each direction.
 struct VolumeContour {
     VolumeTileKey key;                  ///< the tile
     std::vector<VolumeVertexKey> keys;  ///< of each vertex
@@ -63,7 +63,8 @@ struct VolumeContour {
 /// void and to the space that they made solid; farther away, only their signs. Later operations are applied in place,
 /// at a cost independent of the number of earlier ones.
 ///
-/// Depends only on the operations and the tile's own heights; two tiles have the same values at shared nodes.
+/// The level sets depend only on the operations and the tile's own heights; two tiles have the same values at shared
+/// nodes.
 ///
 /// Threads: one; contour() from any number at once, while nothing else is called. Starts no threads.
 class VolumeTile {
@@ -78,7 +79,7 @@ public:
     /// @param heights [33 * 33] samples of the pinned level in Lattice::quantum, row by row from the south-west
     ///
     /// Fails: invalid_argument for a wrong number of heights, heights beyond 2^28 spacings, or a tile outside the world
-    /// Cost:  O(nodes within three spacings of the operations' surfaces + lines * log)
+    /// Cost:  O(nodes inside the operations' shapes or within three spacings of their surfaces)
     static Result<VolumeTile> create(const Volumes& volumes, const VolumeTileKey& key,
                                      std::span<const std::int32_t> heights);
 
@@ -97,7 +98,7 @@ public:
 
     /// Applies one more operation, placed for the same lattice and level.
     ///
-    /// Cost: O(nodes of the tile within three spacings of its surface)
+    /// Cost: O(nodes of the tile inside the shape or within three spacings of its surface)
     void apply(const PlacedVolume& volume);
 
     /// The surface of the joined solid.
@@ -105,8 +106,8 @@ public:
     /// Cost:     O(nodes near the surface); temporary memory of a few times the level sets' size
     /// Accuracy: each vertex lies on an edge that the surface of the joined solid crosses, at most 1.74 spacings long
     ///           except beside steep ground. For one sphere with a radius of 20 spacings, vertices and triangles are
-    ///           within 0.02 spacing of it; at the edges of a box, triangles cut the corner by up to 0.6 spacing
-    ///           (docs/volumes.md)
+    ///           within 0.02 spacing of the sphere; at the edges of a box, triangles cut the corner by up to 0.6
+    ///           spacing (docs/volumes.md)
     ///
     /// @param closes whether to make the western, eastern, southern and northern cap: VolumeContour::caps
     VolumeContour contour(const std::array<bool, 4>& closes = {}) const;

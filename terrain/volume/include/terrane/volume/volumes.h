@@ -23,7 +23,7 @@ class PlacedShape;
 
 /// Cells along the side of a volume tile; divides the 128 cells of a chunk.
 inline constexpr int kVolumeTileCells = 32;
-inline constexpr int kVolumeTileSamples = kVolumeTileCells + 1;  ///< along the side of a tile
+inline constexpr int kVolumeTileSamples = kVolumeTileCells + 1;  ///< samples along a tile's side
 
 /// Index of a tile, 32 x 32 cells of the pinned level, counted in tiles from lattice point (0, 0).
 struct VolumeTileKey {
@@ -32,7 +32,7 @@ struct VolumeTileKey {
     friend constexpr auto operator<=>(const VolumeTileKey&, const VolumeTileKey&) = default;
 };
 
-/// A volume's part over one of the tiles that the volume may touch.
+/// The part of a volume over one tile that the volume may touch.
 struct VolumeTilePart {
     VolumeTileKey key;       ///< the tile
     HeightInterval heights;  ///< interval of world z that encloses the part, metres
@@ -59,13 +59,14 @@ public:
     /// @param lattice of the terrain
     /// @param level   the pinned level, 0 to the finest; its spacing is the distance between samples
     ///
-    /// Fails: invalid_argument as validate(), and for a shape that is thinner than the spacing, lies outside the
-    ///        world's rectangle or beyond 2^28 spacings from height 0, or whose pieces cover more than 2^22 tiles;
-    ///        bad_data for a mesh that is open, intersects itself or is inside out, and for a file without a float
-    ///        level set that has cubic voxels, a band of at least two spacings on both sides and true distances; io for
-    ///        a file that cannot be read; out_of_memory for a level set larger than VolumeSettings::memory_bytes
-    /// Cost:  O(tiles); for a mesh also O(triangles log triangles + pairs of triangles whose boxes overlap), which is
-    ///        all pairs for a fan, and the conversion to a level set on OpenVDB's threads
+    /// Fails: invalid_argument as validate(), for a level out of range, and for a shape that is thinner than the
+    ///        spacing, lies outside the world's rectangle or beyond 2^28 spacings from height 0, or whose pieces cover
+    ///        more than 2^22 tiles; bad_data for a mesh that is open, intersects itself or is inside out, and for a
+    ///        file without a float level set, or with non-cubic voxels, a band narrower than two spacings or values
+    ///        that are not signed distances; io for a file that cannot be read; out_of_memory for a level set larger
+    ///        than VolumeSettings::memory_bytes
+    /// Cost:  O(tiles). For a mesh also O(n log n + p), with n triangles and p pairs of triangles whose boxes overlap
+    ///        (all pairs for a fan), and the conversion to a level set on OpenVDB's threads.
     static Result<PlacedVolume> create(const Lattice& lattice, int level,
                                        const VolumeOperation& operation,
                                        const VolumeSettings& settings = {});
@@ -129,15 +130,15 @@ public:
     /// The operations in their order.
     std::span<const PlacedVolume> operations() const;
 
-    /// 128-bit hash of lattice, level and operations; saved edits are valid only for the same one. A VolumeFile
-    /// contributes its path, its grid name and the size of its level set, but not its voxels.
+    /// 128-bit hash of lattice, level and operations; saved edits are valid only for volumes with the same hash. A
+    /// VolumeFile contributes its path, its grid name and the size of its level set, but not its voxels.
     std::array<std::uint64_t, 2> fingerprint() const;
 
-    /// The tiles that volumes may touch, sorted; other tiles are the heightfield alone.
+    /// The tiles that volumes may touch, sorted; over other tiles the ground is the heightfield alone.
     std::span<const VolumeTileKey> tiles() const;
     /// Indices of the operations that may touch a tile, ascending; empty for other tiles. Cost: O(log tiles)
     std::span<const std::uint32_t> operations_at(const VolumeTileKey& key) const;
-    /// The parts over a tile of the operations in operations_at(), in the same order.
+    /// The parts of the operations in operations_at() over the tile, in the same order.
     std::span<const VolumeTilePart> parts_at(const VolumeTileKey& key) const;
 
 private:
