@@ -75,7 +75,7 @@ void ErodedPart::set_offset(double offset) {
         core_ = make_core(PlacedBox{shape_.centre, axes_of(shape_), half_}, storage_);
     } else {
         scale_ = reach_ > 0.0 ? std::max(0.0, 1.0 - offset / reach_) : 1.0;
-        // Directions need not have unit length, so that a scaled rotation scales the core.
+        // A scaled rotation scales the core: directions need not have unit length.
         core_.shape = *shape_.hull->shape;
         core_.rotation = scale_ * shape_.hull->rotation;
         core_.centre = inside_ - rotated(core_.rotation, mean_);
@@ -131,7 +131,7 @@ TriangleBound ErodedPart::bound_distance(const SurfaceTriangle& triangle, double
     double square = 0.0;
     for (int i = 0; i < 3; ++i) {
         const double a = triangle.v[0][i], b = triangle.v[1][i], c = triangle.v[2][i];
-        // The box around the whole part contains the shrunk part; for a round part it is a rounded box.
+        // The box around the whole part contains the shrunk part. Of a round part the box around its core is used.
         const double reach = is_round ? shape_.bounds[i] - shape_.radius : shape_.bounds[i];
         const double gap = std::max(std::min({a, b, c}) - shape_.centre[i],
                                     shape_.centre[i] - std::max({a, b, c})) -

@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// Closest points of a shrunk part and a triangle, without the part's radius.
+/// Closest points of a shrunk part and a triangle. The distances are to the surface of the part, also of a round one.
 struct MeshPair {
     Eigen::Vector3d on_part = Eigen::Vector3d::Zero();  ///< on the core of a round part
     Eigen::Vector3d on_triangle = Eigen::Vector3d::Zero();
@@ -18,16 +18,16 @@ struct MeshPair {
     double lower = 0.0;  ///< certified lower bound of the distance, metres
 };
 
-/// Bounds of the distance of a shrunk part from a triangle, from a few separating planes.
+/// Bounds of the distance between a shrunk part and a triangle, from a few separating planes.
 struct TriangleBound {
     double distance = -kInfinity;  ///< a lower bound, metres
     double front =
         -kInfinity;  ///< height of the part's lowest point above the triangle's plane, metres
 };
 
-/// A convex part of a body, whole and shrunk by an offset: along any normal, the surface of the whole part is at most
-/// the offset outside the shrunk part. Spheres and capsules lose radius, boxes lose half extents, hulls are scaled
-/// about the mean of their vertices. Neither copied nor moved, because cores point into it.
+/// A convex part of a body, both whole and shrunk by an offset: along any direction the whole part extends beyond the
+/// shrunk part by at most the offset. Spheres and capsules lose radius, boxes lose half extents, hulls are scaled about
+/// the mean of their vertices. Cannot be copied or moved, because its cores point into it.
 class ErodedPart {
 public:
     /// @param shape outlives this
@@ -41,11 +41,11 @@ public:
     std::uint32_t index() const { return index_; }
     bool is_round() const { return shape_.kind == ShapeKind::round; }
     double radius() const { return radius_; }  ///< radius of the shrunk part, if round
-    /// A point of the shrunk part; inner_radius() is the radius of a ball around it that the part contains.
+    /// A point of the shrunk part. inner_radius() is the radius of a ball around the point inside the shrunk part.
     Eigen::Vector3d inside() const { return inside_; }
     double inner_radius() const;
 
-    /// The box around the whole, widened.
+    /// The AABB of the whole part, widened by `margin`.
     Aabb box(double margin) const {
         const Eigen::Vector3d half = shape_.bounds + Eigen::Vector3d::Constant(margin);
         return {shape_.centre - half, shape_.centre + half};
@@ -63,7 +63,7 @@ public:
     /// Lower bound of the distance from a triangle, from a few separating planes, metres.
     /// @param enough the search may stop at a bound of at least this, with `front` unset
     TriangleBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
-    /// @param enough the search may stop at a lower bound above it
+    /// Closest points of the shrunk part and a triangle. The search may stop at a lower bound above `enough`.
     MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
 
     /// The whole part as a core, made on first use.
@@ -80,7 +80,7 @@ private:
     Eigen::Vector3d half_ = Eigen::Vector3d::Zero();  // half extents of a box or a capsule's box
     std::array<Eigen::Vector3d, 3> axes_{};           // of that box
     bool has_axes_ = false;
-    double reach_ = 0.0;                              // hull: from the mean of its vertices
+    double reach_ = 0.0;                              // hull: farthest vertex from the mean
     double scale_ = 1.0;                              // hull
     Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();  // hull: body frame
     Eigen::Vector3d inside_;
@@ -99,7 +99,7 @@ public:
     const Core& core() const { return core_; }
 
 private:
-    std::array<Eigen::Vector3d, 3> vertices_;  // from the first
+    std::array<Eigen::Vector3d, 3> vertices_;  // relative to the first
     std::array<Polyhedron::Face, 2> faces_;
     Core core_;
 };

@@ -16,9 +16,10 @@ namespace {
 
 /// Distances below this are exact and count as touching, metres.
 constexpr double kMeshTouch = 1e-9;
-/// Relative tolerances of find_overlap_offset(): for contacts and distances (any separating offset will do); for lifts.
+/// Relative tolerances of find_overlap_offset(): kRoughly where any separating offset will do; kFine for lifts.
 constexpr double kRoughly = 1.0, kFine = 0.01;
-/// The same for depths. Finer than the share of the contact tolerance that remains below the deepest offset surface.
+/// The relative tolerance for depths: finer than the share of the contact tolerance that remains below the deepest
+/// offset surface.
 constexpr double kExact = 1e-4;
 
 Contact contact_of_translation(const MeshQuery& query, const Eigen::Vector3d& d) {
@@ -77,8 +78,8 @@ ContactAnswer find_contacts_on_mesh(const Shape& shape, const Pose& pose, const 
     return answer;
 }
 
-/// Finds the nearest triangle to a body that is separated after shrinking by an offset: 0 or of the order of rounding.
-/// Searches in increasing distances.
+/// Finds the nearest triangle to a body that is separated after shrinking by `offset`, which is 0 or of the order of
+/// rounding errors. Searches in increasing distances.
 void find_distance(const MeshQuery& query, double max_distance, double offset,
                    DistanceAnswer& answer) {
     constexpr double kMostCells = 1e4;  // farther triangles are not searched for
@@ -267,8 +268,8 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
         const bool is_nearest = !(reach > near) || !std::isfinite(reach) ||
                                 !is_beside_volume(shape, world_from_shape, ground, reach);
         if (is_nearest) return field;
-        // The surface of a volume may be nearer than the heightfield, and the translation into a void shorter than the
-        // one out of the heightfield.
+        // The surface of a volume may be nearer than the heightfield, and a translation into a void may be shorter than
+        // the one out of the heightfield.
         const DistanceAnswer joined =
             find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
         const bool is_way_out =
@@ -340,11 +341,11 @@ CastAnswer cast_on_mesh(const Shape& shape, const Motion& motion, const Ground& 
         }
         return answer;
     }
-    // An overlap at the start is ignored by shrinking the shape by its depth, and slightly more so that directions are
-    // exact.
+    // To ignore an overlap at the start, the shape is shrunk by the depth of the overlap, and slightly more so that
+    // directions are exact.
     constexpr double kMoreShare = 0.25;  // fraction of the tolerance
     const double more = answer.started_in_contact ? kMoreShare * settings.tolerance : 0.0;
-    // Less than the additional gap, so that a sliding shape does not hit the floor ahead of it.
+    // Less than `more`, so that a sliding shape does not hit the floor ahead of it.
     const double stop_gap = answer.started_in_contact ? 0.5 * more : settings.tolerance;
     const MeshSweepAnswer met = sweep_mesh(shape, motion, ground, overlap.offset + more, stop_gap);
     answer.fraction = met.fraction;

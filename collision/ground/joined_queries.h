@@ -13,21 +13,21 @@ namespace terrane::internal {
 struct MeshNearness {
     bool is_missing = false;  ///< ground that is not resident may be near
     /// Lower bound of the distance of the shrunk body from the nearest triangle, at most the reach; exact below
-    /// `exact_below`. <= 0: the body intersects a triangle or lies in the solid.
+    /// `exact_below`. <= 0 if the body intersects a triangle or lies in the solid.
     double distance = 0.0;
 };
 
-/// Finds the distance of a body, shrunk by `offset`, from all triangles, approached from either side. A body that
-/// intersects no triangle is either in the air or in the solid; in the solid the distance is negative.
+/// Finds the distance of a body, shrunk by `offset`, from the nearest triangle; both sides of triangles count. A body
+/// that intersects no triangle is either in the air or in the solid; in the solid the distance is negative.
 ///
 /// @param reach       farther triangles are not searched for, metres
 /// @param exact_below distances below this are exact
 MeshNearness find_nearness(const SurfaceTriangles& surface, const LocalBody& body, double offset,
                            double reach, double exact_below);
 
-/// As find_nearness(), and finds the contacts of the whole body. Features are paired for the shrunk body, which must be
-/// separated. Only directions in the surface's normal cone give contacts, so that edges between triangles of a flat
-/// floor or in a concave corner have none.
+/// Does the same as find_nearness(), and finds the contacts of the whole body. Features are paired for the shrunk body,
+/// which must be separated. Only directions in the surface's normal cone give contacts, so that edges between triangles
+/// of a flat floor or in a concave corner have none.
 ///
 /// @param margin  gaps of the whole body up to this are contacts, metres
 /// @param patches receives the contacts, in the local frame; none if the shrunk body is not separated
@@ -48,15 +48,15 @@ struct MeshOverlap {
     double distance = 0.0;  ///< lower bound of the distance at that offset
 };
 
-/// Finds an offset at which a body is separated: 0 if it is separated already, exact for spheres and capsules whose
-/// core is separated, otherwise by bisection.
+/// Finds an offset at which a body is separated: 0 if it is separated already. The offset is exact for spheres and
+/// capsules whose core is separated, otherwise found by bisection.
 /// @param touch    distances below this count as touching, metres, > 0
 /// @param accuracy relative tolerance: the answer exceeds the smallest offset by at most this fraction of it, or by
 ///                 `touch`
 MeshOverlap find_overlap_offset(const SurfaceTriangles& surface, const LocalBody& body,
                                 double touch, double accuracy);
 
-/// A shape at a pose beside the joined surface, in a frame near it.
+/// A shape at a pose beside the joined surface, in a frame near the shape.
 class MeshQuery {
 public:
     MeshQuery(const Shape& shape, const Pose& world_from_shape, const Ground& ground)
@@ -77,7 +77,7 @@ public:
         return dot(n, origin_) - support_distance(shape_, -rotated_back(rotation_, n));
     }
     LocalBody moved(const Eigen::Vector3d& d) const { return {shape_, rotation_, origin_ + d}; }
-    /// The box around the body, widened.
+    /// The AABB of the body, widened by `margin`.
     Aabb box(double margin) const {
         const Eigen::Vector3d half = body_.whole().bounds + Eigen::Vector3d::Constant(margin);
         return {body_.whole().centre - half, body_.whole().centre + half};
@@ -99,8 +99,8 @@ struct MeshTranslation {
     Eigen::Vector3d d = Eigen::Vector3d::Zero();
 };
 
-/// Finds a short separating translation: out along the contacts of a shallow overlap; otherwise through the nearest
-/// points of the surface, then along the contacts there; otherwise up above everything.
+/// Finds a short separating translation: along the contact normals of a shallow overlap; if there is none, out through
+/// the nearest points of the surface, then along the contact normals there; if there is none, up above everything.
 ///
 /// @param overlap find_overlap_offset() of the body
 /// Cost: up to some milliseconds
@@ -119,8 +119,8 @@ struct MeshSweepAnswer {
     std::uint32_t part = 0;
 };
 
-/// Casts a shrunk body along a motion against all triangles, from either side. If the body is not separated at the
-/// start, the fraction is 0. The body passes triangles that it is near but does not approach.
+/// Casts a shrunk body along a motion against both sides of all triangles. If the body is not separated at the start,
+/// the fraction is 0. The body passes triangles that it is near but does not approach.
 ///
 /// @param stop_gap a hit is at a distance of at most this, metres, > 0
 MeshSweepAnswer sweep_mesh(const Shape& shape, const Motion& motion, const Ground& ground,
@@ -141,7 +141,7 @@ struct MeshContactAnswer {
     std::array<double, 64> openings;
 };
 
-/// find_mesh_contacts() of a shape at a pose, in world coordinates: complete, or truncated to the deepest.
+/// find_mesh_contacts() of a shape at a pose, in world coordinates: all contacts or, if truncated, the deepest.
 MeshContactAnswer find_contacts_at_offset(const Shape& shape, const Pose& world_from_shape,
                                           const Ground& ground, double offset, double margin,
                                           double exact_below, std::span<Contact> contacts_out);

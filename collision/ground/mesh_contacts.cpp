@@ -19,9 +19,9 @@ public:
     struct Found {
         /// Largest depth of the whole part, metres; minus infinity if part and triangle do not overlap in projection.
         double depth;
-        bool is_flat;  ///< a face of a box or the side of a capsule is parallel to the triangle
+        bool is_flat;  ///< a box face or capsule's side is nearly parallel to the triangle
     };
-    /// Adds the contacts of the part's support feature over a triangle, along its normal.
+    /// Adds the contacts of a triangle with the part's support feature against the triangle's normal.
     Found add(const SurfaceTriangle& triangle);
     /// Moves the contacts to the patches.
     void finish(ContactPatches& patches) const {
@@ -42,7 +42,7 @@ private:
     static constexpr std::size_t kMostOuter = 64, kMostInner = 12;
     const ErodedPart& part_;
     double margin_;
-    // Not initialised beyond the counts.
+    // Only the first count_ and inner_count_ elements are initialised.
     union {
         std::array<Contact, kMostOuter> contacts_;  // NOLINT(readability-identifier-naming)
     };
@@ -50,7 +50,7 @@ private:
         std::array<Contact, kMostInner> inner_;  // NOLINT(readability-identifier-naming)
     };
     std::size_t count_ = 0, inner_count_ = 0;
-    std::size_t shallowest_ = 0;  // of the inner ones, once they are full
+    std::size_t shallowest_ = 0;  // index in inner_, once that is full
 };
 
 // Sources:    I. Sutherland, G. Hodgman. Reentrant polygon clipping. 1974.
@@ -59,7 +59,7 @@ private:
 
 namespace {
 
-/// Smallest cosine between the normals of a box face and a triangle at which they are clipped.
+/// A triangle is clipped by a box face if the cosine of the angle between their normals is at least this.
 constexpr double kFlat = 0.9;
 
 /// A point of a clipped triangle in the plane of a face.
@@ -67,7 +67,7 @@ struct FlatPoint {
     double x, y;
 };
 
-/// Clips a polygon by low <= +-x <= half or the same for y.
+/// Clips a polygon to the points p with along(p) <= half; `along` is x, -x, y or -y.
 template <class Along>
 std::size_t clip(const std::array<FlatPoint, 8>& from, std::size_t count, double half, Along along,
                  std::array<FlatPoint, 8>& to) {
@@ -142,7 +142,7 @@ double FaceContacts::add_box_face(const SurfaceTriangle& triangle, std::size_t a
     const auto half = [&](std::size_t i) { return box.half[static_cast<Eigen::Index>(i)]; };
     const double hx = half(ix), hy = half(iy);
     const Eigen::Vector3d& n = triangle.normal;
-    // The face towards the triangle, as a plane of depths over x and y.
+    // The face towards the triangle: the depth of its points below the triangle's plane is linear in x and y.
     const double side = up > 0.0 ? -1.0 : 1.0;
     const Eigen::Vector3d middle = box.centre + side * half(axis) * box.axes[axis];
     const double depth0 = dot(n, triangle.v[0] - middle);
@@ -250,7 +250,7 @@ void FaceContacts::add_inner(const Contact& contact) {
 
 namespace {
 
-/// Smallest cosine between a direction and the face normal at which they count as equal.
+/// A direction counts as equal to a face normal if the cosine of the angle between them is at least this.
 constexpr double kFace = 1.0 - 1e-9;
 /// Depths that differ by less count as equal, metres.
 constexpr double kDeepest = 1e-9;
@@ -319,7 +319,7 @@ public:
             return;
         }
         if (near_count_ < near_.size()) near_[near_count_++] = triangle;
-        // Above the triangle's plane: if the lowest point is over the triangle, it is the nearest point.
+        // The part is above the triangle's plane: if its lowest point is over the triangle, this is the nearest point.
         double deepest = -kInfinity;
         if (front >= 0.0 && !is_point()) {
             const FaceContacts::Found found = faces_.add(triangle);
@@ -338,7 +338,7 @@ public:
         visit(triangle, pair);
         if (pair.lower > reach() || !(pair.distance > 0.0)) return;
         const double facing = dot(pair.normal, triangle.normal);
-        if (!(facing > 0.0)) return;  // behind it
+        if (!(facing > 0.0)) return;  // behind the triangle
         if (facing >= kFace) {
             const double depth = part_.shift(triangle.normal) - pair.distance;
             if (deepest < depth - kDeepest) add_pair(pair, triangle.normal);
@@ -354,7 +354,7 @@ private:
     double reach() const { return margin_ + offset_; }
     bool is_point() const { return part_.is_round() && !part_.whole().has_core(); }
 
-    /// Updates the distance, by the bound if that is large enough.
+    /// Updates the nearest distance: with `bound` if this exceeds exact_below_, otherwise with the exact distance.
     void measure(const SurfaceTriangle& triangle, double bound) {
         if (bound > exact_below_) {
             nearest_ = {bound, false, false};
@@ -407,8 +407,8 @@ private:
     NearestTriangle& nearest_;
     ContactPatches* patches_;
     FaceContacts faces_;
-    // The first triangles within reach, and the first pairs at their edges and vertices. Not initialised beyond the
-    // counts.
+    // The first triangles within reach, and the first pairs at their edges and vertices. Only the counted elements
+    // are initialised.
     union {
         std::array<SurfaceTriangle, 48> near_;  // NOLINT(readability-identifier-naming)
     };
@@ -439,8 +439,8 @@ MeshNearness find(const SurfaceTriangles& surface, const LocalBody& body, double
             [&](const SurfaceTriangle& triangle) { pairing.pair(triangle); });
         pairing.finish();
         result.is_missing = result.is_missing || !is_known;
-        // A part that no triangle crosses lies on one side: that of the nearest triangle, if the nearest point is in
-        // the triangle's interior.
+        // A part that no triangle crosses lies on one side of the surface. The nearest triangle shows on which, if the
+        // nearest point is in the interior of that triangle.
         const bool is_known_side = nearest.is_face && !body.is_compound();
         if (is_known_side && !nearest.is_front) side = SurfaceSide::solid;
         if (!is_known_side && nearest.distance > 0.0 && !result.is_missing) find_side(part);

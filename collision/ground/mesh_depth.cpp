@@ -38,8 +38,8 @@ bool add_contacts(const MeshQuery& query, const Eigen::Vector3d& d, const MeshOv
     return count > 0;
 }
 
-/// Extends a translation along the contacts of the translated body until it separates. Fails if the translated body is
-/// deep.
+/// Extends a translation along the contact normals of the translated body until the body is separated. Finds none if
+/// the translated body is deep.
 MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
     constexpr int kRounds = 24;
     MeshTranslation answer;
@@ -61,7 +61,7 @@ MeshTranslation refine(const MeshQuery& query, Eigen::Vector3d d) {
     return answer;
 }
 
-/// Candidate translations out through the nearest points of the surface, nearest first.
+/// Candidate translations that lead out of the solid through the nearest points of its surface, nearest point first.
 class Candidates {
 public:
     void add(double distance, const Eigen::Vector3d& d) {
@@ -83,7 +83,7 @@ private:
     std::size_t count_ = 0;
 };
 
-/// @param inside a point of the body
+/// Adds candidates through the surface points within `around` of `inside`, a point of the body.
 void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, double around,
                     Candidates& candidates) {
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(around);
@@ -99,7 +99,7 @@ void add_candidates(const MeshQuery& query, const Eigen::Vector3d& inside, doubl
     });
 }
 
-/// Upward distance to above everything over and under the body; 0 if there is nothing, infinity if it is unknown.
+/// Rise after which the body is above all ground over and under it, metres; 0 without ground, infinity if unknown.
 double rise_over_all(const MeshQuery& query) {
     const LocalGround& local = query.local();
     const Aabb box = query.box(0.0);

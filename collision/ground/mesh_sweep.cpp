@@ -93,7 +93,7 @@ private:
         const double turn = spin_ * (to - from);
         start.visit(
             [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
-                // A part stays within its box, moved and widened by the rotation about the body's origin.
+                // A part stays within its box, translated and widened by the rotation about the body's origin.
                 const double wider = turn * radius_ + stop_gap_;
                 Aabb box{centre - bounds, centre + bounds};
                 const Eigen::Vector3d move = (to - from) * motion_.translation;
@@ -140,7 +140,7 @@ private:
     /// Largest distance of a point's path from its chord.
     double sagitta(double turn) const { return 0.125 * turn * turn * arm_; }
 
-    /// Whether a plane separates the part from a triangle at both ends of an interval, and so within it.
+    /// Whether a plane separates the part from a triangle at both ends of an interval, and therefore throughout.
     bool is_clear(const SurfaceTriangle& triangle, const Eigen::Vector3d& n, const ErodedPart& from,
                   const ErodedPart& to, double turn, double rest) const {
         const double top = highest(triangle, n);

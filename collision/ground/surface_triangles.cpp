@@ -68,7 +68,7 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     if (!is_finite(box_world.low) || !is_finite(box_world.high)) return false;
     const CellRange cells = cells_under(ground, box_world);
     if (cells.east < cells.west || cells.north < cells.south) return false;
-    // Sweeps over many chunks are cut into pieces anyway.
+    // Boxes over so many chunks are not searched: sweeps of this size are cut into pieces anyway.
     constexpr std::int64_t kMostCells = 64 * kChunkCells;
     if (cells.east - cells.west > kMostCells || cells.north - cells.south > kMostCells) return true;
     bool meets = false;
@@ -95,7 +95,7 @@ bool is_near_volume(const Ground& ground, const Aabb& box_world) {
     if (box_world.low.z() > std::max(high, top)) return false;  // above everything
     if (meets) return true;
     // No contour is in the box, and no mouth is over or under it. If the heightfield passes through the box, it is the
-    // surface there; otherwise the whole box is above or below it.
+    // only surface there; otherwise the whole box is above or below the heightfield.
     const Eigen::Vector3d centre = 0.5 * (box_world.low + box_world.high);
     return field_height(ground, centre) > box_world.high.z();
 }

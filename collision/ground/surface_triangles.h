@@ -24,7 +24,7 @@ using SurfaceTriangle = Triangle;
 /// Whether a query in a box must test triangles of volumes. False if the heightfield is the only solid that the box
 /// could meet, as in worlds without volumes and above everything.
 ///
-/// Cost: one comparison in worlds without volumes, else O(log n)
+/// Cost: one comparison in worlds without volumes, else O(log n) for n triangles of volumes
 bool is_near_volume(const Ground& ground, const Aabb& box_world);
 
 /// The surface of the joined solid as triangles in the frame of a LocalGround: the triangles of volumes, and the
@@ -37,8 +37,8 @@ public:
 
     const LocalGround& local() const { return local_; }
 
-    /// Visits the triangles that may overlap a box, `visitor(const SurfaceTriangle&)`, in a deterministic order. False
-    /// if ground that is not resident may reach the box.
+    /// Calls `visitor(const SurfaceTriangle&)` for the triangles that may overlap a box, in a deterministic order.
+    /// False if ground that is not resident may reach the box.
     template <class Visitor>
     bool visit(const Aabb& box, Visitor&& visitor) const {
         return visit(
@@ -57,13 +57,13 @@ public:
         return !field.is_missing;
     }
 
-    /// Whether a box is clear of triangles and of ground that is not resident. Stops at the first found.
+    /// Whether a box is clear of triangles and of ground that is not resident. The search stops at the first one found.
     bool is_empty(const Aabb& box) const;
 
     /// Which side of the surface a convex set lies on. No triangle may cross the set.
     ///
     /// @param inside a point of the set
-    /// @param reach  the set contains a ball of this radius around the point, metres
+    /// @param reach  radius of a ball around `inside` that the set contains, metres
     SurfaceSide side_of(const Eigen::Vector3d& inside, double reach) const;
 
     /// Largest error_m of the cells and solids under and over a box, metres.
@@ -92,7 +92,7 @@ private:
                 if (!wants(v)) continue;
                 const Eigen::Vector3d n = cross(v[1] - v[0], v[2] - v[0]);
                 const double size = length(n);
-                // A triangle without area is an edge of its neighbours.
+                // A triangle without area lies on edges of its neighbours.
                 if (size > 0.0) visitor(SurfaceTriangle{v, n / size});
             }
         }

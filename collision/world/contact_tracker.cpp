@@ -93,7 +93,7 @@ void ContactTracker::find_ground(const Bodies& bodies) {
             .a = a, .b = kNone, .first_point = static_cast<std::uint32_t>(points_.size())};
         for (std::size_t i = 0; i < cache.count(); ++i) {
             const SolverContact point = cache.contact(i, body, a);
-            // The cache's gaps are relative to an offset surface, where a body at rest has the rest gap.
+            // The cache's gaps are relative to an offset surface, from which a body at rest keeps the rest gap.
             add_point(contact, point, point.gap - point.rest_gap);
         }
         contact.touches = contact.least_gap <= kTouchingGroundGap * body.tolerance;

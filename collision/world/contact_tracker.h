@@ -22,7 +22,7 @@ struct TouchingPair {
 /// Compares the contacts after a step with those after the previous step, and generates contact events.
 class ContactTracker {
 public:
-    /// Data that the tracker reads of a world, [slots].
+    /// Data of a world that the tracker reads, indexed by slot.
     struct Bodies {
         const SlotIds& ids;
         std::span<const RigidBody> bodies;

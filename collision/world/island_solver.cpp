@@ -21,7 +21,7 @@ void accumulate(std::vector<std::uint32_t>& counts) {
     }
 }
 
-/// Restores the group starts after filling has advanced each to the end of its group.
+/// Restores the group starts after the filling of the groups has advanced each start to the end of its group.
 void rewind(std::vector<std::uint32_t>& starts) {
     for (std::size_t i = starts.size() - 1; i > 0; --i) starts[i] = starts[i - 1];
     starts[0] = 0;
@@ -103,8 +103,8 @@ namespace {
 constexpr std::uint32_t kNotFirst = kNone - 1;
 /// Threads take pairs in blocks of this size.
 constexpr std::size_t kBodyBlock = 32;
-/// A scene with more pairs per body and in all than these is a crowd. In a crowd, kMaxPartnersInCrowd limits the pairs
-/// of each body.
+/// A scene is a crowd if it has more than kCrowdPairsPerBody pairs per body and more than kLeastCrowdPairs pairs in
+/// all. In a crowd, kMaxPartnersInCrowd limits the pairs of each body.
 constexpr std::size_t kCrowdPairsPerBody = 32;
 constexpr std::size_t kLeastCrowdPairs = 4096;
 constexpr std::uint8_t kMaxPartnersInCrowd = 64;
@@ -224,7 +224,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
         }
         const bool was = old < previous_manifolds_.size() && previous_manifolds_[old].pair == pair;
         if (rests && !was) continue;
-        // Not in a crowd, where this would affect which pairs are skipped: saved worlds do not store separated pairs.
+        // Not in a crowd: it would change which pairs are skipped, and a loaded world knows no separated pairs.
         if (!was && !is_crowd &&
             separated_.is_clear(pair, PairManifold::contact_reach(a, b, duration))) {
             continue;
@@ -331,7 +331,7 @@ void IslandSolver::find(std::span<const RigidBody> bodies, std::span<const std::
     find_drivers(bodies, mobility, span);
 }
 
-/// Computes the poses in later substeps of the prescribed bodies that links contain.
+/// Computes the poses that the prescribed bodies of the links have in later substeps.
 void IslandSolver::find_drivers(std::span<const RigidBody> bodies,
                                 std::span<const Mobility> mobility, const StepSpan& span) {
     later_prescribed_.clear();

@@ -22,7 +22,7 @@ namespace terrane::internal {
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 /// Connected components of touching moving bodies. The bodies of an island are solved and fall asleep together; a body
-/// that touches no other is an island of one. Islands ascend by their lowest body, and bodies and links within them.
+/// that touches no other is an island of one. Islands ascend by their lowest body; their bodies and links ascend too.
 class Islands {
 public:
     /// @param links touching pairs
@@ -47,7 +47,7 @@ private:
 enum class Mobility : std::uint8_t {
     absent,      ///< no body has this index
     fixed,       ///< does not move, even if touched
-    prescribed,  ///< contacts do not affect it; moves or was placed anew: wakes touched sleepers
+    prescribed,  ///< unaffected by contacts; moves or was placed anew: wakes sleepers it touches
     asleep,      ///< at rest until a moving or prescribed body touches it
     moving,
 };
@@ -67,7 +67,7 @@ class IslandSolver {
 public:
     /// @param collide_bodies   false: each body is an island of one
     /// @param records_impulses whether to record pair_impulses() and ground_impulses()
-    /// @param pair_filter      empty: all pairs that the bodies' filters permit
+    /// @param pair_filter      if empty, all pairs that the bodies' filters permit may collide
     IslandSolver(BroadphaseKind kind, bool collide_bodies, bool records_impulses,
                  PairFilter pair_filter)
         : broadphase_(make_broadphase(kind, 0.0)),
@@ -200,7 +200,7 @@ private:
     bool collide_bodies_, records_impulses_;
     PairFilter pair_filter_;
     std::vector<Aabb> bounds_;
-    std::vector<std::uint8_t> has_bounds_;     // [bodies] the body is still and its box valid
+    std::vector<std::uint8_t> has_bounds_;     // [bodies] the body is still and its box is valid
     std::vector<std::uint8_t> partner_count_;  // [bodies] number of pairs so far, in a crowd
     std::vector<BodyPair> sensor_pairs_;
     std::size_t skipped_pair_count_ = 0;

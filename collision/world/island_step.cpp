@@ -15,20 +15,20 @@
 namespace terrane::internal {
 namespace {
 
-/// Small islands are solved until no velocity changes by more than the tolerance, m/s, which grows with the speed of
-/// the island. Large islands stop after kMaxRowSolves contact updates (fewer above kManyContacts contacts), but not
-/// before kLeastIterations sweeps: warm-started stacks converge over several substeps.
+/// Small islands are solved until no velocity changes in a sweep by more than the tolerance, m/s, which grows with the
+/// speed of the island. Large islands stop after kMaxRowSolves contact updates (fewer above kManyContacts contacts),
+/// but not before kLeastIterations sweeps: warm-started stacks converge over several substeps.
 constexpr double kTolerance = 1e-5;
 constexpr double kRelativeTolerance = 1e-3;  // of the mean speed
 constexpr std::size_t kMaxRowSolves = 40'000;
 constexpr std::size_t kManyContacts = 2000;
 constexpr std::size_t kLeastIterations = 8;
-/// Sweeps in which a converging solve must improve by a tenth; else it has stalled, and its targets are taken as
-/// infeasible. Piles improve by less than a hundredth per sweep.
+/// A solve that improves by less than a tenth in this number of sweeps has stalled: its targets are taken as
+/// infeasible. Even a converging solve of a pile improves by less than a hundredth per sweep.
 constexpr int kPatience = 100;
-/// Islands with a mass ratio of heaviest to lightest body above kWideMassRatio are solved along conjugate directions,
-/// because sweeps alone reduce the error by about the inverse of this ratio, and stall. Above kWidestMassRatio they are
-/// not, because the rounding of the heaviest body's impulses would accelerate the lightest.
+/// Islands with a mass ratio of heaviest to lightest body above kWideMassRatio are solved along conjugate directions:
+/// sweeps alone reduce the error by only about the inverse of this ratio per sweep, and stall. Islands with a ratio
+/// above kWidestMassRatio are not, because the rounding of the heaviest body's impulses would accelerate the lightest.
 constexpr double kWideMassRatio = 100.0;
 constexpr double kWidestMassRatio = 1e7;
 /// Rule for an island of one body. A box on four corners converges by about a third per sweep. A body that rolls on
@@ -38,13 +38,13 @@ constexpr StoppingRule kLoneBodyRule{.iterations = 100, .tolerance = 5e-7, .pati
 /// nothing else damps rolling and rocking.
 constexpr double kSlow = 0.3;
 constexpr double kRollingLoss = 4.0;
-/// Relative rounding error of energies and heights. Subtracted, so that the total cannot grow by rounding in each step.
+/// Relative rounding error of energies and heights, subtracted so that rounding cannot make the total energy grow.
 constexpr double kEnergyRounding = 0x1p-51;
 /// Threads take islands in blocks of this size.
 constexpr std::size_t kIslandBlock = 8;
 
-/// @param mean_speed   mean over bodies of the speed of the fastest point, m/s
-/// @param is_conjugate whether it is solved along conjugate directions, which do not converge steadily
+/// @param mean_speed   mean, over the bodies, of the speed of a body's fastest point, m/s
+/// @param is_conjugate whether the island is solved along conjugate directions, which do not converge steadily
 StoppingRule stopping_rule(std::size_t body_count, std::size_t contact_count, double mean_speed,
                            bool is_conjugate) {
     if (body_count == 1) return kLoneBodyRule;
@@ -68,7 +68,7 @@ void IslandSolver::step(std::span<RigidBody> bodies, std::span<GroundGate> gates
         pair_impulses_.assign(manifolds_.size(), Eigen::Vector3d::Zero());
         ground_impulses_.assign(bodies.size(), Eigen::Vector3d::Zero());
     }
-    // A body outside all islands may have contacts in several of them, so no island writes it.
+    // A body that belongs to no island may touch several islands, so no island writes it.
     for (const BodyPair& link : links_) {
         for (const std::uint32_t i : {link.a, link.b}) {
             if (moves_[i] != 0) continue;
@@ -155,7 +155,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
             for (std::size_t contact = 0; contact < contact_count; ++contact) {
                 const Impact& impact = scratch.impacts[contact];
                 const double approach = solver.approach_speed(contact);
-                // Only the closing speed that wheels did not cause bounces.
+                // Restitution applies only to the part of the closing speed that the wheels did not cause.
                 const double bouncing = approach - impact.pushed_speed;
                 if (!(solver.normal_impulse(contact) > 0.0) || bouncing <= least_bounce ||
                     approach * substep <= impact.gap) {
@@ -199,7 +199,7 @@ void IslandSolver::step_island(std::size_t island, Scratch& scratch, const Scene
 }
 
 /// Applies the foot drive of a character to a contact.
-/// @param b kNone: the ground
+/// @param b kNone for the ground
 void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint32_t b,
                               const Scene& scene) {
     if (scene.actuators.feet.empty()) return;
@@ -209,7 +209,7 @@ void IslandSolver::drive_feet(SolverContact& contact, std::uint32_t a, std::uint
     if (const FootDrive* const feet = scene.actuators.feet[b]) feet->drive(contact, -1.0, substep);
 }
 
-/// The closing speed that wheel forces of the substep cause at a contact, m/s, >= 0.
+/// The closing speed that wheel forces cause at a contact in the substep, m/s, >= 0.
 double IslandSolver::pushed_speed(std::size_t contact, const Impact& impact,
                                   const ContactSolver& solver, const Scene& scene) const {
     const auto before = [&](std::uint32_t body) {
@@ -260,7 +260,7 @@ std::size_t IslandSolver::count_contacts(std::size_t island, const Scene& scene)
     return count;
 }
 
-/// Adds the contacts for the poses at the start of the collision step.
+/// Adds the contacts to the solver, for the poses at the start of the collision step.
 void IslandSolver::add_contacts(std::size_t island, ContactSolver& solver, Scratch& scratch,
                                 const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
@@ -347,7 +347,7 @@ void IslandSolver::store_impulses(std::size_t island, const ContactSolver& solve
     }
 }
 
-/// Adds the impulses of a substep to those of the step.
+/// Adds the impulses of a substep to the recorded impulses of the step.
 void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solver,
                                    const Scene& scene) {
     std::size_t row = 0;
@@ -363,7 +363,7 @@ void IslandSolver::record_impulses(std::size_t island, const ContactSolver& solv
     }
 }
 
-/// Opens contacts below their target gap at bounded speed, without changing velocities.
+/// Opens contacts whose gaps are below the target, at bounded speed and without changing velocities.
 void IslandSolver::separate(std::size_t island, ContactSolver& solver, const Scene& scene) {
     const std::span<const std::uint32_t> members = islands_.bodies(island);
     for (const std::uint32_t member : members) solver_bodies_[member].velocity = {};

@@ -223,7 +223,7 @@ Result<void> World::move_kinematic(BodyId body, const Pose& world_from_shape, do
     TERRANE_TRY(internal::check_state(state));
     state_->set_velocity(body.index, {state.velocity, state.angular_velocity});
     if (state.velocity.isZero(0.0) && state.angular_velocity.isZero(0.0)) {
-        // Already there up to rounding: it does not move, and sleepers on it stay asleep.
+        // The body is already there up to rounding: it does not move, and sleepers on it stay asleep.
         state_->bodies[body.index].pose = state_->states[body.index].pose = world_from_shape;
         state_->island_solver.forget_bounds(body.index);
         return {};

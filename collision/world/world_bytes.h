@@ -85,7 +85,7 @@ public:
 
     explicit FieldReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-    /// Sets the owner of the next fields for error messages; null: the world.
+    /// Sets the owner of the next fields, which error messages name; null for the world.
     void begin(const char* thing, std::size_t index) {
         thing_ = thing;
         index_ = index;
@@ -171,10 +171,10 @@ public:
     }
 
     bool has_failed() const { return !error_.empty(); }
-    /// Message of the first error; empty without one.
+    /// Message of the first error; empty if there is none.
     const std::string& error() const { return error_; }
     std::size_t bytes_left() const { return bytes_.size(); }
-    /// Keeps the first error.
+    /// Records an error, unless there was an earlier one.
     void fail(const char* name, const std::string& what) {
         if (has_failed()) return;
         error_ = std::string("saved world: ") + name;
@@ -212,8 +212,8 @@ inline std::uint64_t checksum_of(std::span<const std::byte> bytes) {
     return hash;
 }
 
-// Settings of vehicles and characters. Fields that BodySettings has too are stored only with those. check_vehicle()
-// and check_character() check the ranges.
+// Settings of vehicles and characters. Fields that BodySettings also has are stored only there. check_vehicle() and
+// check_character() check the ranges.
 
 /// Additional role of a body.
 enum class BodyRole : std::uint8_t { plain, vehicle, character };
@@ -227,7 +227,7 @@ void list_axle(Stream& stream, auto& axle) {
     stream.length("anti_roll", axle.anti_roll);
 }
 
-/// Serialises all but the shapes: the compound of the chassis has them as its first parts.
+/// Serialises all settings except the shapes, which are the first parts of the compound of the chassis.
 template <class Stream>
 void list_vehicle_settings(Stream& stream, auto& settings) {
     constexpr std::size_t kAxleBytes = 33;

@@ -98,7 +98,7 @@ struct World::State {
     BodyType type(std::size_t index) const { return body_settings[index].type; }
     Result<void> check_body_id(BodyId body) const;
     Result<void> check_dynamic(BodyId body) const;
-    /// Fails if the velocities would be out of range.
+    /// Applies impulses. Fails if the velocities would be out of range.
     Result<void> push(BodyId body, const Eigen::Vector3d& impulse,
                       const Eigen::Vector3d& angular_impulse);
 
@@ -130,7 +130,7 @@ struct World::State {
 
     // ---- Queries (world.cpp) ----
 
-    /// The bodies at their current poses.
+    /// The ground, and the bodies at their current poses.
     internal::QueryScene scene(const Ground& ground) const;
     /// Call after changing anything that steps or queries read.
     void touch() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A step of the world, from step() down; then its actuators and its sleep.
+// A step of the world, from step() down; then actuators of vehicles and characters; then sleep.
 //
 // Sources:    Catto. Solver2D. 2024 (contact detection once per step, substeps on these contacts).
 //             Mirtich. Timewarp and impulse-based simulation. 2000 (islands).
@@ -281,8 +281,8 @@ void World::State::finish_dynamic(std::size_t index, const Ground& ground, StepR
     publish(index);
 }
 
-// Actuators of vehicles and characters. Wheels are cast against bodies and ground once per collision step, and exert
-// forces in the substeps of islands, where feet drive contacts.
+// Actuators of vehicles and characters. Wheels are cast against bodies and ground once per collision step. In the
+// substeps of islands, wheels exert forces and feet drive contacts.
 
 void World::State::begin_actuators(const Ground& ground, double duration) {
     if (actuators.vehicles.empty() && actuators.characters.empty()) return;

@@ -23,7 +23,7 @@ void keep_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_tria
     if (distance < best.distance) best = {on_shape, on_triangle, distance};
 }
 
-// The closest points of the segments p to p + u and q to q + v.
+// Updates the closest pair with that of the segments from p to p + u and from q to q + v.
 void visit_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
                     const Eigen::Vector3d& v, ClosestPair& best) {
     const SegmentParameters parameters = find_closest_parameters(p, u, q, v);
@@ -149,14 +149,14 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
     return best;
 }
 
-// Lift of a sphere or capsule over a face: the lift of its support point against the face's normal, if this point lies
-// over the face. Otherwise the maximum is on the rim: over an edge, in whose vertical plane the section of the shape is
-// a moving disc, or over a corner. The lift over the plane of the face is an upper bound of all of these.
+// The lift of a sphere or capsule over a face is that of its support point against the face's normal, if this point
+// lies over the face. Otherwise the lift is largest over an edge or a corner of the face. In all cases the lift over
+// the whole plane of the face is an upper bound.
 
 namespace {
 
-// Finds the s in [-1, 1] that maximises linear * s + reach * sqrt(square - (offset + rate * s)^2) among those with a
-// real root. False if there is none.
+// Finds the s in [-1, 1] that maximises linear * s + reach * sqrt(square - (offset + rate * s)^2), among those for
+// which the root is real. False if there is no such s.
 bool find_round_maximum(double linear, double reach, double square, double offset, double rate,
                         double& s_out) {
     if (square < 0.0) return false;
@@ -179,15 +179,15 @@ bool find_round_maximum(double linear, double reach, double square, double offse
     return true;
 }
 
-// Lift over the vertical plane through an edge that starts at `a`. `end_out` is -1 or 1 if the maximum is beyond the
-// first or second end of the edge, else 0.
+// Largest lift over the straight line through an edge that starts at `a`. `end_out` is -1 or 1 if that lift is attained
+// beyond the first or second end of the edge, else 0.
 double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
                       const Eigen::Vector3d& edge, int& end_out) {
     const double run = std::sqrt(edge[0] * edge[0] + edge[1] * edge[1]);
     const Eigen::Vector3d along(edge[0] / run, edge[1] / run, 0.0);
     const Eigen::Vector3d out(along[1], -along[0], 0.0);
     const Eigen::Vector3d from = shape.centre - a;
-    // The section with the vertical plane: discs whose centres move with s.
+    // The vertical plane through the edge cuts the shape in discs whose centres move along the core with s.
     const double grade = edge[2] / run;
     const double distance = dot(out, from);
     const double rate = dot(out, shape.core);
@@ -205,7 +205,7 @@ double lift_over_edge(const LocalShape& shape, const Eigen::Vector3d& a,
     return grade * u - (from[2] + s * shape.core[2] - r / reach);
 }
 
-// Lift over a corner of the ground.
+// Lift over one corner of a triangle.
 double lift_over_corner(const LocalShape& shape, const Eigen::Vector3d& corner) {
     const Eigen::Vector3d from = shape.centre - corner;
     const double square = shape.radius * shape.radius;
@@ -237,7 +237,7 @@ double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 
         const Eigen::Vector3d& a = corners[i];
         const Eigen::Vector3d& b = corners[(i + 1) % 3];
         const Eigen::Vector3d edge = b - a;
-        // Skips edges that have the point on the inner side by more than rounding.
+        // Skips an edge if `most` lies on the inner side of it by more than rounding.
         const double slack = 1e-9 * (edge[0] * edge[0] + edge[1] * edge[1]);
         if (left_of(a, b, most) > slack) continue;
         int end = 0;
@@ -266,7 +266,7 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
 }
 
 // Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
-// Deviations: a column has no bottom, so that only axes with z >= 0 count; its walls add the cross products of the
+// Deviations: a column has no bottom: only axes with z >= 0 count. Its vertical edges add the cross products of the
 //             vertical with the edges of the box.
 
 namespace {
@@ -282,7 +282,7 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
         double high = kInfinity;
         for (int i = 0; i < 3; ++i) {
             const Eigen::Vector3d& axis = box.axes[static_cast<std::size_t>(i)];
-            // |level + axis z * z| <= half, z counted from v
+            // the slab is |level + axis[2] * z| <= half, with z relative to v
             const double level = dot(axis, v - box.centre);
             if (axis[2] == 0.0) {
                 if (std::abs(level) > box.half[i]) high = -kInfinity;
@@ -295,8 +295,8 @@ double compute_box_lift(const LocalShape& box, const Triangle& triangle, double 
         }
         if (low <= high) lift = std::max(lift, -low);
     }
-    // Edges of the box's underside, clipped to the triangle in plan. No point of an edge is farther below the plane
-    // than its lower end.
+    // Edges of the box's underside, clipped to the triangle in plan. An edge is deepest below the triangle's plane at
+    // one of its ends: edges whose deeper end does not exceed the lift so far are skipped.
     std::array<double, 8> below;
     for (int k = 0; k < 8; ++k) below[static_cast<std::size_t>(k)] = plane.above(box.corner(k));
     for (int i = 0; i < 3; ++i) {

@@ -25,15 +25,15 @@ struct SegmentParameters {
     double t = 0.0;
 };
 
-/// Closest points of the segments p to p + u and q to q + v; v must not be zero, u may be. For parallel segments any
-/// closest pair.
+/// Closest points of the segments from p to p + u and from q to q + v. v must not be zero; u may be. For parallel
+/// segments any closest pair is returned.
 SegmentParameters find_closest_parameters(const Eigen::Vector3d& p, const Eigen::Vector3d& u,
                                           const Eigen::Vector3d& q, const Eigen::Vector3d& v);
 
 /// The point of a triangle that is closest to p.
 Eigen::Vector3d closest_on_triangle(const Eigen::Vector3d& p, const Triangle& triangle);
 
-/// Closest points of the segment centre +- core and a triangle.
+/// Closest points of a triangle and the segment from `centre - core` to `centre + core`.
 ClosestPair find_closest_core(const Eigen::Vector3d& centre, const Eigen::Vector3d& core,
                               const Triangle& triangle);
 
@@ -45,10 +45,10 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle);
 /// The lift of a sphere or capsule over one triangle: see compute_column_lift().
 double compute_round_lift(const LocalShape& shape, const Triangle& triangle);
 
-/// Lift over a triangle if the lift over its whole plane is largest at a point outside the triangle. The lift is
-/// concave in x and y, so that its maximum over the triangle is on an edge that separates the triangle from that point.
+/// Lift over a triangle if the lift over the triangle's whole plane is largest at a point outside. The lift is concave
+/// in x and y: its maximum over the triangle is on an edge that separates the triangle from that point.
 ///
-/// @param most point of largest lift over the plane; only x and y are used
+/// @param most that point; only x and y are used
 double lift_over_rim(const LocalShape& shape, const std::array<Eigen::Vector3d, 3>& corners,
                      const Eigen::Vector3d& most);
 
@@ -61,7 +61,7 @@ Core make_core(const LocalHull& hull, const Eigen::Vector3d& centre);
 
 /// Lift of a hull over one triangle: see compute_column_lift().
 ///
-/// Cost: a few support points
+/// Cost: a few searches for a support point
 double compute_hull_lift(const LocalHull& hull, const Eigen::Vector3d& centre,
                          const Triangle& triangle, double floor);
 
@@ -73,8 +73,9 @@ ClosestPair find_closest_hull(const LocalHull& hull, const Eigen::Vector3d& cent
 ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d& centre,
                                    const Triangle& triangle);
 
-/// Visits the normals of edge-edge facets of the Minkowski difference of a hull and a column, for one edge of the
-/// column: `visitor(unit normal, drop)`. Walks the hull's supports along the arc of the edge's normals.
+/// Calls `visitor(unit normal, drop)` for the facets of the Minkowski difference of a hull and a column that a given
+/// edge of the column forms with edges of the hull. Follows the hull's support vertex along the arc of that edge's
+/// normals.
 ///
 /// @param along unit direction of the column's edge
 /// @param first unit, start of the arc of the edge's normals
@@ -99,13 +100,13 @@ void visit_meeting_edges(const LocalHull& hull, const Eigen::Vector3d& along,
     const auto edge_to = [&](std::uint32_t k) {
         return Eigen::Vector3d(shape.vertices[shape.neighbours[k]] - shape.vertices[at]);
     };
-    // Edges perpendicular to the start of the arc are not crossed by any step below.
+    // Edges of the hull perpendicular to the start of the arc: the steps below may not cross them.
     constexpr double kLevel = 1e-12;  // sine
     for (std::uint32_t k = shape.first_neighbour[at]; k < shape.first_neighbour[at + 1]; ++k) {
         const Eigen::Vector3d edge = edge_to(k);
         if (std::abs(dot(d1, edge)) <= kLevel * length(edge)) cross_with(edge, first);
     }
-    // Steps from the support vertex to the neighbour that becomes the support vertex next.
+    // Each step goes from the support vertex to the neighbour that becomes the next support vertex.
     for (std::size_t step = 0; step < shape.vertices.size(); ++step) {
         double share = std::numeric_limits<double>::infinity();
         std::uint32_t next = at;
@@ -136,8 +137,8 @@ inline Eigen::Vector3d wall_normal(const Triangle& triangle, std::size_t i) {
     return {edge[1] / run, -edge[0] / run, 0.0};
 }
 
-/// Visits the normals with z > 0 of the facets of the Minkowski difference of a hull and a column, except the normal of
-/// the triangle: `visitor(unit normal, drop)`.
+/// Calls `visitor(unit normal, drop)` for each facet of the Minkowski difference of a hull and a column whose normal
+/// has z > 0. The facet of the triangle itself is omitted.
 template <class Visitor>
 void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     constexpr double kLevel = 1e-12;
@@ -158,14 +159,14 @@ void visit_hull_tops(const LocalHull& hull, const Triangle& triangle, Visitor&& 
     }
 }
 
-/// Visits the horizontal facet normals of the same Minkowski difference: `visitor(unit normal, drop)`.
+/// Calls `visitor(unit normal, drop)` for each facet of the same Minkowski difference whose normal is horizontal.
 template <class Visitor>
 void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Visitor&& visitor) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d first = wall_normal(triangle, i);
         const Eigen::Vector3d last = wall_normal(triangle, (i + 1) % 3);
         visitor(first, hull.drop(first));
-        // Split in two, because the arc at a sharp corner is nearly half a turn.
+        // Split in two, because at a sharp corner the arc is nearly half a turn.
         const Eigen::Vector3d sum = first + last;
         const Eigen::Vector3d between = sum / length(sum);
         const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -180,7 +181,7 @@ void visit_hull_walls(const LocalHull& hull, const Triangle& triangle, Visitor&&
 /// A separating plane of a shape and a column, or the plane of smallest overlap.
 struct Separation {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column, z >= 0
-    double gap = -std::numeric_limits<double>::infinity();  ///< along it; negative: overlap
+    double gap = -std::numeric_limits<double>::infinity();  ///< along `normal`; negative: overlap
 };
 
 /// Gap between a shape and a column along a unit direction with z >= 0, metres; negative: overlap.
@@ -198,8 +199,8 @@ inline double gap_along(const Eigen::Vector3d& n, const LocalShape& shape,
     return gap_along(n, shape.drop(n), shape, triangle);
 }
 
-/// Makes a unit direction out of a column from `direction`: a negative z, which is due to rounding, becomes 0. False if
-/// nothing is left.
+/// Makes an escape direction, a unit direction that leads out of a column, from `direction`: a negative z, which is due
+/// to rounding, becomes 0. False if the result is the zero vector.
 inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vector3d& n_out) {
     const Eigen::Vector3d out(direction[0], direction[1], std::max(0.0, direction[2]));
     const double size = length(out);
@@ -208,7 +209,7 @@ inline bool make_escape_direction(const Eigen::Vector3d& direction, Eigen::Vecto
     return true;
 }
 
-/// Visits the projections of an escape direction perpendicular to each edge of the triangle: `visitor(unit direction)`.
+/// Calls `visitor(unit direction)` with the part of an escape direction perpendicular to each edge of the triangle.
 template <class Visitor>
 void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3d& direction,
                                   Visitor&& visitor) {
@@ -220,12 +221,12 @@ void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3
     }
 }
 
-/// Visits the candidate separating axes of a shape and a column, `visitor(normal, gap)`: visit_tops() those with z > 0,
-/// visit_walls() the horizontal ones.
+/// Call `visitor(normal, gap)` for candidate separating axes of a shape and a column: visit_tops() for those with
+/// positive z, visit_walls() for the horizontal ones.
 ///
-/// For boxes and hulls both together visit all axes of the separating axis theorem: the largest gap is positive if and
-/// only if shape and column are disjoint, otherwise minus the length of the minimum translation. For a sphere or
-/// capsule whose core does not touch the triangle, one of the gaps is the exact distance.
+/// For boxes and hulls the two functions together visit all axes of the separating axis theorem: the largest gap is
+/// positive if and only if shape and column are disjoint; otherwise it is minus the length of the minimum translation.
+/// For a sphere or capsule whose core does not touch the triangle, one of the gaps is the exact distance.
 template <class Visitor>
 void visit_tops(const LocalShape& shape, const Triangle& triangle, Visitor&& visitor);
 template <class Visitor>
@@ -235,8 +236,9 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Visitor&& vi
 Separation find_separation(const LocalShape& shape, const Triangle& triangle, bool with_walls);
 
 /// Lift of a shape over one column: the maximum of triangle height minus z over the points of the shape that lie above
-/// or below the triangle, metres; minus infinity if there are none. Exact: from feature pairs in closed form or, for
-/// hulls, a facet that proves it. A lift of at most `floor` may be returned as minus infinity.
+/// or below the triangle, metres; minus infinity if there are none. Exact: computed from pairs of features in closed
+/// form or, for hulls, from a facet of the Minkowski difference. A lift of at most `floor` may be returned as minus
+/// infinity.
 double compute_column_lift(const LocalShape& shape, const Triangle& triangle,
                            double floor = -std::numeric_limits<double>::infinity());
 
@@ -246,7 +248,7 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
     double bound = (shape.drop(n) - dot(n, shape.centre - triangle.v[0])) / n[2];
     if (shape.kind == ShapeKind::round) return bound;
     if (shape.kind == ShapeKind::hull) {
-        // The planes of its faces have bounded the whole cell already.
+        // The caller has tested the planes of the hull's faces for the whole cell already.
         return bound + 1e-12 * (1.0 + std::abs(bound));
     }
     constexpr double kSteep = 1e-3;
@@ -261,9 +263,9 @@ inline double bound_column_lift(const LocalShape& shape, const Triangle& triangl
     return bound + 1e-12 * (1.0 + std::abs(bound));  // for rounding
 }
 
-/// The escape direction between two closest points. False if they are too close to define it, or if it points down.
+/// The escape direction from the triangle to the shape. False if the points are too close together or it points down.
 bool find_direction(const ClosestPair& pair, Eigen::Vector3d& n_out);
-/// The escape direction from a triangle to the core of a round shape; false as above.
+/// The escape direction from a triangle to the core of a round shape; false as find_direction().
 bool find_core_direction(const LocalShape& shape, const Triangle& triangle, Eigen::Vector3d& n_out);
 
 template <class Visitor>
@@ -332,14 +334,14 @@ void visit_walls(const LocalShape& shape, const Triangle& triangle, Visitor&& vi
         return;
     }
     visit_sides(shape.core);
-    // From the vertical edges of the column to the ends of the core, in plan.
+    // Axes from the vertical edges of the column to the ends of the core, in plan.
     for (const double sign : {-1.0, 1.0}) {
         for (const Eigen::Vector3d& v : triangle.v) {
             const Eigen::Vector3d to = shape.centre + sign * shape.core - v;
             visit_sides(Eigen::Vector3d(-to[1], to[0], 0.0));
         }
     }
-    // Axes from corners to the interior of the core are perpendicular to the core and were visited above.
+    // An axis from a vertical edge to an inner point of the core is perpendicular to the core and was visited above.
 }
 
 }  // namespace terrane::internal

@@ -38,7 +38,7 @@ public:
 
 private:
     struct Plane {
-        double x, y, z;  // z = plane.z + plane.x x + plane.y y
+        double x, y, z;  // z = plane.z + plane.x * x + plane.y * y
     };
 
     void add_strip(const LocalHull::Strip& strip);
@@ -61,7 +61,7 @@ private:
     const LocalShape& shape_;
     std::array<Plane, LocalHull::kMostPlanes> planes_;
     std::size_t count_ = 0;
-    std::array<LocalHull::Strip, 3> strips_;  // contain the outline, with some slack
+    std::array<LocalHull::Strip, 3> strips_;  // contain the outline in plan, with some slack
     std::size_t strip_count_ = 0;
     double run_ = 0.0;
     double core_length_ = 0.0;
@@ -90,13 +90,13 @@ Underside::Underside(const LocalShape& shape) : shape_(shape) {
 
 void Underside::add_strip(const LocalHull::Strip& strip) {
     constexpr double kSlack = 1e-9;        // metres
-    constexpr double kRounding = 0x1p-46;  // relative to the size
+    constexpr double kRounding = 0x1p-46;  // relative to the shape's size
     const double size = std::sqrt(strip.x * strip.x + strip.y * strip.y);
     const double slack = (kSlack + kRounding * (shape_.bounds[0] + shape_.bounds[1])) * size;
     strips_[strip_count_++] = {strip.x, strip.y, strip.low - slack, strip.high + slack};
 }
 
-// Adds the strip of a box along one of its axes.
+// Adds the strip of a box that runs along one of its axes in plan.
 void Underside::add_strip_along(double axis_x, double axis_y) {
     if (!(axis_x * axis_x + axis_y * axis_y > 1e-18))
         return;  // vertical axis: the other two form the outline
@@ -128,7 +128,7 @@ double Underside::round_bottom(const CellPrism& prism) const {
             std::min(-uy * west, -uy * east) + std::min(ux * south, ux * north);
         const double across_high =
             std::max(-uy * west, -uy * east) + std::max(ux * south, ux * north);
-        // Slightly nearer, so that rounding leaves no gap at a seam.
+        // Slightly nearer, so that rounding leaves no gap between adjoining rectangles.
         const double across = std::max({0.0, across_low - kSlack, -across_high - kSlack});
         if (across > shape.radius) return std::numeric_limits<double>::infinity();
         const double slope = shape.core[2] / run;
@@ -168,7 +168,7 @@ public:
         }
         const double best = std::max(floor_, result_.lift);
         if (prism.high - (c[2] - shape_.bounds[2]) <= best) return false;
-        // Slightly lower, to cover the rounding of the bound.
+        // Slightly higher, to cover the rounding of the bound.
         const double slack = 1e-12 * (1.0 + std::abs(prism.high) + std::abs(c[2]));
         return underside_.may_reach(prism, prism.high - std::max(best, -1e300) + slack);
     }
@@ -196,8 +196,8 @@ public:
     bool has_enough() const { return result_.lift > enough_; }
 
 private:
-    // Tests the corners of a cell against a box. True if this is exact for the whole cell, because a single face of the
-    // box covers it.
+    // Computes the lift of a box at the corners of a cell. True if the lift is not larger elsewhere in the cell,
+    // because one face of the box's underside covers the whole cell.
     bool visit_corners(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         const std::array<std::int32_t, 4> heights{cell.south_west, cell.south_east, cell.north_west,
                                                   cell.north_east};
@@ -234,14 +234,14 @@ private:
     const LocalGround& local_;
     const LocalShape& shape_;
     Underside underside_;
-    std::optional<BoxSlabs> slabs_;  ///< of a box
+    std::optional<BoxSlabs> slabs_;  ///< set for a box
     double floor_;
     double enough_;
     std::int64_t cells_tested_ = 0;
     GroundLift result_;
 };
 
-// Lift of a box or round shape over a window that holds the cells under it.
+// Lift of a box or round shape over a window that holds the cells under the shape.
 GroundLift find_lift(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                      const LocalShape& shape, double floor, double enough) {
     GroundLift result;
@@ -255,11 +255,11 @@ GroundLift find_lift(const LocalGround& local, const LocalWindow& window, const 
     return result;
 }
 
-// Goes along the line from a shape's lowest to its highest point to the first point over the ground, to which `cells`
-// is clamped. Returns the lowest point if no point is over the ground.
+// The first point over the ground on the line from a shape's lowest to its highest point; the lowest point if there is
+// none. The limits of the ground are taken from `cells`, which is clamped to them.
 Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange& cells,
                                        const LocalShape& shape, const Eigen::Vector3d& lowest) {
-    // The range may include two cells outside the ground.
+    // On each side the range may include two cells beyond the ground.
     const double inside = 2.5 * local.spacing();
     const Eigen::Vector2d low(local.x(cells.west) + inside, local.y(cells.south) + inside);
     const Eigen::Vector2d high(local.x(cells.east + 1) - inside, local.y(cells.north + 1) - inside);
@@ -273,7 +273,7 @@ Eigen::Vector3d find_point_over_ground(const LocalGround& local, const CellRange
     return enter <= 1.0 ? Eigen::Vector3d(lowest + enter * line) : lowest;
 }
 
-// Visits the triangles of the cells of a range that a window holds.
+// Visits the triangles of a range of cells that a window holds.
 void visit_window(const LocalGround& local, const LocalWindow& window, const CellRange& cells,
                   const LocalShape& shape, LiftVisitor& visitor) {
     const WindowCells at(window, cells);
@@ -282,7 +282,7 @@ void visit_window(const LocalGround& local, const LocalWindow& window, const Cel
         visitor.visit(local.triangle(window, column, row, true));
         visitor.visit(local.triangle(window, column, row, false));
     };
-    // Starts with the cell under the lowest point, so that bounds exclude most others.
+    // Starts with the cell under the lowest point: its lift is usually large and excludes most other cells.
     const Eigen::Vector3d lowest =
         shape.deepest_point(Eigen::Vector3d::UnitZ()) - local.corner(window);
     const int first_column =
@@ -319,7 +319,7 @@ GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Ei
         if (error == LiftError::requested) lift.error_m = local.error(cells);
         return lift;
     }
-    // Starts with the cell under the lowest point and a few samples, so that bounds exclude most others.
+    // Starts with the cell under the lowest point and a few samples: their lifts exclude most other cells.
     const auto visit_at = [&](double x, double y) {
         const CellRange at = local.cells(x, y, x, y);
         if (at.west > at.east || at.south > at.north) return;

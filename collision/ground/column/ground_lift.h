@@ -9,26 +9,26 @@ namespace terrane::internal {
 /// Largest gap that counts as touching because of rounding, metres.
 inline constexpr double kTouch = 1e-9;
 
-/// A limit that no lift reaches.
+/// A limit that no lift exceeds.
 inline constexpr double kAnyLift = std::numeric_limits<double>::infinity();
 
-/// The lift of a shape and the triangle that decides it.
+/// The lift of a shape and the triangle that attains it.
 struct GroundLift {
     double lift = -std::numeric_limits<double>::infinity();
-    Triangle triangle;        ///< attains the lift; set if the lift is finite
-    std::uint32_t part = 0;   ///< of a compound: attains the lift
+    Triangle triangle;        ///< the triangle that attains the lift; set if the lift is finite
+    std::uint32_t part = 0;   ///< the part of a compound that attains the lift
     bool is_missing = false;  ///< a cell under the shape's bounds is not resident
-    double error_m = 0.0;     ///< largest of the cells tested, if LiftError::requested
+    double error_m = 0.0;     ///< largest error of the cells tested, if LiftError::requested
 };
 
 /// Whether find_lift() computes error_m, which most callers do not need.
 enum class LiftError { skipped, requested };
 
 /// Lift of a shape translated by `d`: the maximum of surface height minus z over the shape, metres; minus infinity if
-/// there is no ground over or under it.
+/// there is no ground over or under the shape.
 ///
 /// @param floor  a lift of at most this may be returned as minus infinity
-/// @param enough the search may stop at any lift above it
+/// @param enough the search may stop at any lift above this
 GroundLift find_lift(const LocalGround& local, const LocalShape& shape, const Eigen::Vector3d& d,
                      double floor = -kAnyLift, double enough = kAnyLift,
                      LiftError error = LiftError::skipped);
@@ -55,12 +55,12 @@ struct LocalQuery {
 };
 
 /// Upper bound of the height of the ground in the cells under an AABB, metres: minus infinity if there is no ground,
-/// infinity if it is unknown or the range is too large to read.
+/// infinity if the height is unknown or the range of cells is too large to read.
 double bound_ground(const LocalGround& local, const Eigen::Vector3d& centre,
                     const Eigen::Vector3d& bounds);
 
-/// Upper bound of the height of the volumes that have a triangle near a box, over the chunks of a range of cells; world
-/// z, metres; minus infinity if there are none.
+/// Upper bound of the world z of the volumes that have a triangle near a box, among the volumes in the chunks that a
+/// range of cells overlaps, metres; minus infinity if there are none.
 double highest_solid(const Ground& ground, const CellRange& cells, const Aabb& box_world);
 
 /// The distance between an AABB and a prism, metres.
@@ -74,7 +74,7 @@ inline double bound_distance(const Eigen::Vector3d& centre, const Eigen::Vector3
     return std::sqrt(x * x + y * y + z * z);
 }
 
-/// Lower bound of the distance between a shape and a prism from the shape's AABB and its lower planes, metres.
+/// Lower bound of the distance between a shape and a prism, from the AABB and the lower planes of the shape, metres.
 inline double bound_distance(const LocalShape& shape, const CellPrism& prism) {
     double bound = bound_distance(shape.centre, shape.bounds, prism);
     visit_down_planes(shape, [&](const Eigen::Vector3d& n, double drop) {

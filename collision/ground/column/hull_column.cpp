@@ -7,7 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-// Closest points of a hull and the convex hull of some points, which are relative to `origin`.
+// Closest points of a hull and the convex hull of `points`, which are relative to `origin`.
 ClosestPair find_closest_to(const LocalHull& hull, const Eigen::Vector3d& centre,
                             const Eigen::Vector3d& origin,
                             std::span<const Eigen::Vector3d> points) {
@@ -60,9 +60,9 @@ ClosestPair find_closest_in_column(const LocalHull& hull, const Eigen::Vector3d&
 
 // Sources: G. Snethen. Xenocollide: complex collision made simple. Game Programming Gems 7, 2008 (a portal crossed by a
 //          ray and refined by support points).
-// Deviations: the ray is the vertical through the origin; the height at which it leaves the Minkowski difference,
-//             triangle minus hull, is the lift. The first portal is found in the horizontal plane. The ray is not a
-//             segment, so that the refinement ends exactly on a facet of the difference.
+// Deviations: the ray is the vertical line through the origin; the lift is the height at which it leaves the Minkowski
+//             difference, triangle minus hull. The first portal is found in the horizontal plane. The ray has no end,
+//             so that the refinement ends exactly on a facet of the difference.
 
 namespace {
 
@@ -83,7 +83,7 @@ public:
         size_ += hull.bounds[0] + hull.bounds[1];
     }
 
-    // Finds three points of the difference around the vertical. False if the vertical misses the difference.
+    // Finds the first portal: three points of the difference, around the vertical in plan. False if there are none.
     //
     // @param lowest a vertex of the hull that does not lie over the triangle
     bool open(const Eigen::Vector3d& lowest) {
@@ -91,14 +91,14 @@ public:
         const Eigen::Vector3d ray(-inside[0], -inside[1], 0.0);
         Eigen::Vector3d right = support(ray);
         if (is_beside(right, ray)) return false;
-        // Mirrored so that the first point lies to the right of the ray.
+        // Mirrored if necessary, so that the first point lies to the right of the ray.
         side_ = area(ray, right - inside) <= 0.0 ? 1.0 : -1.0;
         const auto left_of_ray = [&](const Eigen::Vector3d& p) {
             return side_ * area(ray, p - inside) > 0.0;
         };
         Eigen::Vector3d left = right;
         for (int step = 0;; ++step) {
-            // Farthest to the left of the line from the inside to the right point.
+            // The point of the difference that is farthest to the left of the line from `inside` to `right`.
             const Eigen::Vector3d to_right = right - inside;
             const Eigen::Vector3d out(-side_ * to_right[1], side_ * to_right[0], 0.0);
             left = support(out);
@@ -123,7 +123,7 @@ public:
         return true;
     }
 
-    // Height at which the vertical leaves the difference; minus infinity once it is proved to be at most `floor`.
+    // Height at which the vertical leaves the difference; minus infinity if this is proved to be at most `floor`.
     double refine(double floor) {
         double value = -kInfinity;
         double bound = kInfinity;
@@ -171,8 +171,8 @@ private:
         return along < -0x1p-50 * size_ * (std::abs(n[0]) + std::abs(n[1]));
     }
 
-    // Replaces the corner for which the vertical stays inside the portal with the largest margin. False if the point is
-    // a corner already, or if no replacement keeps the vertical inside.
+    // Replaces a corner of the portal by p: the one whose replacement keeps the vertical inside the portal with the
+    // largest margin. False if p is a corner already, or if no replacement keeps the vertical inside.
     bool climb(const Eigen::Vector3d& p) {
         if (p == corner_[0] || p == corner_[1] || p == corner_[2]) return false;
         double best = -kInfinity;

@@ -47,7 +47,7 @@ LocalGround::LocalGround(const Ground& ground, const WorldPos& near_world)
       spacing_(ground.spacing()),
       inverse_spacing_(1.0 / ground.spacing()),
       quantum_(ground.lattice().quantum) {
-    // Clamped to the extent, whose lattice indices are in range.
+    // Clamped to the extent, within which lattice indices do not overflow.
     const WorldRect& extent = ground.extent();
     column_ = ground.column_at(std::clamp(near_world.x(), extent.west, extent.east));
     row_ = ground.row_at(std::clamp(near_world.y(), extent.south, extent.north));
@@ -64,7 +64,7 @@ LocalGround::LocalGround(const LocalGround& other, const Eigen::Vector3d& near)
       column_(other.column_),
       row_(other.row_),
       base_(other.base_) {
-    // No cell or height lies beyond this.
+    // No cell or height is this many steps away.
     constexpr double kFar = 0x1p40;
     const auto steps = [&](double p, double step) {
         return static_cast<std::int64_t>(std::floor(std::clamp(p / step, -kFar, kFar)));
@@ -134,7 +134,7 @@ bool LocalGround::find_vertex(std::int64_t column, std::int64_t row, Eigen::Vect
         return true;
     }
     for (int k = 0; k < 4; ++k) {
-        const bool is_east = (k & 1) != 0;  // the vertex is the cell's eastern one
+        const bool is_east = (k & 1) != 0;  // the vertex is on the cell's eastern side
         const bool is_north = (k & 2) != 0;
         const GroundCell found = cell(column - (is_east ? 1 : 0), row - (is_north ? 1 : 0));
         if (found.status != QueryStatus::ok) continue;
@@ -185,7 +185,7 @@ struct LatticeIndex {
 
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                        const Eigen::Vector3d& n) {
-    // Height from which a neighbour counts as above the plane, metres.
+    // A neighbour counts as higher along n if it exceeds `point` by more than this, metres.
     const double slack = 1e-10 * local.spacing();
     std::array<LatticeIndex, 3> top;
     std::size_t count = 0;
@@ -209,7 +209,7 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
             return is_below({top[0].column + dx, top[0].row}) &&
                    is_below({top[0].column, top[0].row + dy});
         }
-        // A side between two cells: the third corner of each triangle lies across from the odd end.
+        // A side between two cells. Its triangles' third corners are the neighbours, across the side, of its odd end.
         const bool first_is_odd = ((top[0].column + top[0].row) & 1) != 0;
         const LatticeIndex odd = first_is_odd ? top[0] : top[1];
         const LatticeIndex low{std::min(top[0].column, top[1].column),

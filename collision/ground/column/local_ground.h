@@ -15,7 +15,7 @@
 
 namespace terrane::internal {
 
-/// Slopes of a triangle of a window along x and y, metres per cell.
+/// Slopes along x and y of a triangle of a window, metres per cell.
 struct WindowSlopes {
     double x, y;
 };
@@ -40,7 +40,7 @@ struct LocalWindow {
     bool is_odd = false;   ///< whether column + row of the south-western corner is odd
     bool is_full = false;  ///< whether all cells are ground
     double high = 0.0;     ///< highest corner, metres
-    std::array<std::uint32_t, kMostCells> ground;  ///< a bit per cell: set if ground
+    std::array<std::uint32_t, kMostCells> ground;  ///< [rows] bit `column` is set if ground
     std::array<double, static_cast<std::size_t>(kStride) * kStride>
         z;  ///< heights of corners, row by row
 
@@ -76,10 +76,10 @@ struct LocalWindow {
     /// Whether all cells of a range are ground. Requires holds(range).
     bool is_ground(const CellRange& range) const;
 
-    /// Reads the heights of a range of cells. False if it is empty or has more than kMostCells along a side.
+    /// Reads the heights of a range of cells. False if the range is empty or has more than kMostCells along a side.
     ///
     /// @param base    height of z = 0, quanta
-    /// @param quantum metres
+    /// @param quantum of the heights, metres
     bool read(GroundReader& reader, const CellRange& range, std::int64_t base, double quantum);
 };
 
@@ -96,8 +96,8 @@ inline Triangle make_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b
     return {{a, b, c}, n / length(n)};
 }
 
-/// Whether the projection of a point onto a triangle's plane lies in the triangle, with a tolerance, so that a point
-/// over an edge is over at least one of the two faces.
+/// Whether the projection of a point onto a triangle's plane lies in the triangle. A tolerance keeps rounding from
+/// excluding a point at a shared edge from both triangles.
 inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Eigen::Vector3d& a = triangle.v[i];
@@ -107,8 +107,8 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     return true;
 }
 
-/// The vertical prism over a rectangle of cells and below `high`, which contains the ground there. The surface is
-/// nowhere below `low`. Metres, local frame.
+/// The vertical prism over a rectangle of cells with its top at `high` and no bottom. It contains the ground there,
+/// whose surface is nowhere below `low`. Metres, local frame.
 struct CellPrism {
     double west = 0.0, south = 0.0, east = 0.0, north = 0.0, high = 0.0;
     double low = -std::numeric_limits<double>::infinity();
@@ -117,11 +117,11 @@ struct CellPrism {
 /// The ground in a local frame whose origin is a lattice point near the query. Lattice indices are subtracted as
 /// integers before conversion to lengths, so that results do not depend on the position in the world.
 ///
-/// Threads: one; each query makes its own
+/// Threads: one; each query makes its own LocalGround
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
-    /// The same ground in a frame near a point of `other`, offset from it by whole cells and quanta.
+    /// The same ground in a frame offset from that of `other` by whole cells and quanta, with its origin near a point.
     LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
     LocalGround(const LocalGround&) = delete;
     LocalGround& operator=(const LocalGround&) = delete;
@@ -146,8 +146,8 @@ public:
     GroundCell cell(std::int64_t column, std::int64_t row) const {
         return reader_.cell(column, row);
     }
-    /// A window over a range of cells and `ring` more on each side, valid until the next call; null if that is too many
-    /// cells, or if a cell of the range is not ground or not resident.
+    /// A window over a range of cells, widened by `ring` cells on each side; valid until the next call. Null if this is
+    /// too many cells, or if a cell of the range itself is not ground or not resident.
     ///
     /// @param ring 0 or 1
     const LocalWindow* window(const CellRange& cells, int ring) const;
@@ -188,7 +188,7 @@ public:
                                       std::int64_t row) const;
     double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
     double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
-    /// Lattice index of a coordinate from x() or y().
+    /// Lattice indices of coordinates that x() and y() returned.
     std::int64_t column_of(double x) const {
         return column_ + static_cast<std::int64_t>(std::floor(x / spacing_ + 0.5));
     }
@@ -205,8 +205,8 @@ private:
 
     mutable GroundReader reader_;
     mutable LocalWindow window_;
-    mutable CellRange error_cells_;  ///< of the last call of error()
-    mutable double error_ = 0.0;     ///< its result
+    mutable CellRange error_cells_;  ///< argument of the last call of error()
+    mutable double error_ = 0.0;     ///< result of that call
     mutable std::int64_t cells_tested_ = 0;
     double spacing_;
     double inverse_spacing_;
@@ -217,19 +217,19 @@ private:
     WorldPos origin_world_;
 };
 
-/// Visits the cells of a range top down, through blocks of 2^k cells with known height ranges. The visitor has
-///   bool wants(const CellPrism&)                whether to visit the cells inside
-///   void visit(const GroundCell&, column, row)   a cell that is ground
-///   bool miss(const CellPrism&)                 a cell that is not resident, with its known height bounds; false
-///                                               stops the traversal
+/// Visits the cells of a range top down, through blocks of 2^k x 2^k cells with known height ranges. The visitor has
+///   bool wants(const CellPrism&)                whether to visit the cells in this prism
+///   void visit(const GroundCell&, column, row)  visits a cell that is ground
+///   bool miss(const CellPrism&)                 reports a cell that is not resident, with its known height bounds;
+///                                               false stops the traversal
 /// and may have
-///   bool visit_square(const CellRange&)          at most 16 x 16 cells at once; false: visit them one by one
+///   bool visit_square(const CellRange&)         visits up to 16 x 16 cells at once; false: they are visited one by one
 template <class Visitor>
 void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visitor) {
-    constexpr std::int64_t kFew = 4;  // cells along a side: visited without blocks
-    constexpr int kLargest = 7;       // log2 of cells along a side: no more than a chunk
+    constexpr std::int64_t kFew = 4;  // cells along a side; ranges up to this use no blocks
+    constexpr int kLargest = 7;       // log2 of cells along a side; a block is at most a chunk
     constexpr int kSmallest = 2;
-    constexpr int kSquare = 4;  // a window holds it and one more cell on each side
+    constexpr int kSquare = 4;  // a window holds such a block and one more cell on each side
     static_assert((1 << kSquare) + 2 <= LocalWindow::kMostCells);
     if (all.east < all.west || all.north < all.south) return;
     const bool is_small = all.east - all.west < kFew && all.north - all.south < kFew;
@@ -304,13 +304,13 @@ void visit_cells(const LocalGround& local, const CellRange& all, Visitor& visito
     }
 }
 
-/// A triangle's plane as a height over x and y.
+/// A triangle's plane as a function z(x, y).
 struct TrianglePlane {
     explicit TrianglePlane(const Triangle& triangle)
         : a(triangle.v[0]),
           slope_x(-triangle.normal[0] / triangle.normal[2]),
           slope_y(-triangle.normal[1] / triangle.normal[2]) {}
-    /// Height of the plane at (x, y) of a point minus the point's z, metres.
+    /// Height of the plane at the x and y of a point, minus the z of the point, metres.
     double above(const Eigen::Vector3d& p) const {
         return slope_x * (p[0] - a[0]) + slope_y * (p[1] - a[1]) - (p[2] - a[2]);
     }
@@ -319,7 +319,7 @@ struct TrianglePlane {
     double slope_y;
 };
 
-/// Twice the signed area of (a, b, p) seen from above: >= 0 to the left of a to b.
+/// Twice the signed area of (a, b, p) seen from above: positive if p is to the left of the line from a to b.
 inline double left_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                       const Eigen::Vector3d& p) {
     return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
@@ -336,8 +336,8 @@ inline bool is_over(const Eigen::Vector3d& p, const Triangle& triangle) {
 inline constexpr int kChunkLog2 = 7;
 static_assert(1 << kChunkLog2 == kChunkCells);
 
-/// Visits the volume surfaces of the chunks that a range of cells overlaps, each with the part of the range in that
-/// chunk, counted from the chunk's corner: visitor(const SolidSurface&, const CellRange& in_chunk).
+/// Calls visitor(const SolidSurface&, const CellRange& in_chunk) for the volume surface of each chunk that a range of
+/// cells overlaps. `in_chunk` is the part of the range in that chunk, counted from the chunk's south-western corner.
 template <class Visitor>
 void visit_solids(const Ground& ground, const CellRange& cells, Visitor&& visitor) {
     constexpr std::int64_t kLast = kChunkCells - 1;
@@ -355,10 +355,10 @@ void visit_solids(const Ground& ground, const CellRange& cells, Visitor&& visito
     }
 }
 
-/// Whether a unit direction lies in the ground's normal cone at the feature of a triangle that is highest along it: the
-/// cone of a face is its normal; the cone of an edge or vertex consists of the directions along which no surrounding
-/// vertex is higher. At the border of the ground only face normals count, because its sides are not part of the
-/// surface.
+/// Whether a unit direction lies in the ground's normal cone at the feature of a triangle that is farthest along it.
+/// The cone of a face is its normal; the cone of an edge or vertex consists of the directions along which no
+/// surrounding vertex is farther. At the border of the ground only face normals count, because the sides of the ground
+/// are not part of the surface.
 bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
                        const Eigen::Vector3d& n);
 

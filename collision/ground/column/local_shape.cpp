@@ -10,7 +10,7 @@
 namespace terrane::internal {
 namespace {
 
-// Smallest downward component of a face normal for which the face bounds the hull from below better than its AABB.
+// Smallest downward component of a unit face normal for which the face is used as a lower bound of the hull.
 constexpr double kSteep = 1e-3;
 
 /// Visits the faces around a vertex, each of them twice.
@@ -64,9 +64,9 @@ void add_planes(LocalHull& hull) {
     }
 }
 
-// Sets the strip along the line between two vertices, the extremes along the longer side of the bounding box.
+// Sets the strip along the line between two vertices: the hull's extremes along the longer side of the bounding box.
 void set_strip(LocalHull& hull, std::uint32_t from, std::uint32_t to) {
-    constexpr double kNarrow = 0.25;  // relative to the length
+    constexpr double kNarrow = 0.25;  // width relative to the length
     const Eigen::Vector3d along = hull.vertex(to) - hull.vertex(from);
     const Eigen::Vector3d across(-along[1], along[0], 0.0);
     const double low = dot(across, hull.vertex(hull.lowest(across)));
@@ -169,7 +169,7 @@ DeepestPoint deepest_of_round(const LocalShape& shape, const Eigen::Vector3d& n)
 DeepestPoint deepest_of_box(const LocalShape& shape, const Eigen::Vector3d& n) {
     Eigen::Vector3d p = shape.centre;
     std::uint32_t corner = 0;
-    std::uint32_t level = 0;  // bits of the axes that are tied
+    std::uint32_t level = 0;  // bits of the axes that are perpendicular to n
     for (std::uint32_t i = 0; i < 3; ++i) {
         const auto axis = static_cast<Eigen::Index>(i);
         const double along = dot(n, shape.axes[i]);

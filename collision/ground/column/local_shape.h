@@ -27,7 +27,7 @@ struct LocalHull {
 
     const Polyhedron* shape = nullptr;
     Eigen::Matrix3d rotation;
-    Eigen::Vector3d middle;  ///< from the body's origin
+    Eigen::Vector3d middle;  ///< of the bounding box, from the body's origin
     Eigen::Vector3d bounds;  ///< half extents of the bounding box
     static constexpr std::size_t kMostPlanes = 8;
     std::array<Plane, kMostPlanes>
@@ -35,13 +35,13 @@ struct LocalHull {
     std::size_t plane_count = 0;
     std::size_t face_count = 0;  ///< planes that are faces; they come first
     Strip strip;                 ///< contains the outline in plan
-    bool is_narrow = false;      ///< whether the strip is much narrower than the outline is long
+    bool is_narrow = false;      ///< whether the strip is much narrower than it is long
 
     Eigen::Vector3d to_body(const Eigen::Vector3d& n) const { return rotated_back(rotation, n); }
     Eigen::Vector3d vertex(std::uint32_t i) const {
         return rotated(rotation, shape->vertices[i]) - middle;
     }
-    /// The support vertex against a direction of any length.
+    /// Index of the vertex that is lowest along a direction of any length.
     std::uint32_t lowest(const Eigen::Vector3d& n) const {
         return find_extreme(*shape, -to_body(n));
     }
@@ -82,8 +82,8 @@ struct LocalShape {
     Eigen::Vector3d core =
         Eigen::Vector3d::Zero();            ///< round: from the centre to end 1 of the core
     std::array<Eigen::Vector3d, 3> axes{};  ///< box: unit
-    Eigen::Vector3d half = Eigen::Vector3d::Zero();    ///< box: half extents along them
-    std::array<Eigen::Vector3d, 8> corners{};          ///< box: from the centre
+    Eigen::Vector3d half = Eigen::Vector3d::Zero();    ///< box: half extents along `axes`
+    std::array<Eigen::Vector3d, 8> corners{};          ///< box: relative to the centre
     const LocalHull* hull = nullptr;                   ///< hull: outlives this
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of the AABB
     Eigen::Vector3d bounds = Eigen::Vector3d::Zero();  ///< half extents of the AABB
@@ -100,7 +100,7 @@ struct LocalShape {
     /// The support point against a unit direction; on a tie the middle of the tied feature.
     DeepestPoint deepest(const Eigen::Vector3d& n) const;
     Eigen::Vector3d deepest_point(const Eigen::Vector3d& n) const { return deepest(n).point; }
-    /// Corner of a box; bits of the index are the signs along the axes.
+    /// Corner of a box; bit i of the index is set on the positive side of axis i.
     Eigen::Vector3d corner(int index) const {
         return centre + corners[static_cast<std::size_t>(index)];
     }
@@ -122,7 +122,7 @@ struct LocalShape {
     bool has_core() const { return dot(core, core) > 0.0; }
 };
 
-/// Visits planes that bound a box or hull from below, `visitor(normal, drop)`: all its points p satisfy
+/// Calls `visitor(normal, drop)` for planes that bound a box or hull from below: all points p of the shape satisfy
 /// normal . (p - centre) >= -drop, and the normal has z >= 0.
 template <class Visitor>
 void visit_down_planes(const LocalShape& shape, Visitor&& visitor) {
@@ -137,7 +137,7 @@ void visit_down_planes(const LocalShape& shape, Visitor&& visitor) {
     }
 }
 
-/// A sphere, capsule, box or hull whose body origin is the origin of the local frame.
+/// Makes a sphere, capsule, box or hull whose body origin is the origin of the local frame.
 ///
 /// @param hull_out storage for a hull; outlives the result
 template <class Convex>
@@ -145,7 +145,7 @@ LocalShape make_local_shape(const Convex& shape, const Eigen::Matrix3d& rotation
                             LocalHull& hull_out);
 
 /// The shape of a query in a local frame: one convex shape, or the parts of a compound, which are made on demand.
-/// Neither copied nor moved, because shapes point into it.
+/// Cannot be copied or moved, because its shapes point into it.
 class LocalBody {
 public:
     LocalBody(const Shape& shape, const Eigen::Matrix3d& rotation, const Eigen::Vector3d& origin);
@@ -155,13 +155,13 @@ public:
     bool is_compound() const { return compound_ != nullptr; }
     /// The convex shape. For a compound only the centre, bounds and smallest half extent over all parts are set.
     const LocalShape& whole() const { return whole_; }
-    /// @param hull_out storage for a part that is a hull of a compound; outlives the result
+    /// @param hull_out storage, used if the part of a compound is a hull; outlives the result
     LocalShape part(std::uint32_t index, LocalHull& hull_out) const;
 
-    /// Visits the parts whose bounds pass `wants`; a convex shape is its own part 0 and always visited.
+    /// Visits the parts whose bounds pass `wants`. A convex shape is always visited, as its own part 0.
     ///
-    /// @param wants   bool(centre, bounds): whether to visit the parts inside this box
-    /// @param visitor void(const LocalShape&, part)
+    /// @param wants   bool(centre, half extents): whether to visit the parts inside this box
+    /// @param visitor void(const LocalShape&, index of the part)
     template <class Wants, class Visitor>
     void visit(Wants&& wants, Visitor&& visitor) const {
         if (!is_compound()) {

@@ -71,11 +71,11 @@ struct WindowCodes {
     std::uint8_t at(int column, int row) const { return bits[LocalWindow::index(column, row)]; }
 };
 
-/// Visits the convex edges of a rectangle of cells: the southern and western side and the diagonal of each cell. Skips
-/// edges whose two ends share an outcode bit, and sides on the border of the ground. The window must hold one more cell
-/// on each side.
+/// Visits those of the southern side, western side and diagonal of each cell of a rectangle that are convex edges.
+/// Skips edges whose two ends share an outcode bit, and sides on the border of the ground. The window must hold one
+/// more cell on each side.
 ///
-/// @param visitor void(from, to, left, right), with the third corners of the edge's two triangles
+/// @param visitor void(from, to, left, right); left and right are the third corners of the edge's two triangles
 template <class Visitor>
 void visit_convex_edges(const LocalWindow& window, const WindowCells& cells,
                         const WindowCodes& codes, Visitor&& visitor) {
@@ -87,7 +87,7 @@ void visit_convex_edges(const LocalWindow& window, const WindowCells& cells,
         for (int column = cells.west; column <= cells.east; ++column) {
             const unsigned here = codes.at(column, row);
             const bool is_even = window.is_cut_to_north_east(column, row);
-            // The third corners lie opposite each other: about the odd end of a side, about the middle of a diagonal.
+            // Third corners mirror each other in plan: about the odd end of a side, about the middle of a diagonal.
             if ((here & codes.at(column + 1, row)) == 0) {
                 const int odd = is_even ? column + 1 : column;
                 const double across = window.at(odd, row + 1) + window.at(odd, row - 1);
@@ -119,8 +119,8 @@ void visit_convex_edges(const LocalWindow& window, const WindowCells& cells,
     }
 }
 
-/// Whether no neighbour of a vertex is higher along a direction by more than `slack` metres. False at the border of the
-/// ground, where only faces have contacts.
+/// Whether no neighbour of a vertex is higher along the direction n by more than `slack` metres. False at the border of
+/// the ground, where only faces have contacts.
 ///
 /// @param spacing of the window's cells, metres
 inline bool is_top(const LocalWindow& window, const WindowVertex& at, double spacing,

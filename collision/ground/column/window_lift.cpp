@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// Lift of a box: ground minus underside of the box is piecewise linear in x and y, so that its maximum is at a vertex
-// of the ground, at a corner of the box, or at a crossing in plan of an edge of the box with an edge of the ground.
-// Edges of the ground lie on four families of lines: constant x, constant y, and, two cells apart, constant x - y and
-// constant x + y (see cut_to_north_east()).
+// Lift of a box. The height of the ground minus that of the box's underside is piecewise linear in x and y. Its maximum
+// is therefore at a vertex of the ground, at a corner of the box, or where an edge of the box crosses an edge of the
+// ground in plan. Edges of the ground lie on four families of lines: constant x, constant y, and, two cells apart,
+// constant x - y and constant x + y (see cut_to_north_east()).
 #include "ground/column/window_lift.h"
 
 #include "ground/column/column.h"
@@ -74,7 +74,7 @@ private:
         last_row_ = cell_of(north, window_.rows) + 1;
     }
 
-    // Lift at vertices of the ground: the vertical line through each, clipped by the slabs of the box.
+    // Lift at vertices of the ground: the vertical line through each vertex is clipped by the slabs of the box.
     void visit_vertices() {
         const double lowest = box_.centre[2] - box_.bounds[2];
         for (int row = first_row_; row <= last_row_ && limit_ <= enough_; ++row) {
@@ -119,7 +119,7 @@ private:
 
     void visit_edges() {
         for (int i = 0; i < 3; ++i) {
-            // bits of the corners that are on the upper face of an axis
+            // bit j is set in the indices of corners on the upper face of axis j; -1 if the axis is horizontal
             const auto up_of = [&](int j) {
                 const double z = box_.axes[static_cast<std::size_t>(j)][2];
                 return z > 0.0 ? 1 << j : (z < 0.0 ? 0 : -1);
@@ -200,7 +200,7 @@ private:
         });
     }
 
-    // Calls cross(line, t) for the integers between a and b that are `odd` modulo `step`.
+    // Calls cross(line, t) for the integers between a and b that equal `odd` modulo `step`.
     template <class Cross>
     static void cross_lines(double a, double b, int step, int odd, Cross cross) {
         const double low = std::min(a, b);
@@ -209,7 +209,7 @@ private:
         if (static_cast<double>(line) < low) ++line;
         if (step == 2 && ((line & 1) != odd)) ++line;
         if (static_cast<double>(line) > high) return;
-        // An edge parallel to this family has no crossings with it; the other families cover its ends.
+        // An edge parallel to the lines of this family crosses none of them; other families cover the edge's ends.
         if (!(high - low > 1e-300)) return;
         const double share = 1.0 / (b - a);
         for (; static_cast<double>(line) <= high; line += step) {
@@ -239,8 +239,8 @@ WindowLift find_box_lift(const LocalWindow& window, const Eigen::Vector3d& corne
     return BoxScan(window, corner, spacing, box, floor, enough).run();
 }
 
-// Lift of a sphere or capsule: the lift over the plane of a face is a cheap upper bound of that over the face. The rims
-// of faces whose bounds exceed the best lift are tested last.
+// Lift of a sphere or capsule. Its lift over the plane of a face is a cheap upper bound of its lift over the face. The
+// rims of faces whose bounds exceed the best lift are tested last.
 
 namespace {
 
@@ -259,7 +259,7 @@ public:
           cells_(window, cells) {}
 
     WindowLift run() {
-        // Starts with the cell under the lowest point, so that bounds exclude most others.
+        // Starts with the cell under the lowest point: its lift is usually large and excludes most other cells.
         const Eigen::Vector3d p =
             shape_.deepest_point(Eigen::Vector3d::UnitZ()) - local_.corner(window_);
         const int first_column =
@@ -331,7 +331,7 @@ private:
         }
     }
 
-    // Whether a point, relative to the south-western corner of a cell, lies on one of its triangles.
+    // Whether a point, relative to a cell's south-western corner, lies on the cell's southern or northern triangle.
     bool is_over(bool is_even, bool is_south, double u, double v) const {
         if (u < 0.0 || u > spacing_ || v < 0.0 || v > spacing_) return false;
         const double north = is_even ? v - u : (u + v) - spacing_;

@@ -41,7 +41,7 @@ public:
         }
     }
 
-    /// The slabs along the line of constant y, as functions of x.
+    /// The slabs on the line of this y: their z depends on x only.
     std::array<Slab, 3> along(double y) const {
         std::array<Slab, 3> slabs = slabs_;
         for (Slab& slab : slabs) {
@@ -50,7 +50,7 @@ public:
         }
         return slabs;
     }
-    /// Lowest and highest z of the box at x on such a line; the box is missed if low > high.
+    /// Lowest and highest z of the box at x, with slabs of along(). If low > high, the vertical line misses the box.
     static double low(const std::array<Slab, 3>& slabs, double x) {
         return std::max({slabs[0].low + slabs[0].x * x, slabs[1].low + slabs[1].x * x,
                          slabs[2].low + slabs[2].x * x});
@@ -69,7 +69,7 @@ public:
     }
 
 private:
-    // |level + x x + y y| <= half
+    // A line at (x, y) is inside if |level + side.x * x + side.y * y| <= half.
     struct Side {
         double level, x, y, half;
     };

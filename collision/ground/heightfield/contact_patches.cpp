@@ -48,12 +48,12 @@ struct NearestVisitor {
     }
 };
 
-// Finds the nearest point of the ground to one shape within a distance.
+// Finds the point of the ground that is nearest to one shape, within a distance.
 Nearest find_within(const LocalGround& local, const LocalShape& shape, double reach) {
     NearestVisitor visitor{local, shape, reach, {}};
     const Eigen::Vector3d low = shape.centre - shape.bounds;
     const Eigen::Vector3d high = shape.centre + shape.bounds;
-    // Starts with the cell under the lowest point, so that bounds exclude most others.
+    // Starts with the cell under the lowest point: its distance excludes most other cells.
     const Eigen::Vector3d lowest = shape.deepest_point(Eigen::Vector3d::UnitZ());
     const CellRange first = local.cells(lowest[0], lowest[1], lowest[0], lowest[1]);
     if (first.west <= first.east && first.south <= first.north) {
@@ -153,12 +153,12 @@ double square_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return dot(d, d);
 }
 
-// Moves up to four contacts that represent a patch to its front; returns their number.
+// Moves up to four contacts that represent a patch to the front of the patch; returns their number.
 std::size_t reduce(std::span<Contact> patch) {
     constexpr double kSamePosition = 1e-20;  // square metres
     constexpr double kSameDepth = 1e-12;     // metres
-    // Starts with the first by position of the contacts that are deepest within rounding. It is an outermost one, so
-    // that the result does not depend on the position of the ground's edges.
+    // Of the contacts that are deepest within rounding, the first by position comes first. It is an outermost one, so
+    // that the result does not depend on where the edges of the ground are.
     std::size_t first = 0;
     for (std::size_t i = 1; i < patch.size(); ++i) {
         if (patch[i].depth < patch[0].depth - kSameDepth) break;
@@ -201,12 +201,12 @@ std::size_t reduce(std::span<Contact> patch) {
     return kept;
 }
 
-// Whether a shape is paired with the features of a window; otherwise it is paired with one triangle at a time.
+// Whether a shape's features are paired with those of a whole window; otherwise with those of one triangle at a time.
 bool is_paired_by_feature(const LocalShape& shape) {
     return shape.kind == ShapeKind::box || (shape.kind == ShapeKind::round && shape.radius > kThin);
 }
 
-// Finds the contacts of such a shape with cells of a window.
+// Finds the contacts of a shape for which is_paired_by_feature() holds with cells of a window.
 void find_window_patches(const LocalGround& local, const LocalWindow& window,
                          const CellRange& cells, const LocalShape& shape, std::uint32_t part,
                          const Eigen::Vector3d& translation, double margin, double reach,

@@ -33,7 +33,7 @@ public:
 
     void clear() { count_ = 0; }
     void add(const Contact& contact);
-    /// Merges, then sorts: deepest first, ties by position. Valid until the next call.
+    /// Merges the contacts and returns them, deepest first, ties ordered by position. Valid until the next call.
     std::span<const Contact> finish();
 
 private:
@@ -48,13 +48,13 @@ private:
 };
 
 /// find_contacts() for a shape that is known not to penetrate the ground. Cheaper, because the lift is not computed:
-/// the answer contains its upper bound 0.
+/// the answer contains 0 as an upper bound of the lift.
 ContactAnswer find_separated_contacts(const Shape& shape, const Pose& world_from_shape,
                                       const Ground& ground, double margin,
                                       std::span<Contact> contacts_out);
 
-/// Finds all contacts of a body. Features are paired after a separating translation, and depths are counted back from
-/// there.
+/// Finds all contacts of a body. Features are paired at the pose after a separating translation; the depths are then
+/// converted to those at the untranslated pose.
 ///
 /// @param translation separates the body. May be zero for an overlapping round shape whose core is clear of the ground:
 ///                    features are then paired by the distance from the ground to the core
@@ -67,13 +67,13 @@ bool find_patches(const LocalGround& local, const LocalBody& body,
                   const Eigen::Vector3d& translation, double margin, ContactPatches& patches,
                   double& error_out);
 
-/// The closest point of a separated shape to the ground.
+/// The point of a separated shape that is closest to the ground.
 struct Nearest {
-    bool is_found = false;  ///< within the largest distance
+    bool is_found = false;  ///< ground is within the largest distance
     double distance = 0.0;  ///< metres
     Eigen::Vector3d on_shape = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from the ground to the shape
-    bool is_missing = false;                            ///< a nearer cell is not resident
+    bool is_missing = false;                            ///< a possibly nearer cell is not resident
     double error_m = 0.0;
     std::uint32_t part = 0;  ///< of a compound; else 0
     Triangle triangle;       ///< the closest triangle
@@ -85,9 +85,9 @@ Nearest find_nearest(const LocalGround& local, const LocalBody& body, double max
 /// Adds the nearest points of a separated body as a contact if they are within the margin and not at the border of the
 /// ground. False if a cell in reach is not resident.
 ///
-/// Feature pairing omits edges of the shape over vertices of the ground, and vertices over edges or vertices. Near
-/// touching, adjacent features give the same contacts, but across a gap the omitted pairs may be the only near ones.
-/// For round shapes the pairing is complete.
+/// Feature pairing omits edges of the shape paired with vertices of the ground, and vertices of the shape paired with
+/// edges or vertices of the ground. If shape and ground nearly touch, adjacent features give the same contacts, but
+/// across a gap only an omitted pair may be within the margin. For round shapes the pairing is complete.
 bool add_nearest(const LocalGround& local, const LocalBody& body, double margin,
                  ContactPatches& patches);
 

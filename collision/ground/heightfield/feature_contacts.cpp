@@ -59,7 +59,7 @@ void FeaturePairs::pair_round(const Triangle& triangle) {
         return;
     }
     if (has_face || pair.distance > 1e-9) return;
-    // A touching core of radius 0: any separating direction of the cone.
+    // The shape has radius 0 and touches the triangle: takes the direction in the cone that has the largest gap.
     const Separation best = find_separation_in_cone(triangle);
     add(pair.on_shape - shape_.radius * best.normal, best.normal, best.gap,
         shape_.core_feature(pair.on_shape));
@@ -71,7 +71,7 @@ void FeaturePairs::pair_box(const Triangle& triangle) {
     pair_box_edges(triangle);
 }
 
-// Adds corners of the box that lie over the triangle, of the face that is most nearly parallel to it.
+// Of the face of the box most nearly parallel to the triangle, adds the corners that project into the triangle.
 void FeaturePairs::pair_box_face(const Triangle& triangle) {
     const Eigen::Vector3d& n = triangle.normal;
     const std::size_t face = shape_.nearest_axis(n);
@@ -103,7 +103,7 @@ void FeaturePairs::pair_box_corners(const Triangle& triangle) {
                 std::abs(dot(shape_.axes[k], to)) > shape_.half[static_cast<Eigen::Index>(k)]) {
                 continue;
             }
-            // Only if the corner is the triangle's highest along n.
+            // Only the corner that is the triangle's highest along n makes a contact.
             if (dot(n, triangle.v[0] - v) > 1e-12 || dot(n, triangle.v[1] - v) > 1e-12 ||
                 dot(n, triangle.v[2] - v) > 1e-12) {
                 continue;
@@ -191,8 +191,8 @@ std::size_t side_count(std::size_t corner_count) {
     return corner_count < 3 ? corner_count - 1 : corner_count;
 }
 
-// Crossings of side i of a support polygon with side j of a top: `visitor(parameter on side i)`; for collinear sides,
-// the ends of their common part.
+// Calls `visitor(parameter on side i)` at the crossing of side i of a support polygon with side j of a top polygon; for
+// collinear sides, at the ends of their common part.
 template <class Visitor>
 void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, std::size_t j,
                  double slack, Visitor&& visitor) {
@@ -223,8 +223,8 @@ void cross_sides(const SupportPolygon& a, std::size_t i, const TopPolygon& b, st
     if (last > first) visitor(last);
 }
 
-// The direction from a triangle to the hull, corrected for the rounding of their closest points if the correction
-// increases the gap. At 3 nm from a cliff of 125 km, the error of the uncorrected direction is 3.5 milliradians.
+// The direction from a triangle to a hull. It is corrected for the rounding of the closest points if the correction
+// increases the gap: 3 nm from a cliff of 125 km, the error of the uncorrected direction is 3.5 milliradians.
 Eigen::Vector3d refine_direction(const Eigen::Vector3d& direction, double distance,
                                  const LocalShape& shape, const Triangle& triangle) {
     // Distance relative to the triangle's size beyond which rounding errors are below 1e-9 radians.
@@ -272,7 +272,7 @@ void FeaturePairs::pair_hull(const Triangle& triangle) {
         shape_.deepest(nearest.normal).feature);
 }
 
-// Clips the hull's support feature along a direction against the triangle's one. Returns the smallest gap found.
+// Clips the hull's support feature along a direction against that of the triangle. Returns the smallest gap found.
 double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& triangle) {
     const Eigen::Vector3d& origin = triangle.v[0];
     const ContactPlane plane(n);
@@ -287,7 +287,7 @@ double FeaturePairs::pair_hull_along(const Eigen::Vector3d& n, const Triangle& t
         least = std::min(least, gap);
         add(origin + plane.at(x, y, height), n, gap, feature);
     };
-    // If the hull reaches below the plane, only its vertices are known to be above it.
+    // If n does not separate hull and column, only vertices of the hull that project into the triangle are paired.
     const bool is_apart = gap_along(n, shape_, triangle) >= -kTouch;
     if (top.count == 3) {
         for (std::size_t i = 0; i < of_hull.count; ++i) {

@@ -10,7 +10,7 @@ namespace terrane::internal {
 class FeaturePairs {
 public:
     /// @param shape       after the translation, separated
-    /// @param translation metres
+    /// @param translation the translation that was applied, metres
     /// @param reach       gaps up to this are paired, metres
     /// @param margin      contacts whose gap at the untranslated pose is up to this are kept, metres
     FeaturePairs(const LocalGround& local, const LocalShape& shape,
@@ -21,7 +21,7 @@ public:
           translation_(translation),
           reach_(reach),
           margin_(margin),
-          // Without a translation, a round shape may overlap down to its core.
+          // Without a translation, a round shape may overlap the ground down to its core.
           least_(shape.kind == ShapeKind::round && length(translation) == 0.0 ? -shape.radius
                                                                               : -kTouch),
           part_(part),

@@ -14,9 +14,9 @@
 namespace terrane::internal {
 namespace {
 
-constexpr double kNear = 16.0;  // tolerances: at smaller gaps directions are refined
+constexpr double kNear = 16.0;  // tolerances; at smaller gaps, directions are refined
 
-// Finds the direction of the distance between a shape and a column; false if all candidate axes must be tested.
+// Finds the direction between the closest points of a shape and a column; false if all candidate axes must be tested.
 bool find_widest(const LocalShape& shape, const Eigen::Vector3d& centre, const Triangle& triangle,
                  double ground_offset, Eigen::Vector3d& n_out) {
     if (shape.kind == ShapeKind::round) {
@@ -30,9 +30,9 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
                               const Triangle& triangle, double tolerance, double ground_offset,
                               double from, double limit) {
     constexpr int kSteps =
-        200;  // reached only by grazing within the tolerance, which then counts as a hit
+        200;  // reached only if the shape grazes the ground within the tolerance: a hit
     double time = 0.0;
-    // The largest gap at `time`, and how long the best plane then keeps separating.
+    // The largest gap at `time`, and how much longer the best plane separates.
     double widest = -kInfinity;
     double wait = -kInfinity;
     Eigen::Vector3d normal = triangle.normal;
@@ -69,7 +69,7 @@ ColumnEntry find_curved_entry(const LocalShape& shape, const Eigen::Vector3d& ve
         if (find_widest(shape, centre, triangle, ground_offset, n)) {
             test_top(n, gap_along(n, shape, triangle));
             if (shape.kind == ShapeKind::hull && widest <= kNear * tolerance) {
-                // On a cliff the rounding of the direction matters: makes it perpendicular to the edge.
+                // At a cliff the direction's rounding error matters: tests also directions perpendicular to each edge.
                 visit_perpendicular_to_edges(triangle, n, [&](const Eigen::Vector3d& m) {
                     test_top(m, gap_along(m, shape, triangle));
                 });
@@ -130,8 +130,8 @@ struct EntryClip {
     /// Adds an axis. False if there is no contact before the limit.
     ///
     /// @param n       of any length, out of the column
-    /// @param gap     at time 0, times that length
-    /// @param closing speed, times that length
+    /// @param gap     at time 0, times the length of n
+    /// @param closing speed, times the length of n
     bool narrow(const Eigen::Vector3d& n, double n_square, double gap, double closing) {
         if (gap > 0.0) {
             if (!(closing > 0.0)) return false;
@@ -259,8 +259,8 @@ bool clip_walls(const BoxFrame& f, const Eigen::Vector3d& velocity, const Triang
     return true;
 }
 
-// Backs off from the time of contact, so that a gap remains: an eighth of the tolerance along the normal, or less if
-// the path back would exceed half the tolerance. At least 0.
+// Moves the time of contact back, so that a gap remains: an eighth of the tolerance along the normal, or less if the
+// path back would be longer than half the tolerance. At least 0.
 double back_from(const EntryClip& clip, double speed, double tolerance) {
     const double size = std::sqrt(clip.square);
     const double back = 0.5 * tolerance * size / std::max(4.0 * clip.speed, speed * size);
@@ -315,7 +315,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
 namespace {
 
 // bound_time() for a hull. If its points kept their velocities, the gap would be a minimum of linear functions of time,
-// hence concave: if it is large enough at a time, it is so at all times before.
+// hence concave: if it is large enough at some time, it is large enough at all earlier times.
 double bound_hull_time(const LocalShape& shape, const Eigen::Vector3d& n,
                        const Eigen::Vector3d& turn, double speed, double acceleration,
                        double clearance, double shortest, double remaining) {
@@ -382,7 +382,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     const double closing = speed + length(turn) * arm;
     double time = closing > 0.0 ? (gap - rest) / closing : kInfinity;
     if (time >= remaining || arm == 0.0) return time;
-    // Upper bound of the acceleration of any point; each starts with its own gap and speed.
+    // Upper bound of the acceleration of any point. It is combined below with the gap and speed of each point.
     const double acceleration = sweep.spin * sweep.spin * arm;
     if (shape.kind == ShapeKind::hull) {
         return bound_hull_time(shape, n, turn, speed, acceleration, gap - rest, time, remaining);
@@ -391,7 +391,7 @@ double bound_time(const Sweep& sweep, const LocalShape& shape, double arm, const
     double each = kInfinity;
     const auto include = [&](const Eigen::Vector3d& p, double radius) {
         const double clearance = gap - rest + drop + dot(n, p) - radius;
-        const double rate = dot(turn, p + shape.offset) - speed;  // n . (v + w x arm)
+        const double rate = dot(turn, p + shape.offset) - speed;  // speed of the point along n
         // clearance + rate t - acceleration t^2 / 2 = 0
         const double root =
             std::sqrt(std::max(0.0, rate * rate + 2.0 * acceleration * std::max(0.0, clearance)));
@@ -453,7 +453,7 @@ void AdvanceVisitor::visit(const Triangle& triangle, const Approach::Interval& o
 
 void AdvanceVisitor::visit_straight(const Triangle& triangle, const Approach::Interval& over) {
     if (found_.is_hit) {
-        // Most neighbours of a triangle that was hit are farther along its normal.
+        // The normal of the hit so far excludes most neighbours of the triangle that was hit.
         const Eigen::Vector3d& n = found_.hit_normal;
         const double ground_offset = n[2] > 0.0 ? approach_.ground_offset() : 0.0;
         const double gap = gap_along(n, shape_, triangle) + ground_offset;
@@ -524,7 +524,7 @@ void AdvanceVisitor::visit_turning(const Triangle& triangle) {
         }
         if (dot(direction, direction) > 0.25 * tolerance * tolerance) {
             test_along(direction);
-            // On a cliff the rounding of the direction matters: makes it perpendicular to the edge.
+            // At a cliff the direction's rounding error matters: tests also directions perpendicular to each edge.
             visit_perpendicular_to_edges(triangle, direction, test_along);
             if (is_step_clear) return;
         }

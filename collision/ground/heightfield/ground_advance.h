@@ -16,7 +16,7 @@
 namespace terrane::internal {
 
 /// Lower bounds of the times at which a moving, turning part comes within the tolerance of static boxes and planes.
-/// Times are fractions of the motion, from now.
+/// Times are fractions of the motion, counted from the current pose.
 class Approach {
 public:
     static constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -28,7 +28,7 @@ public:
 
     /// @param shape         at its current pose; outlives this
     /// @param velocity      metres per whole motion
-    /// @param turning       upper bound of the speed of its points due to rotation, metres per whole motion
+    /// @param turning       upper bound of the speed of the shape's points due to rotation, metres per whole motion
     /// @param tolerance     metres
     /// @param ground_offset the ground is lowered by this, metres
     Approach(const LocalShape& shape, const Eigen::Vector3d& velocity, double turning,
@@ -39,7 +39,7 @@ public:
           tolerance_(tolerance),
           ground_offset_(ground_offset) {
         if (shape.kind != ShapeKind::round) return;
-        // The upward normal perpendicular to the core, along which the shape extends only its radius below the centre.
+        // The upward normal perpendicular to the core: against it the shape extends only by its radius from the centre.
         const double square = dot(shape.core, shape.core);
         const double level = square - shape.core[2] * shape.core[2];
         if (!(level > 1e-2 * square)) return;
@@ -51,7 +51,7 @@ public:
     double tolerance() const { return tolerance_; }
     double ground_offset() const { return ground_offset_; }
 
-    /// The interval in which the part may be over the strip between two coordinates of an axis.
+    /// The interval of times in which the part may be over the strip between two coordinates along an axis.
     Interval over(Eigen::Index axis, double low, double high) const {
         const double v = velocity_[axis];
         const double from = shape_.centre[axis] - shape_.bounds[axis];
@@ -68,12 +68,12 @@ public:
     double down_to(double z) const {
         return time_of(shape_.centre[2] - shape_.bounds[2] - z + ground_offset_, -velocity_[2]);
     }
-    /// Earliest time at which the part's AABB may meet a prism.
+    /// Earliest time at which the part's AABB may touch a prism.
     double time_to(const CellPrism& prism) const {
         return std::max({over(0, prism.west, prism.east).first,
                          over(1, prism.south, prism.north).first, down_to(prism.high)});
     }
-    /// Whether the part may meet a prism before a given time, according to its lower planes.
+    /// Whether the part may touch a prism before a given time, according to the planes that bound the part from below.
     bool may_meet(const CellPrism& prism, double before) const {
         bool may_be = true;
         const auto include = [&](const Eigen::Vector3d& n, double drop) {
@@ -91,7 +91,7 @@ public:
     }
 
 private:
-    // Time in which a gap shrinks to the tolerance, closing at `speed` plus the rotation.
+    // Time in which a gap shrinks to the tolerance, if it closes at `speed` plus the speed of the rotation.
     double time_of(double gap, double speed) const {
         if (gap <= tolerance_) return 0.0;
         const double closing = speed + turning_;
@@ -109,7 +109,7 @@ private:
 /// Visits cells of a window, which must all be ground, in the order in which a part's AABB may reach them. Stops when
 /// the next cell is reached no sooner than the best hit so far. The visitor has
 ///   double limit()                   the time of the best hit so far
-///   bool wants(const CellPrism&)     whether to visit the cells inside
+///   bool wants(const CellPrism&)     whether to visit the cell in this prism
 ///   void visit(const Triangle&, const Approach::Interval& over)   `over`: interval in which the part is over the cell
 /// Returns the bounding range of the cells visited.
 template <class Visitor>
@@ -177,17 +177,17 @@ CellRange visit_soonest(const LocalGround& local, const LocalWindow& window, con
 
 /// First contact of a translating shape with a column.
 struct ColumnEntry {
-    double time = std::numeric_limits<double>::infinity();  ///< infinity: not before the limit
+    double time = std::numeric_limits<double>::infinity();  ///< infinity: none before the limit
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();      ///< unit, out of the column
 };
 
 /// Whether a shape with this gap along a wall's normal touches the wall. Two columns may share a wall, and a shape
-/// without thickness that moves along it is inside the ground although it overlaps neither column. A touched wall
+/// without thickness that moves along the wall is inside the ground although it overlaps neither column. A touched wall
 /// therefore separates only shapes that move away from it.
 inline bool is_touching_wall(double gap) { return gap >= 0.0 && gap <= kTouch; }
 
-/// Time of first contact of a shape with a column, moved back slightly so that the gap there is between 0 and half the
-/// tolerance.
+/// Time of first contact of a shape with a column, moved back slightly, so that the gap at the returned time is between
+/// 0 and half the tolerance.
 ///
 /// @param velocity      metres per unit of time
 /// @param tolerance     metres
@@ -198,7 +198,7 @@ ColumnEntry find_entry(const LocalShape& shape, const Eigen::Vector3d& velocity,
                        const Triangle& triangle, double tolerance, double ground_offset,
                        double from, double limit);
 
-/// The same for a box.
+/// find_entry() for a box.
 ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocity,
                            const Triangle& triangle, double tolerance, double ground_offset,
                            double limit);
@@ -206,7 +206,7 @@ ColumnEntry find_box_entry(const LocalShape& box, const Eigen::Vector3d& velocit
 // Bounds of the time for which a moving, turning shape cannot meet a column of the ground.
 
 // Largest distance of a shape's points from an axis through its body's origin, metres. For a round shape only its core
-// counts, because rotation about the core moves no surface.
+// counts, because rotation about the core does not move it.
 double find_arm(const LocalShape& shape, const Eigen::Vector3d& axis);
 
 // The motion of a cast; times are fractions of it.
@@ -252,17 +252,17 @@ struct SweptBox {
     Eigen::Vector3d bounds;
 };
 
-// Result of testing all columns that could be met in the rest of a piece of the motion.
+// Result of testing all columns that a body could meet in the rest of a piece of its motion.
 struct Advance {
     double step;          ///< no contact before this; initially the rest of the piece
-    bool is_hit = false;  ///< at `step`
+    bool is_hit = false;  ///< there is a hit at `step`
     Eigen::Vector3d hit_normal = Eigen::Vector3d::UnitZ();
     std::uint32_t hit_part = 0;
     bool is_missing = false;  ///< ground at `step` is not resident
     double error_m = 0.0;
 };
 
-// Tests one part: exactly if it does not turn, by a conservative step if it does.
+// Tests one part of a body: finds its time of contact if it does not turn, otherwise a conservative step.
 class AdvanceVisitor {
 public:
     // `arm` is find_arm() of the shape; the ground is lowered by `ground_offset`, metres.

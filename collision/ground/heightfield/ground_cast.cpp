@@ -21,7 +21,7 @@
 
 namespace terrane::internal {
 
-// End of a piece of the motion, or the contact with the ground.
+// End of a piece of the motion, or a contact with the ground before that end.
 struct PieceAnswer {
     double t = 0.0;
     bool is_hit = false;
@@ -54,7 +54,7 @@ public:
         clip(size + length(start.whole().offset) + sweep.arm);
     }
 
-    // Reads the ground of the first piece once, if it fits a window.
+    // Reads the ground of the first piece once, if that ground fits into a window.
     void read_ahead() const {
         if (shortest_ < 1.0 || first_ > 0.0 || start_.is_compound()) return;
         local_start_.window(swept_box(start_, 0.0, 1.0).cells(local_start_), 0);
@@ -95,7 +95,7 @@ public:
 private:
     static constexpr double kPieceTurn = 0.5;  // radians
     static constexpr int kSteps = 4000;
-    static constexpr double kWindow = 12.0;  // cells: a short piece and twice the shape's size
+    static constexpr double kWindow = 12.0;  // cells; a short piece plus twice the shape's size
     static constexpr double kNear = 64.0;    // cells from the origin of a frame
 
     // Clips the motion to the times at which the body may be over the extent and below the highest possible ground, so
@@ -125,7 +125,7 @@ private:
         cut(from[2], velocity[2], -Approach::kNever, highest);
     }
 
-    // Bounding box of the sweep of an AABB of the body from t to `end`.
+    // Bounding box of an AABB of the body while the body moves from t to `end`.
     SweptBox swept_box(const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds, double arm,
                        double t, double end) const {
         return {centre, bounds, (end - t) * sweep_.motion.translation,
@@ -173,7 +173,7 @@ private:
         });
     }
 
-    // One common step of all parts that could meet the ground from t to end.
+    // Finds one step for all parts that could meet the ground from t to `end`.
     Advance find_advance(const LocalGround& local, double t, double end) const {
         Advance found{end - t};
         const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {
@@ -216,7 +216,7 @@ private:
     double ground_offset_ = 0.0;
     double shortest_;  ///< length of pieces, fractions of the motion
     double longest_;
-    double first_ = 0.0;  ///< interval in which the body can meet ground
+    double first_ = 0.0;  ///< interval of times in which the body can meet ground
     double last_ = 1.0;
     double error_m_ = 0.0;
 };
@@ -227,8 +227,8 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Largest overlap of a body with any column, each along its axis of smallest overlap with z > 0, metres: ground lowered
-// by this does not overlap the body.
+// A distance by which the ground must be lowered so that a body does not overlap it, metres: the largest of the body's
+// overlaps with single columns, each along the axis with z > 0 that makes it smallest.
 double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     struct Visitor {
         const LocalGround& local;
@@ -261,7 +261,7 @@ double find_ground_offset(const LocalGround& local, const LocalBody& body) {
     return ground_offset;
 }
 
-// Finds the contact that closes fastest, for skip_separating.
+// Finds the contact that closes fastest, for CastSettings::skip_separating.
 bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, const Ground& ground,
                   double tolerance, Contact& contact_out) {
     std::array<Contact, 16> contacts;
@@ -280,8 +280,8 @@ bool find_closing(const Shape& shape, const Motion& motion, const Pose& pose, co
     return count > 0;
 }
 
-// The deepest contact of a separated body at the end of a cast. If it met no surface, for instance at the side of the
-// ground, the contact is made from the normal of the cast.
+// The deepest contact of a separated body at the end of a cast. If no contact is found, for instance at the side of the
+// ground, one is made from the normal of the cast.
 Contact find_met(const LocalGround& local, const LocalBody& body, const PieceAnswer& end,
                  double tolerance) {
     ContactPatches patches;

@@ -14,7 +14,7 @@ namespace terrane {
 namespace internal {
 namespace {
 
-// Adds the contacts with a gap that would overlap after a translation by d. True if there are any.
+// Adds the half-spaces of contacts with a gap that would overlap after a translation by d. True if there are any.
 bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSpaces& spaces) {
     const std::size_t before = spaces.count;
     for (const Contact& contact : contacts) {
@@ -25,8 +25,8 @@ bool add_met(std::span<const Contact> contacts, const Eigen::Vector3d& d, HalfSp
     return spaces.count > before;
 }
 
-// Finds the plane of smallest depth in the ground's normal cone that separates a column from a translated shape. False
-// if there is none: the shape leaves the column through a wall that is inside the ground.
+// Of the planes with a normal in the ground's normal cone that separate a column from a translated shape, finds the one
+// of smallest depth. False if there is none: then the shape leaves the column through a wall inside the ground.
 bool find_least(const LocalGround& local, const LocalShape& moved, const Triangle& triangle,
                 const Eigen::Vector3d& translation, HalfSpace& least_out) {
     bool is_found = false;
@@ -46,8 +46,8 @@ Contact make_plane_contact(const LocalShape& shape, std::uint32_t part, const Ha
     return make_contact(deepest.point, plane.normal, plane.depth, deepest.feature, part);
 }
 
-// Adds contacts until the shortest translation that resolves all of them separates the body. None is deeper than
-// `translation` along its normal, and each excludes the previous solution.
+// Adds contacts until the shortest translation that resolves all of them separates the body. No added contact is deeper
+// than `translation` along its normal, and each excludes the previous shortest translation.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                       const Eigen::Vector3d& translation, double margin, ContactPatches& patches) {
     constexpr int kRounds = 24;
@@ -74,8 +74,8 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
         patches.add(make_plane_contact(shape, part, least));
         spaces.add(least);
     }
-    // Not converged: the separating translation becomes a contact. A body that is deeper than it is large is moved up
-    // instead, so that it does not leave beyond the nearest border of the ground.
+    // Not converged: the separating translation becomes a contact. If the body's depth exceeds its size, it is moved up
+    // instead, so that it does not leave the ground through the nearest side.
     constexpr double kLeastRise = 1e-9;  // smallest z of a normal
     const double depth = length(translation);
     if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
@@ -88,7 +88,7 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     }
 }
 
-// Whether a shape is round with its core above the ground.
+// Whether a body is one round shape with its core above the ground.
 //
 // @param lift lift of the shape; the core's lift is less by at least the radius
 bool is_core_above(const LocalGround& local, const LocalBody& body, double lift) {

@@ -12,10 +12,10 @@
 namespace terrane::internal {
 namespace {
 
-// The escape direction from a column that overlaps a shape moved by `d`: the direction of smallest overlap in the
-// ground's normal cone or, if that was used for this column before, the normal of its face. `least_out` is the length
-// of the minimum translation out of this column alone: the smallest overlap along the facets of the Minkowski
-// difference.
+// The direction in which a shape leaves a column that it overlaps after a translation by `d`: the direction of smallest
+// overlap in the ground's normal cone or, if the shape moved by `d` has left the column along it already, the normal of
+// the column's face. `least_out` is the length of the minimum translation out of this column alone: the smallest
+// overlap along the normals of the facets of the Minkowski difference.
 Separation find_exit(const LocalGround& local, const LocalShape& shape, const Triangle& triangle,
                      const Eigen::Vector3d& d, double& least_out) {
     const Separation face{triangle.normal, gap_along(triangle.normal, shape, triangle)};
@@ -27,8 +27,8 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
     });
     visit_walls(shape, triangle,
                 [&](const Eigen::Vector3d&, double gap) { widest = std::max(widest, gap); });
-    // visit_tops() omits these facets of a capsule if its core does not touch the triangle, although the core may
-    // intersect the column below.
+    // visit_tops() omits these normals of a capsule if its core does not touch the triangle, although the core may
+    // intersect the column.
     if (shape.kind == ShapeKind::round && shape.has_core()) {
         for (std::size_t i = 0; i < 3; ++i) {
             Eigen::Vector3d n = cross(shape.core, triangle.v[(i + 1) % 3] - triangle.v[i]);
@@ -40,12 +40,12 @@ Separation find_exit(const LocalGround& local, const LocalShape& shape, const Tr
         }
     }
     least_out = -widest;
-    // The same column again: its half-space belongs to another direction.
+    // If the shape moved by d has left the column along the best direction, the half-space of that was added before.
     return dot(best.normal, d) + best.gap > 0.0 ? face : best;
 }
 
-// Adds a half-space for each overlapped column in turn and solves for the shortest translation inside all. `least_out`
-// is a lower bound of the answer's length: the largest `least_out` of find_exit() over these columns.
+// Adds a half-space for each overlapped column in turn and solves for the shortest translation inside all half-spaces.
+// `least_out` is a lower bound of the minimum translation's length: the largest `least_out` of find_exit().
 bool find_from_inside(const LocalGround& local, const LocalBody& body, Eigen::Vector3d& d_out,
                       double& least_out) {
     constexpr int kRounds = 24;
@@ -85,7 +85,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // Of the planes that separate the column from the shape moved by d, the one nearest to the unmoved shape.
+            // Of the planes between the column and the shape moved by d, takes that of least overlap without the move.
             Separation best;
             const auto offer = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;

@@ -15,20 +15,20 @@ struct MinTranslation {
 /// Limits at which search_min_translation() stops before it has proved the minimum.
 struct SearchLimits {
     static constexpr int kMostSplits = 1024;
-    /// For deep overlaps: an answer is accepted if the minimum is at least this fraction of it.
+    /// For deep overlaps: an answer is accepted if the minimum is at least this fraction of the answer's length.
     double deep_share = 1.0;
-    int most_splits = kMostSplits;  ///< limit of bisected triangles of offsets
-    /// Limit of tested cells if the overlap is deeper than the shape is thick; up to half the thickness the minimum is
-    /// guaranteed. Lifts within a window do not count, because their cost is bounded.
+    int most_splits = kMostSplits;  ///< largest number of bisected triangles of offsets
+    /// Largest number of tested cells if the overlap is deeper than the shape is thick. Up to half the thickness the
+    /// minimum is guaranteed. Lifts within a window do not count, because their cost is bounded.
     std::int64_t most_cells = 1 << 17;
 };
 
 /// The minimum translation of a body, by branch and bound over all sideways offsets.
 ///
-/// The answer is within 1e-7 of its length and 1e-10 m of the minimum, unless a limit ended the search; lower_bound is
-/// what was proved by then. Cells that are not resident count as no ground.
+/// The answer exceeds the minimum by at most 1e-7 of its length plus 1e-10 m, unless a limit ended the search;
+/// lower_bound is what the search has proved. Cells that are not resident are treated as if there were no ground.
 ///
-/// @param known separates the body; the answer is no longer, and its lower bound no smaller
+/// @param known separates the body; the answer is not longer than this, and its lower bound is not smaller
 ///
 /// Allocates: nothing; 80 KB of stack
 /// Cost:      a few lifts per triangle of offsets
@@ -41,12 +41,12 @@ inline constexpr double kSeparatedLift = 1e-10;
 /// Overlaps above this fraction of the smallest half extent are deep.
 inline constexpr double kDeep = 0.2;
 
-/// Shortens a separating translation to a local minimum by repeated projection onto half-spaces. The result separates
-/// too.
+/// Shortens a separating translation to a local minimum by repeated projection onto half-spaces. The result also
+/// separates the body.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
-/// Whether a separating translation is short enough to be accepted as the minimum, whose length is at least `least`:
-/// within rounding or, for deep overlaps, within the fraction that the caller allows.
+/// Whether the length of a separating translation is accepted as that of the minimum translation, which is at least
+/// `least`: if the two are equal within rounding or, for deep overlaps, as SearchLimits::deep_share allows.
 bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
 
 /// The minimum translation: the shortest after which the body's lift is at most kSeparatedLift; zero if the body is

@@ -8,7 +8,7 @@
 #include <array>
 
 // Bounds of the lift of a body over a triangle of sideways offsets, from single columns. A column and a part are both
-// convex, so that the lift of one over the other is concave over the offsets at which they overlap in plan.
+// convex: as a function of the offset, the lift of the part over the column is concave where they overlap in plan.
 namespace terrane::internal {
 
 /// A sideways translation, metres.
@@ -31,7 +31,7 @@ struct ColumnName {
 /// The column and the part that attain a lift, which must be finite.
 ColumnName name_of(const LocalGround& local, const GroundLift& lift);
 
-/// A column as an obstacle of a part of a body. Neither copied nor moved, because the part may point into it.
+/// A column as an obstacle of a part of a body. Cannot be copied or moved, because the part may point into it.
 class Obstacle {
 public:
     Obstacle(const LocalGround& local, const LocalBody& body, const ColumnName& name);
@@ -40,7 +40,7 @@ public:
 
     /// Whether the column is ground; required by lift_at().
     bool is_ground() const { return is_ground_; }
-    /// Lift at an offset, metres; minus infinity if they do not overlap in plan.
+    /// Lift of the part at an offset, metres; minus infinity if part and column do not overlap in plan.
     double lift_at(const Offset& at) const {
         LocalShape moved = shape_;
         moved.centre[0] += at.x;
@@ -58,26 +58,28 @@ private:
 /// The half-space of translations with an offset to the left of the line from a to b. False if a and b coincide.
 bool make_side(const Offset& a, const Offset& b, HalfSpace& side_out);
 
-/// The half-space of translations above the plane through heights over a triangle's corners. If the heights are lifts
-/// over a column, all finite, it contains every translation over the triangle that separates from the column. False if
-/// rounding leaves no plane.
+/// The half-space on or above the plane that has height heights[i] at corner i of a triangle of offsets. If the heights
+/// are finite lifts of the part over one column, the half-space contains every translation that has its offset in the
+/// triangle and separates the part from the column, because the lift is concave. False if the triangle has no area or
+/// the plane is too steep to represent.
 bool make_top(const OffsetTriangle& triangle, const std::array<double, 3>& heights,
               HalfSpace& top_out);
 
-/// The half-space that cuts off the corners of a triangle at which the lift over a column is `high` or more. It
-/// contains every translation over the triangle that is no higher than `high` and separates from the column. False if
-/// it would cut off no corner or all.
+/// The half-space that excludes the corners of a triangle of offsets at which the lift over a column is `high` or more.
+/// It contains every translation that has its offset in the triangle, rises by at most `high` and separates the part
+/// from the column. False if it would exclude no corner or all corners.
 bool make_rim(const Obstacle& obstacle, const OffsetTriangle& triangle,
               const std::array<double, 3>& lifts, double high, HalfSpace& rim_out);
 
-/// Finds the top that is highest over a point p, among the columns around a given one that the body overlaps in plan at
-/// all offsets of a triangle. False if none is above p. Needed if a column ends in the triangle, at a neighbour's wall.
+/// Of the tops (see make_top()) of the columns around a given one, finds the one that is highest above a point p. Only
+/// columns that the body overlaps in plan at all corners of the triangle have a top. False if no top is above p. Needed
+/// if the given column ends inside the triangle, at a neighbour's wall.
 bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, const ColumnName& name,
                            const OffsetTriangle& triangle, const Eigen::Vector3d& p,
                            HalfSpace& top_out);
 
-/// Lower bound of the z of every separating translation over a triangle, from the lowest ground under the body; 0 if
-/// there is no bound.
+/// Lower bound of the z of every separating translation that has its offset in a triangle, from the lowest ground below
+/// `lowest` at these offsets; 0 if there is no bound.
 ///
 /// @param lowest a point of the body
 double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
@@ -192,7 +194,7 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
     constexpr std::int64_t kMost = 1024;  // cells along a side
     const auto [west, east] = std::minmax({triangle[0].x, triangle[1].x, triangle[2].x});
     const auto [south, north] = std::minmax({triangle[0].y, triangle[1].y, triangle[2].y});
-    // For few cells single columns give better bounds.
+    // If there are few cells, single columns give better bounds.
     if (east - west < 2.0 * local.spacing() && north - south < 2.0 * local.spacing()) return 0.0;
     const CellRange cells =
         local.cells(lowest[0] + west, lowest[1] + south, lowest[0] + east, lowest[1] + north);
@@ -208,11 +210,12 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
 // Sources: A. Land, A. Doig. An automatic method of solving discrete programming problems. Econometrica 1960
 //          (branch and bound).
 //
-// After a sideways offset (x, y) a body is separated once it is raised by its lift L(x, y) there, or if that is not
-// positive. So the minimum translation is the point of {z >= L(x, y)} nearest to 0, where L is the maximum of the lifts
-// over single columns, each of which is concave. Triangles of offsets are bounded by half-spaces (above) and bisected,
-// smallest bound first, until no bound is below the length of the best translation. A bound is exact if the lifts are
-// linear over its triangle; otherwise its error falls with the square of the triangle's size.
+// A body moved by a sideways offset (x, y) is separated if it is also raised by its lift L(x, y) there, or if L <= 0.
+// The minimum translation is therefore the point of {z >= L(x, y)} nearest to 0. L is the maximum of the lifts over
+// single columns, each of which is concave. The translations over a triangle of offsets are bounded by half-spaces
+// (above). Triangles are bisected, smallest bound first, until no bound is below the length of the best translation. A
+// bound is exact if the lifts are linear over its triangle; otherwise its error falls with the square of the triangle's
+// size.
 
 namespace {
 
@@ -262,14 +265,14 @@ private:
     static constexpr std::size_t kMost = SearchLimits::kMostSplits + 5;  // points, and nodes
     static constexpr std::size_t kMostColumns = 12;  // columns that bound a triangle of offsets
     static constexpr double kSteep = 0.1;            // z of a normal
-    static constexpr double kNear = 0.95;            // of the best length: bounds worth tightening
+    static constexpr double kNear = 0.95;            // of the best length: tightens larger bounds
     static constexpr int kMostVisits = 32;           // of bound_by_facets()
     static constexpr std::size_t kMostFacets = 12;   // exits of the body from a column
 
     struct Point {
         Offset at;
         double lift;
-        ColumnName column;  // attains a finite lift
+        ColumnName column;  // attains the lift, if finite
     };
     struct Node {
         double bound;
@@ -361,7 +364,7 @@ private:
         visit_node(second);
     }
 
-    // Raises a triangle's bound. False if no translation over it is shorter than the best.
+    // Raises the bound of a triangle of offsets. False if no translation over the triangle is shorter than the best.
     bool bound(Node& node) {
         constexpr int kRounds = 8;
         OffsetTriangle triangle;
@@ -407,7 +410,7 @@ private:
         return !cannot_improve(node.bound);
     }
 
-    // Raises a bound to the length of the shortest translation inside half-spaces. False if it is not short enough.
+    // Raises a bound to the length of the shortest translation inside half-spaces. False if that is not below the best.
     bool solve(const HalfSpaces& spaces, Node& node, Eigen::Vector3d& p_out) const {
         if (!find_shortest(spaces, p_out)) return false;
         node.bound = std::max(node.bound, length(p_out));
@@ -433,12 +436,12 @@ private:
         column.is_rim_useful = true;
         if (!is_under_all || !make_top(triangle, column.lifts, top)) return false;
         spaces.add(top);
-        // A steep top cuts off a rim that may be in the triangle.
+        // If the top is steep, the rim (see make_rim()) may cross the triangle.
         column.is_rim_useful = top.normal[2] < kSteep;
         return true;
     }
 
-    // Adds half-spaces that cut off the offsets at which a column is too high for a short enough translation.
+    // Adds half-spaces that exclude offsets with too high a lift over a column for a translation shorter than the best.
     bool add_rims(const OffsetTriangle& triangle, double near, HalfSpaces& spaces) const {
         const double high = std::sqrt(std::max(0.0, size_ * size_ - near * near));
         bool is_any = false;
@@ -453,8 +456,8 @@ private:
         return is_any;
     }
 
-    // Lower bound of the length of separating translations inside the half-spaces: the body leaves every overlapped
-    // column through one of the facets of their Minkowski difference. Only polyhedra have few facets.
+    // Lower bound of the length of separating translations inside the half-spaces. Such a translation leaves every
+    // overlapped column through a facet of the Minkowski difference of body and column. Only polyhedra have few facets.
     //
     // @param p the shortest translation inside the half-spaces
     double bound_by_facets(HalfSpaces& spaces, const Eigen::Vector3d& p, int& visits) {
@@ -480,7 +483,7 @@ private:
         const auto visit_facet = [&](const Eigen::Vector3d& n, double gap) {
             if (!is_known) return;
             FacetExit exit{{n, -gap}, Eigen::Vector3d::Zero(), 0.0};
-            // If p is on the facet within rounding, its side is unknown.
+            // If p is on the facet within rounding, it is unknown on which side p lies.
             is_known = dot(n, p) < exit.facet.depth - 0.1 * kSeparatedLift;
             spaces.planes[spaces.count++] = exit.facet;
             const bool is_possible = find_shortest(spaces, exit.d);

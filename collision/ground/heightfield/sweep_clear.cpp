@@ -20,20 +20,20 @@ struct TurningNormal {
     Eigen::Vector3d at_start, at_end;
 };
 
-/// The sweep of a convex shape: its poses at both ends of a motion. It turns about the body's origin.
+/// The sweep of a convex shape: its poses at both ends of a motion. The shape turns about the body's origin.
 class ConvexSweep {
 public:
     ConvexSweep(const LocalShape& start, const LocalShape& end, const Motion& motion,
                 double margin);
 
-    /// The gap that a turning plane needs at both ends of the motion to keep at least the margin in between, metres: a
-    /// function on [0, 1] with a second derivative of at most G lies at most G / 8 below its chord.
+    /// The gap to a turning plane that the shape needs at both ends of the motion to keep at least the margin in
+    /// between, metres: a function on [0, 1] with a second derivative of at most G lies at most G / 8 below its chord.
     double clearance(const TurningNormal& n) const {
         return margin_ + 0.125 * (2.0 * length(n.at_end - n.at_start) * travel_ + acceleration_);
     }
-    /// The gap that a fixed plane needs.
+    /// The gap to a fixed plane that the shape needs at both ends, metres.
     double clearance() const { return margin_ + 0.125 * acceleration_; }
-    /// Distance of a fixed plane below the centre at the start, at which it has this gap at both ends, metres.
+    /// Least depth of a fixed plane below the centre at the start for a gap of clearance() at both ends, metres.
     double depth(const Eigen::Vector3d& n) const {
         return clearance() +
                std::max(start_.drop(n), end_.drop(n) - dot(n, end_.centre - start_.centre));
@@ -90,7 +90,7 @@ public:
     bool are_cells_separated() {
         for (int row = cells_.south; row <= cells_.north; ++row) {
             for (int column = cells_.west; column <= cells_.east; ++column) {
-                // The ends of the diagonal are corners of both triangles, the other two corners of one each.
+                // The diagonal's ends are corners of both triangles; each of the other two belongs to one triangle.
                 const bool is_even = window_.is_cut_to_north_east(column, row);
                 const int from = is_even ? column : column + 1;
                 const int to = is_even ? column + 1 : column;
@@ -137,7 +137,7 @@ private:
         }
     }
 
-    /// Adds a face that turns with a shape, at a distance below its centre at both ends.
+    /// Adds a plane that turns with the shape, given by its distances below the shape's centre at both ends.
     void add_turning(const TurningNormal& turn, double drop_at_start, double drop_at_end) {
         if (turn.at_end[2] < 0.0) return;
         const double clearance = sweep_.clearance(turn);
@@ -146,8 +146,8 @@ private:
                                       {turn.at_end, drop_at_end + clearance - further}};
     }
 
-    /// Adds the lowest face of a hull and some slopes as fixed planes, and the lowest faces as planes that turn with
-    /// it.
+    /// Adds the lowest face of a hull and the planes of fixed slopes as fixed planes, and the lowest faces as planes
+    /// that turn with the hull.
     void add_hull_faces() {
         const LocalHull &start = *sweep_.start().hull, &end = *sweep_.end().hull;
         for (std::size_t i = 0; i < start.face_count && i < turning_.size(); ++i) {
@@ -282,7 +282,7 @@ private:
     std::array<Plane, 7> fixed_;
     std::array<TurningPlane, 3> turning_;
     WindowCodes codes_;
-    std::array<Plane, 16> separating_;    // planes of triangles that separate
+    std::array<Plane, 16> separating_;    // own planes of triangles, where they separate
     std::array<Triangle, 32> undecided_;  // triangles whose own planes do not separate
     std::size_t fixed_count_ = 0, turning_count_ = 0, separating_count_ = 0, undecided_count_ = 0;
 };
@@ -298,7 +298,7 @@ ConvexSweep::ConvexSweep(const LocalShape& start, const LocalShape& end, const M
     if (start.kind == ShapeKind::hull) {
         turned = spin > 0.0 ? spin * find_arm(start, turn / spin) : 0.0;
     } else {
-        // Rotation about its core does not move the surface of a round shape.
+        // Rotation about the core does not move the surface of a round shape.
         const double own = start.kind == ShapeKind::box ? spin * length(start.half)
                                                         : length(cross(turn, start.core));
         turned = own + length(cross(turn, start.offset));
@@ -314,7 +314,7 @@ bool are_cells_separated(const LocalGround& local, const LocalWindow& window,
 
 namespace {
 
-/// Rotation from which motions are not tested, radians.
+/// Motions with at least this rotation are not tested, radians.
 constexpr double kMostTurn = 0.5;
 
 bool is_part_clear(const LocalGround& local, const LocalShape& start, const LocalShape& end,
@@ -344,7 +344,7 @@ bool is_sweep_clear(const Shape& shape, const Motion& motion, const Ground& grou
     if (!start.is_compound())
         return is_part_clear(local, start.whole(), end.whole(), motion, margin);
 
-    // Largest distance of any point of a part from its AABB at the start.
+    // Distance by which a part may leave its AABB at the start, plus the margin.
     const double reach = margin + length(motion.translation) + spin * bounding_radius(shape);
     bool is_clear = true;
     const auto may_meet = [&](const Eigen::Vector3d& centre, const Eigen::Vector3d& bounds) {

@@ -71,7 +71,7 @@ private:
             const int north = std::min(cells_.north, cell_of(to[1] + reach_));
             for (int row = south; row <= north; ++row) {
                 for (int column = west; column <= east; ++column) {
-                    // before the translation it is above the whole cell by more than the margin
+                    // before the translation, the corner is above the whole cell by more than the margin
                     if (start[2] > window_.highest(column, row) + margin_) continue;
                     visit_corner(k, p, column, row);
                 }
@@ -134,8 +134,8 @@ private:
         }
     }
 
-    // Computes the outcodes of vertices: bits 0 to 2 for the planes below the box by the margin, 3 to 6 for the sides
-    // of its bounds.
+    // Computes the outcodes of vertices: bits 0 to 2 for the planes of the box's lower faces, lowered by the margin;
+    // bits 3 to 6 for the sides of its bounds, widened by the margin.
     void make_codes() {
         std::array<double, 3> lowest;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -198,7 +198,7 @@ private:
             const double b = dot(axis, direction);
             const double s = (b * dot(direction, r) - dot(axis, r)) / (1.0 - b * b);
             const double t = dot(direction, r) + s * b;
-            // with slack, so that an edge of the box over a vertex is over at least one of the edges there
+            // with slack, so that an edge of the box that crosses over a vertex crosses at least one edge at the vertex
             const double half = at_start_.half[static_cast<Eigen::Index>(i)];
             if (std::abs(s) > half + slack_ || t < -slack_ || t > edge_length + slack_) continue;
             add(p + s * axis, n, gap, {corner, corner | 1u << i});
@@ -214,7 +214,7 @@ private:
     double margin_;
     double reach_;
     double spacing_;
-    double slack_;            // a neighbour counts as above a plane from this height on, metres
+    double slack_;            // a neighbour counts as above a plane if it is higher by this, metres
     Eigen::Vector3d centre_;  // of the translated box
     std::array<Eigen::Vector3d, 3> up_;
     Eigen::Vector3d low_, high_;  // of the bounds with the margin
@@ -251,7 +251,7 @@ public:
           translation_(translation),
           margin_(margin),
           reach_(reach),
-          // Without a translation, the shape may overlap down to its core.
+          // Without a translation, the shape may overlap the ground down to its core.
           nearest_(length(translation) == 0.0 ? 0.0 : shape.radius - kTouch),
           furthest_(shape.radius + reach),
           low_(shape.centre - shape.bounds - Eigen::Vector3d::Constant(margin)),
@@ -272,13 +272,13 @@ public:
     }
 
 private:
-    static constexpr unsigned kFar = 16;  // outcode bit: on no face near the core
+    static constexpr unsigned kFar = 16;  // outcode bit of a vertex: on no face near the core
 
     Eigen::Vector3d vertex(const WindowVertex& v) const {
         return local_.vertex(window_, v.column, v.row);
     }
 
-    // Adds the contact of a vector of length `distance` along n from the ground to a point of the core.
+    // Adds the contact of a point of the core that lies at `distance` along n from its nearest point of the ground.
     void add(const Eigen::Vector3d& on_core, const Eigen::Vector3d& n, double distance) {
         const double gap = distance - shape_.radius;
         const double depth = dot(n, translation_) - gap;
@@ -318,7 +318,7 @@ private:
         const Eigen::Vector3d a = vertex(from);
         const Eigen::Vector3d edge = vertex(to) - a;
         const SegmentParameters parameters = find_closest_parameters(from_, to_ - from_, a, edge);
-        if (!(parameters.t > 0.0 && parameters.t < 1.0)) return;  // a vertex
+        if (!(parameters.t > 0.0 && parameters.t < 1.0)) return;  // closest at a vertex
         const Eigen::Vector3d on_core = from_ + parameters.s * (to_ - from_);
         const Eigen::Vector3d to_core = on_core - (a + parameters.t * edge);
         const double square = dot(to_core, to_core);
@@ -331,7 +331,7 @@ private:
     }
 
     // Pairs faces and computes the outcodes of vertices: only features of faces near the translated core, inside the
-    // bounds, can have contacts. False if no face is near.
+    // widened bounds, can have contacts. False if no face is near.
     bool visit_faces() {
         bool is_any_near = false;
         for (int row = cells_.south; row <= cells_.north + 1; ++row) {
@@ -364,7 +364,7 @@ private:
         code = static_cast<std::uint8_t>(code & ~kFar);
     }
 
-    // Pairs a face with the ends of the core; false if its plane is too far below both.
+    // Pairs a face with the ends of the core; false if the plane of the face is too far below both ends.
     bool visit_face(int column, int row, bool is_south) {
         const WindowFace face = make_window_face(local_, window_, column, row, is_south);
         // slightly more, to cover the rounding of planes
@@ -383,7 +383,8 @@ private:
         return true;
     }
 
-    // Pairs an end of the core, at height `over` above a face.
+    // Adds a contact of an end of the core and a face if the end projects into the face and is within range. `over` is
+    // the height of the end above the plane of the face, measured vertically.
     void visit_end(const WindowFace& face, int column, int row, bool is_south,
                    const Eigen::Vector3d& end, double over) {
         if (over < 0.0 || over * over > furthest_ * furthest_ * face.square ||
@@ -405,10 +406,10 @@ private:
     const Eigen::Vector3d& translation_;
     double margin_;
     double reach_;
-    double nearest_, furthest_;   ///< distances from the ground to the core that count, metres
+    double nearest_, furthest_;   ///< least and largest distance from ground to core, metres
     Eigen::Vector3d low_, high_;  ///< of the bounds with the margin
     double spacing_;
-    double slack_;  ///< a neighbour counts as above a plane from this height on, metres
+    double slack_;  ///< a neighbour counts as above a plane if it is higher by this, metres
     Eigen::Vector3d from_, to_;  ///< ends of the translated core
     WindowCodes codes_;
     ContactPatches& patches_;

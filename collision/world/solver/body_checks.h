@@ -28,7 +28,7 @@ public:
         is_used_[slot] = 1;
         return {slot, generations_[slot]};
     }
-    /// @param id contains() it
+    /// @param id one for which contains() is true
     void release(BodyId id) {
         ++generations_[id.index];
         is_used_[id.index] = 0;
@@ -48,7 +48,7 @@ public:
     /// Number of slots that ever had a body.
     std::size_t slot_count() const { return generations_.size(); }
 
-    /// State for a copy: see restore().
+    /// The state from which restore() makes a copy.
     const std::vector<std::uint32_t>& generations() const { return generations_; }
     const std::vector<std::uint32_t>& free_slots() const { return free_; }
     /// @param free slots without a body, unique and below the number of generations

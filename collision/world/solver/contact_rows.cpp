@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
 // Sources:    Catto. Iterative dynamics with temporal coherence. GDC 2005 (rows of a contact, warm start).
-// Deviations: velocities are scaled by the square roots of masses and inertias. In these coordinates the change by a
-//             unit impulse is the transpose of the Jacobian row, so that one vector serves both. Scaled velocities do
-//             not exist for infinite mass, so rows store the speed at the start of a solve, and bodies the change
-//             since.
+// Deviations: velocities are scaled by the square roots of masses and inertias. In these coordinates the velocity
+//             change by a unit impulse is the transpose of the row of the Jacobian, so that one vector serves as both.
+//             A body of infinite mass has no scaled velocity. Therefore each row stores its speed at the start of a
+//             solve, and each body its change of velocity since then.
 #include "world/solver/contact_solver.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace terrane::internal {
 namespace {
 
-/// Centripetal acceleration of the end of an arm against the normal, m/s^2.
+/// Component against the normal of the centripetal acceleration of the end of an arm, m/s^2.
 double bend(const Eigen::Vector3d& normal, const Eigen::Vector3d& spin,
             const Eigen::Vector3d& arm) {
     return dot(spin, spin) * dot(normal, arm) - dot(normal, spin) * dot(spin, arm);
@@ -145,7 +145,7 @@ void ContactSolver::apply(ContactRows& contact, Row& row, double impulse) {
 
 /// Sets the allowed closing speed of each contact. If the spin accelerates a corner towards the ground, the contact
 /// must open at half this acceleration times the duration, so that the curved path ends at the gap at which it began.
-/// Contacts between bodies tolerate this overlap. Returns the largest change, m/s.
+/// Between bodies, the resulting overlap is tolerated. Returns the largest change of an allowed speed, m/s.
 double ContactSolver::set_targets(double duration) {
     double change = 0.0;
     for (ContactRows& contact : contacts()) {
@@ -190,8 +190,8 @@ void ContactSolver::restart_directions() {
     }
 }
 
-/// Computes the next direction: the gradient plus a multiple of the previous direction, without contacts that stay
-/// open.
+/// Computes the next direction: the gradient plus a multiple of the previous direction. Contacts that stay open are
+/// left out.
 void ContactSolver::turn_directions(double share_of_last) {
     for (const std::uint32_t member : direction_members_) bodies_[member].direction_ = {};
     for (std::size_t i = 0; i < directions_.size(); ++i) {
@@ -216,7 +216,7 @@ void ContactSolver::turn_directions(double share_of_last) {
     }
 }
 
-/// The step length along the direction that minimises the energy, measured from the end of the last step.
+/// The step length that minimises the energy along the direction, measured from the end of the last step.
 double ContactSolver::best_step_length() const {
     double square = 0.0, slope = 0.0;
     for (const std::uint32_t member : direction_members_) {
@@ -224,7 +224,7 @@ double ContactSolver::best_step_length() const {
         square += dot(body.direction_, body.direction_);
         slope += dot(body.direction_, body.step_start_) - dot(body.direction_, body.change_);
     }
-    // These speeds include what the sweeps since the last step changed; the sum above subtracts it.
+    // These speeds include the changes by the sweeps since the last step; the sum above subtracts them.
     for (std::size_t i = 0; i < directions_.size(); ++i) {
         const ContactRows& contact = rows_[i];
         const std::array<double, 3>& along = directions_[i].direction;
@@ -235,7 +235,7 @@ double ContactSolver::best_step_length() const {
     return square > 0.0 ? -slope / square : 0.0;
 }
 
-/// Replaces what the sweeps since the last step changed by a step along a direction conjugate to the last one.
+/// Replaces the changes by the sweeps since the last step with a step along a direction conjugate to the previous one.
 void ContactSolver::step_along_directions() {
     double last_square = 0.0, product = 0.0, gradient_square = 0.0;
     for (const std::uint32_t member : direction_members_) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSeparationIterations = 12;
 /// With conjugate directions: maximum number of sweep pairs, and convergence tolerance relative to the largest
-/// displacement.
+/// permitted displacement.
 constexpr int kConjugateSeparationIterations = 100;
 constexpr double kSeparationTolerance = 1e-6;
 
@@ -24,8 +24,8 @@ double ContactSolver::energy(std::span<const std::uint32_t> members) const {
     return energy;
 }
 
-/// Scales the velocities relative to the common centre of mass; scales absolute velocities if a contact is with the
-/// ground or a body of infinite mass, because momentum is not conserved then.
+/// Scales the velocities relative to the common centre of mass. If a contact is with the ground or a body of infinite
+/// mass, momentum is not conserved, and the absolute velocities are scaled.
 void ContactSolver::scale_velocities(std::span<const std::uint32_t> members, double scale) {
     bool is_free = true;
     for (const ContactRows& contact : contacts()) {
@@ -113,7 +113,8 @@ void ContactSolver::solve_restitution(std::span<const std::uint32_t> members,
     iterate(0.0, rule, rule.tolerance * std::max(1.0, largest_speed));
     end();
     if (is_driven() || energy(members) - energy_before <= max_energy) return;
-    // The energy of plastic + share * change is energy_before + share * linear + share^2 * square.
+    // Finds the share of the velocity change, change = velocity - plastic, that adds max_energy: the kinetic energy of
+    // plastic + share * change is energy_before + linear * share + square * share^2, with the coefficients below.
     double square = 0.0, sum = energy(members) - energy_before;
     for (const std::uint32_t member : members) {
         const SolverBody& body = bodies_[member];
@@ -140,7 +141,7 @@ void ContactSolver::limit_kinetic_energy(std::span<const std::uint32_t> members,
     }
 }
 
-/// Whether a contact may add energy: friction drives it, or it is with a moving body of infinite mass.
+/// Whether a contact may add energy, because friction drives it or one of its bodies has infinite mass and moves.
 bool ContactSolver::is_driven() const {
     const std::span<const ContactRows> rows = rows_.first(count_);
     return std::any_of(rows.begin(), rows.end(), [](const ContactRows& contact) {
@@ -169,7 +170,7 @@ void ContactSolver::solve_velocity(std::span<const std::uint32_t> members, doubl
             continue;
         }
         contact.least_impulse_ = (1.0 + contact.restitution_) * contact.normal_.impulse;
-        // The smallest restitution applies to all if Poisson's impulses would add energy.
+        // If Poisson's impulses would add energy, the smallest restitution applies to all contacts.
         if (contact.restitution_ > 0.0) {
             bounce = bounce > 0.0 ? std::min(bounce, contact.restitution_) : contact.restitution_;
         }
@@ -227,14 +228,14 @@ void ContactSolver::solve_separation(double max_distance, bool may_turn) {
 //             Saad. Iterative methods for sparse linear systems. 2003, chapter 11 (level scheduling).
 // Deviations: levels serve instruction-level parallelism, not threads: contacts of a level share no body, so they do
 //             not depend on each other. Each body's contacts are solved in the order in which they were added, so that
-//             levels change no result.
+//             levels do not change results.
 
 namespace {
 
 /// Contacts that close at more than this share of their allowed speed are active from the start.
 constexpr double kActiveShare = 0.5;
 
-/// Speed of a row for changes a and b of its bodies.
+/// Speed of a row, given the velocity changes a and b of its bodies.
 template <bool kHasSecond>
 inline double speed_of(const auto& row, const Vector6& a, const Vector6& b) {
     Vector6::Pair sum = products(row.first, a);
@@ -295,11 +296,11 @@ inline double ContactSolver::solve_friction(ContactRows& contact) {
                     std::abs(change_v) * v.inverse_effective_mass);
 }
 
-/// Sorts the contacts: those of two moving bodies first, then by level. Contacts of a level have no body in common, and
-/// each has a higher level than earlier contacts of its bodies.
+/// Sorts the contacts: contacts of two moving bodies come first, and each kind is sorted by level. Contacts of a level
+/// have no body in common, and each has a higher level than earlier contacts of its bodies.
 void ContactSolver::sort_by_level() {
     const std::span<ContactRows> rows = contacts();
-    // Number of contacts of each kind and level; then the slot of the next one.
+    // First the number of contacts of a kind and level, then the position of the next of them.
     const auto slot = [&](const ContactRows& contact) -> std::uint32_t& {
         return rows[contact.level_].slots_[contact.second_ != nullptr ? 0 : 1];
     };
@@ -363,7 +364,7 @@ bool ContactSolver::activate_violated() {
     return is_violated;
 }
 
-/// Calls solve_pair for the active contacts of two moving bodies, then solve_single for the others, or in reverse
+/// Calls solve_pair for the active contacts of two moving bodies, then solve_single for the others, or both in reverse
 /// order. Returns the largest change of speed.
 double ContactSolver::visit(bool is_forward, const auto& solve_pair, const auto& solve_single) {
     ContactRows* const rows = rows_.data();
@@ -393,8 +394,8 @@ double ContactSolver::sweep_normals(bool is_forward) {
         [](ContactRows& contact) { return solve_normal<false>(contact); });
 }
 
-/// Sweeps until the rule holds. Updates the targets once, because impulses change the spin on which they depend.
-/// @param duration of the motion ahead, seconds; 0: fixed targets
+/// Sweeps until `rule` stops it. Updates the targets once, because impulses change the spin on which they depend.
+/// @param duration of the motion ahead, seconds; 0 if the targets are fixed
 void ContactSolver::iterate(double duration, const StoppingRule& rule, double tolerance) {
     activate_closing();
     restart_directions();

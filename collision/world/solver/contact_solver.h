@@ -20,7 +20,7 @@ namespace terrane::internal {
 inline constexpr double kClosingSlack =
     1e-11;  // m/s: a smaller excess of closing speed is rounding
 
-/// Largest speed of separation of overlaps, m/s. Separation changes no velocity.
+/// Largest speed at which overlaps are separated, m/s. Separation does not change velocities.
 inline constexpr double kSeparationSpeed = 0.5;
 
 /// Approach speed below which contacts do not bounce, m/s: at least the speed gained by the acceleration in four
@@ -36,7 +36,7 @@ struct SolverContact {
     static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
     std::uint32_t a = 0;        ///< index of the body that the normal points into
-    std::uint32_t b = kGround;  ///< index of the body that it points out of
+    std::uint32_t b = kGround;  ///< index of the body that the normal points out of
     Eigen::Vector3d point_a = Eigen::Vector3d::Zero();  ///< on a, world
     Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< on b, world; unused for the ground
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit
@@ -46,15 +46,16 @@ struct SolverContact {
     double target_gap = 0.0;  ///< separation opens the contact to this gap, metres
     double friction = 0.0;
     double max_friction_impulse = kNoLimit;  ///< N s
-    /// Tangential velocity of a relative to b that friction drives towards, for example a belt's, m/s. The normal
-    /// component is ignored.
+    /// Tangential velocity of a relative to b towards which friction drives, m/s, for example that of a conveyor belt.
+    /// Its normal component is ignored.
     Eigen::Vector3d slip_velocity = Eigen::Vector3d::Zero();
     double restitution = 0.0;
     Eigen::Vector3d initial_impulse = Eigen::Vector3d::Zero();  ///< warm start: on a, N s
 };
 
-/// When the solver stops: on convergence (in a sweep no speed changes by more than `tolerance` times the fastest
-/// approach, at least 1 m/s), after `iterations` sweeps, or if `patience` sweeps reduce this change by less than 10 %.
+/// When the solver stops: on convergence, after `iterations` sweeps, or if `patience` sweeps reduce the largest change
+/// of a speed by less than 10 %. It has converged if no speed changes in a sweep by more than `tolerance` times the
+/// speed of the fastest approach, at least 1 m/s.
 struct StoppingRule {
     int iterations = 0;
     double tolerance = 0.0;
@@ -78,7 +79,7 @@ class alignas(64) ContactRows {
     SolverBody* first_;
     SolverBody* second_;  // null for the ground and for a body of infinite mass
     double friction_, max_friction_impulse_;
-    double allowed_closing_;  // closing speed, m/s
+    double allowed_closing_;  // allowed closing speed, m/s
     double least_impulse_;    // of the normal row
     std::uint32_t level_;     // see ContactSolver::sort_by_level()
     std::uint32_t slots_[2];  // scratch of sort_by_level()
@@ -105,8 +106,8 @@ struct ContactDirection {
 /// Projected Gauss-Seidel solver for the contacts of one body or one island.
 class ContactSolver {
 public:
-    /// @param bodies indexed by SolverContact::a and b
-    /// @param storage   storage for the contacts
+    /// @param bodies  indexed by SolverContact::a and b
+    /// @param storage room for the contacts
     ContactSolver(std::span<SolverBody> bodies, std::span<ContactRows> storage)
         : bodies_(bodies), rows_(storage) {}
 
@@ -117,13 +118,13 @@ public:
     /// heavy ones. Call after adding all contacts.
     ///
     /// @param members the moving bodies of the contacts; they outlive the solver
-    /// @param storage    storage, [contacts]
+    /// @param storage [contacts] room for the directions
     void use_conjugate_directions(std::span<const std::uint32_t> members,
                                   std::span<ContactDirection> storage) {
         direction_members_ = members;
         directions_ = storage;
     }
-    /// Changes only the gap of a contact; the next solve starts from the impulses of the last.
+    /// Changes only the gap of a contact; the next solve starts from the impulses of the last one.
     void set_gap(std::size_t contact, double gap) { rows_[contact].gap_ = gap; }
     /// Moves the contact points on spinning bodies of infinite mass forward in time, to first order. Half a substep
     /// gives contacts the velocity at the middle of the substep, so that a body on a turntable hardly drifts outward.
@@ -144,14 +145,14 @@ public:
     /// below it do not close at all. The kinetic energy never grows.
     ///
     /// @param members      the moving bodies of the contacts
-    /// @param bounce_speed slower contacts do not bounce, m/s
+    /// @param bounce_speed contacts that close more slowly do not bounce, m/s
     void solve_velocity(std::span<const std::uint32_t> members, double bounce_speed,
                         double duration, const StoppingRule& rule);
 
     /// The plastic part of solve_velocity(): no contact bounces.
     ///
     /// @param removed_out kinetic energy removed, J, >= 0
-    /// @return false if no contact closes faster than allowed: all impulses are zero
+    /// @return false if no contact closes faster than allowed: then all impulses are zero
     bool solve_plastic(std::span<const std::uint32_t> members, double duration,
                        const StoppingRule& rule, double& removed_out);
 
@@ -174,9 +175,9 @@ public:
     /// Impulse of a contact on its body a in the last solve, N s.
     Eigen::Vector3d impulse(std::size_t contact) const;
 
-    /// Writes displacements into the velocities, which must be zero. The displacements open every contact below its
-    /// target gap by half of the missing distance, at most `max_distance` metres.
-    /// @param may_turn false: translations only
+    /// Writes displacements into the velocities, which must be zero. Every contact with a gap below its target is
+    /// opened by half of the missing distance, at most `max_distance` metres.
+    /// @param may_turn if false, displacements are translations
     void solve_separation(double max_distance, bool may_turn);
 
 private:

@@ -2,9 +2,9 @@
 //
 // Sources:    Ericson. Real-Time Collision Detection. 2005, section 9.5 (lowering instead of inflating).
 // Deviations: instead of lowering the surface by L, the cast shape is raised by L. A body that does not penetrate the
-//             surface lowered by L separates by moving up by L, so its penetration depth is at most L. Near volumes the
-//             body is shrunk instead, which also holds below ceilings and next to walls: the shrunk body never touches
-//             a triangle, so no overlap along a normal exceeds the offset.
+//             surface lowered by L is separated by moving it up by L, so its penetration depth is at most L. Near
+//             volumes the body is shrunk instead, which is also valid below ceilings and next to walls: the shrunk body
+//             never touches a triangle, so no overlap along a normal exceeds the offset.
 #include "world/solver/ground_contact_cache.h"
 
 #include "ground/column/ground_lift.h"
@@ -34,10 +34,10 @@ constexpr std::array<double, kOffsetCount> make_offset_depths() {
 constexpr std::array<double, kOffsetCount> kOffsetDepths = make_offset_depths();
 /// Reuse distance: motion after which contacts are found anew, in tolerances.
 constexpr double kReuseDistance = 1.0 / 32.0;
-/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances. Ground without a
-/// contact was then at least as far away, and has approached by at most the reuse distance.
+/// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances. Ground for which no
+/// contact was found was then at least as far away, and has come nearer by at most the reuse distance.
 constexpr double kReusableGap = 1.0 / 8.0;
-/// Least cosine between normals of the same contact in two refreshes.
+/// Least cosine of the angle between the normals of the same contact in two refreshes.
 constexpr double kSameNormal = 0.95;
 /// Largest component difference of normals that count as unchanged.
 constexpr double kSameDirection = 1e-9;
@@ -150,7 +150,7 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground,
         contacts_.push_back(contact);
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
-    // If contacts were truncated, those omitted may be nearer than those kept of another part.
+    // Not if contacts were truncated: an omitted contact may be nearer than one of another part that was kept.
     is_exhaustive_ = !is_on_mesh_ && is_complete && !contacts_.empty() &&
                      has_ground_around(body, ground, margin_);
     is_reusable_ = is_complete && offset_index_ == 0 && search.reach == 0.0 &&
@@ -161,7 +161,7 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground,
     }
 }
 
-/// The contacts near volumes at the first offset at which the shrunk body is clear; none if there is no such offset.
+/// Finds the contacts near volumes at the first offset at which the shrunk body is clear; none if no offset is.
 ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Ground& ground,
                                                std::span<Contact> contacts_out,
                                                std::span<double> openings_out) {
@@ -278,7 +278,7 @@ double GroundContactCache::clear_distance(double extra_offset) const {
     return kClearShare * least_gap(extra_offset, margin_) - moved_;
 }
 
-// The lift decreases by exactly the depth of the offset surface, so that one contact query serves all surfaces.
+// Lowering the surface decreases the lift by exactly the same distance, so that one contact query serves all surfaces.
 std::optional<OffsetSurface> GroundContactCache::highest_clear_surface(
     const RigidBody& body) const {
     if (is_on_mesh_) {

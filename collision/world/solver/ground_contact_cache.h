@@ -14,12 +14,12 @@
 
 namespace terrane::internal {
 
-/// Offset surfaces: the contact surface lowered by a share of the body's tolerance, from a quarter of it to almost all
-/// of it in decreasing steps. A body stopped at one surface starts clear of the next, so that it can always move away.
+/// Offset surfaces: the contact surface lowered by shares of the body's tolerance, from a quarter to almost all, in
+/// decreasing steps. A body stopped at one starts clear of the next lower one, so that it can always move away.
 inline constexpr double kFirstOffset = 0.25;
 inline constexpr int kOffsetCount = 48;
-/// Largest gap at which a cast stops above its offset surface, in tolerances. Much smaller than the step between two
-/// surfaces, so that a stopped body is clear of the next one on slopes up to 86 degrees.
+/// Largest gap at which a cast stops above its offset surface, in tolerances. It is much smaller than the step between
+/// two surfaces, so that a stopped body is clear of the next one on slopes up to 86 degrees.
 inline constexpr double kStopGap = 1.0 / 256.0;
 /// Least stop gap, metres, slightly above rounding, so that a body closer than kStopGap may move away.
 inline constexpr double kLeastStopGap = 1e-11;
@@ -42,16 +42,16 @@ Pose raised(Pose pose, double height);
 struct MeshOffset {
     bool is_missing = false;  ///< ground that is not resident may be near
     int index = 0;          ///< first offset at which the shrunk body is clear; kOffsetCount: none
-    double distance = 0.0;  ///< lower bound of its distance from all triangles, metres
+    double distance = 0.0;  ///< lower bound of the shrunk body's distance from triangles, metres
 
-    /// Gap above the volumes at which a cast stops a body whose distance is `distance`, metres.
+    /// Gap to the volumes at which a cast stops a body whose distance is `distance`, metres.
     double stop_gap(double tolerance) const {
         return std::max(kLeastStopGap, 0.5 * std::min(distance, 2.0 * kStopGap * tolerance));
     }
 };
 
 /// Finds the first offset from `from` on at which a body near volumes is clear by the stop gap; at the last offset any
-/// distance suffices.
+/// distance above 0 suffices.
 MeshOffset find_mesh_offset(const RigidBody& body, const Ground& ground, int from);
 
 /// The offset surface against which a body moves.
@@ -59,7 +59,7 @@ struct OffsetSurface {
     int index = 0;                ///< 0 is the highest
     bool is_mesh = false;         ///< near volumes: the body shrinks by the offset
     double stop_gap = 0.0;        ///< casts stop at this gap, metres
-    double clear_distance = 0.0;  ///< distance every point may move clear of the surface, metres
+    double clear_distance = 0.0;  ///< no point reaches the surface within this distance, metres
 };
 
 /// The cells that a body widened by a margin, metres, may overlap.
@@ -95,7 +95,7 @@ public:
 
     /// Makes the next update() find contacts anew; required if the ground may have changed.
     void invalidate() { is_reusable_ = false; }
-    /// Invalidates at the start of a step, and saves the impulses for undo_step().
+    /// Invalidates the contacts at the start of a step, and saves them for undo_step().
     void begin_step() {
         invalidate();
         step_start_contacts_ = contacts_;
@@ -104,7 +104,7 @@ public:
         invalidate();
         contacts_ = step_start_contacts_;
     }
-    /// Resets to a new cache, keeping its memory.
+    /// Resets the cache to the state of a new one, but keeps its memory.
     void reset();
 
     bool is_resident() const { return resident_; }

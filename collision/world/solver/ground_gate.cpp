@@ -27,15 +27,15 @@ constexpr double kLeastProved = 1.0 / 16.0;
 constexpr std::uint64_t kMaxImpacts = 8;  // of an interval
 constexpr int kMaxPieces = 64;            // of an interval
 constexpr int kMaxIntervals = 32;         // of a lone step
-/// Rotation after which contacts are found anew, radians, because the solver takes the paths of points as straight.
+/// Rotation after which contacts are found anew, radians: the solver treats the paths of points as straight.
 constexpr double kContactTurn = 0.1;
-/// Least share of the interval for which impacts are solved.
+/// Impacts are solved for at least this share of the interval.
 constexpr double kLeastSolveShare = 0.01;
 /// Largest rotation of a piece of motion, radians.
 constexpr double kMaxTurn = 0.5;
 /// Speed of recovery of bodies that are too deep, m/s. Recovery leaves them at rest.
 constexpr double kRecoverySpeed = 2.0;
-/// If a separation achieves less than this share of its displacement, the next mode is tried.
+/// If a separation achieves less than this share of its displacement, separate() tries its next mode.
 constexpr double kUsefulShare = 0.1;
 /// Velocity factor for a body with more impacts in an interval than are simulated.
 constexpr double kExcessImpactDamping = 0.5;
@@ -181,7 +181,7 @@ bool GroundGate::is_proved_clear(const RigidBody& body, const Ground& ground,
            ground.has_same_cells(*ground_before, cells_around(body, ground, 0.0));
 }
 
-/// Chooses the highest offset surface that the body does not penetrate. False: it penetrates all.
+/// Chooses the highest offset surface that the body does not penetrate. False if it penetrates all of them.
 bool GroundGate::choose_surface(RigidBody& body) {
     const std::optional<OffsetSurface> surface = contacts_.highest_clear_surface(body);
     if (body.is_fresh || surface) body.started_deep = !surface;
@@ -230,10 +230,10 @@ GateAnswer GroundGate::end(RigidBody& body, const Ground& ground, const StepSpan
         answer.add(step_alone(body, ground, left / pieces));
     }
     if (!answer.resident) return answer;
-    // The velocity includes the work of gravity down to the end, which was not reached.
+    // The velocity includes the work of gravity on the way to `end`, which was not reached.
     compensate_height_gain(body, end.translation);
-    // A body that fell off the world must not re-enter below the ground. The ground's side has no surface that could
-    // resolve the contact, so the horizontal velocity is removed and the body continues to fall.
+    // A body that fell off the world must not move back under the ground. The side of the ground has no surface to
+    // collide with, so the horizontal velocity is removed and the body continues to fall.
     if (answer.lost_time > 0.0 && is_outside(ground, body.pose.translation)) {
         body.velocity.linear.x() = 0.0;
         body.velocity.linear.y() = 0.0;
@@ -322,7 +322,7 @@ GroundGate::Interval GroundGate::step_interval(RigidBody& body, const Ground& gr
     return interval;
 }
 
-/// Without warm start, because the velocity may include the impulses of an earlier solve.
+/// Solves the contacts, without warm starting, because the velocity may include the impulses of an earlier solve.
 void GroundGate::solve(RigidBody& body, double duration) const {
     if (!contacts_.has_contacts()) return;
     GroundSolver solver(body, contacts_);
@@ -332,7 +332,7 @@ void GroundGate::solve(RigidBody& body, double duration) const {
     body.velocity = solver.velocity();
 }
 
-/// Opens contacts below the separation gap at bounded speed. False: ground needed for the result is not resident.
+/// Opens contacts below the separation gap, at bounded speed. False if ground needed for the result is not resident.
 bool GroundGate::separate(RigidBody& body, const Ground& ground, double duration) {
     const double target_gap = kSeparationGap * body.tolerance;
     if (contacts_.least_gap(0.0, target_gap) >= target_gap) return true;
@@ -360,7 +360,7 @@ bool GroundGate::separate(RigidBody& body, const Ground& ground, double duration
     return true;
 }
 
-/// Like integrate(), but moves the body against the offset surface.
+/// Integrates the motion like integrate(), but lets the offset surface stop it.
 MoveAnswer GroundGate::move_freely(RigidBody& body, const Ground& ground, double duration,
                                    bool is_flying) {
     const Eigen::Matrix3d rotation = body.pose.rotation;
@@ -383,7 +383,7 @@ MoveAnswer GroundGate::move(RigidBody& body, const Ground& ground, const Twist& 
 namespace {
 
 /// Skips leading pieces of a motion that the swept test proves clear, usually most of it, and casts the remainder.
-/// @param casts_rest false: the hit is at the end of the proved pieces, unless nothing is proved
+/// @param casts_rest if false, the hit is assumed at the end of the proved pieces, unless nothing is proved
 CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& ground,
                     double tolerance, bool casts_rest) {
     const auto piece = [&](double from, double share) -> Motion {
@@ -409,7 +409,7 @@ CastAnswer find_hit(const Shape& shape, const Motion& motion, const Ground& grou
 
 }  // namespace
 
-/// Moves a body by a displacement, or until it reaches the stop gap of the offset surface. Most displacements are
+/// Moves a body by a displacement, or until its gap to the offset surface is the stop gap. Most displacements are
 /// proved clear; the others are cast. Apart from the recovery of bodies placed too deep, this is the only function that
 /// changes the final pose of a stepped body.
 MoveAnswer GroundGate::advance(RigidBody& body, const Ground& ground, const Twist& displacement,
@@ -444,7 +444,7 @@ MoveAnswer GroundGate::advance(RigidBody& body, const Ground& ground, const Twis
     return answer;
 }
 
-/// advance() near volumes: casts the shrunk body against all triangles.
+/// Does the work of advance() near volumes: casts the shrunk body against all triangles.
 MoveAnswer GroundGate::advance_on_mesh(RigidBody& body, const Ground& ground, const Motion& motion,
                                        const Pose& end) {
     if (!surface_.is_mesh) {

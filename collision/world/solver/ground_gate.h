@@ -14,7 +14,7 @@ namespace terrane::internal {
 /// Duration and substeps of a collision step, the same for all bodies.
 struct StepSpan {
     double duration = 0.0;  ///< of the collision step, seconds
-    int substep_count = 1;  ///< equal substeps of it
+    int substep_count = 1;  ///< number of equal substeps
 
     double substep() const { return duration / substep_count; }
 };
@@ -28,7 +28,7 @@ struct MoveAnswer {
 
 /// What happened to a body in a step, or in a part of it.
 struct GateAnswer {
-    /// False: ground needed for the result is not resident; the pose may have changed.
+    /// False if ground needed for the result is not resident; then the pose may have changed.
     bool resident = true;
     bool touches = false;  ///< near enough to the ground for contacts
     std::uint64_t impacts = 0;
@@ -48,16 +48,16 @@ struct GateAnswer {
 };
 
 /// The gate between one body and the ground. It owns the body's ground contacts and the offset surface above which the
-/// body stays, and moves the body only along motions that are proved clear of that surface or cast against it. So the
-/// penetration depth is bounded by construction, whatever solver and integrator do.
+/// body stays, and moves the body only along motions that are proved clear of that surface or cast against it. Thereby
+/// the penetration depth is bounded by construction, whatever solver and integrator do.
 ///
-/// A collision step calls begin(), lets the island solver move the body in substeps on contacts(), with scratch poses,
-/// and calls end(), which applies the net displacement.
+/// A collision step calls begin(). The island solver then moves the body in substeps, using contacts() and scratch
+/// poses. Finally, end() applies the net displacement.
 class GroundGate {
 public:
     enum class State : std::uint8_t {
         open,          ///< the body takes part in the collision step
-        too_deep,      ///< it penetrates all offset surfaces: end() only recovers it
+        too_deep,      ///< the body penetrates all offset surfaces: end() only recovers it
         not_resident,  ///< ground that it may touch is not resident: end() fails
     };
 
@@ -82,8 +82,9 @@ public:
     const Pose& start() const { return start_; }
     /// Sets State::not_resident, for a body whose wheels or feet lack resident ground.
     void set_not_resident() { state_ = State::not_resident; }
-    /// Moves a body from its start to its current pose along one motion. If only part of it is proved clear, the body
-    /// stops there and is simulated alone for the remaining time. A body that is too deep recovers instead.
+    /// Moves a body from its start to its current pose along one motion. If only part of the motion is proved clear,
+    /// the body stops at the end of that part and is simulated alone for the remaining time. A body that is too deep
+    /// recovers instead.
     GateAnswer end(RigidBody& body, const Ground& ground, const StepSpan& span);
 
     // ---- Outside of collision steps ----
@@ -97,7 +98,7 @@ public:
     const GroundContactCache& contacts() const { return contacts_; }
     /// Makes the next begin() test the body for penetration even if its pose and the ground are unchanged.
     void forget_proof() { clear_pose_.reset(); }
-    /// Resets to a new gate, keeping its memory.
+    /// Resets the gate to the state of a new one, but keeps its memory.
     void reset();
 
 private:
@@ -109,7 +110,7 @@ private:
     /// The part of a lone step between two contact queries.
     struct Interval {
         GateAnswer answer;
-        bool is_last = false;  ///< ends with the step
+        bool is_last = false;  ///< whether the interval ends with the step
     };
 
     bool is_proved_clear(const RigidBody& body, const Ground& ground,
@@ -133,8 +134,8 @@ private:
     std::optional<Pose> clear_pose_;
 };
 
-/// Casts a wheel against the first offset surface for a tolerance. Except near volumes, the cast moves the
-/// raised shape, so its contact is kFirstOffset tolerances too high.
+/// Casts a wheel against the first offset surface of the given tolerance. Except near volumes, the wheel is raised
+/// instead of the surface being lowered, so the contact is kFirstOffset tolerances too high.
 CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& ground,
                       double tolerance);
 
@@ -142,7 +143,7 @@ CastAnswer cast_wheel(const Shape& shape, const Motion& motion, const Ground& gr
 double greatest_lift(const RigidBody& body, const Ground& ground);
 
 /// The penetration depth of a body in the contact surface, or `at_least` if that is larger, metres.
-/// @param lift its greatest_lift(); if at most `at_least`, no depth is computed
+/// @param lift greatest_lift() of the body; if this is at most `at_least`, no depth is computed
 double deepest(const RigidBody& body, const Ground& ground, double lift, double at_least);
 
 /// Whether there is no ground below or above a point.

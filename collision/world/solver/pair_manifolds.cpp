@@ -66,14 +66,14 @@ constexpr double kSlop = 1.0 / 16.0;
 /// Largest gap that counts as touching, in tolerances: casts stop, and bodies may rest, within it.
 constexpr double kTouchingGap = 1.0 / 8.0;
 constexpr double kMostTurn = 6.0;  // radians: limit on the rotation of casts
-/// Largest closing distance for which the nearest points predict the contact, in smallest half extents.
+/// Largest closing distance for which the nearest points predict the contact, relative to least_thickness().
 constexpr double kMarginOfExtent = 0.5;
 
 double tolerance_of(const RigidBody& a, const RigidBody& b) {
     return std::min(a.tolerance, b.tolerance);
 }
 
-/// The motion of a body over `duration`, with its rotation limited to kMostTurn, which bounds the cost of a cast.
+/// The motion of a body over `duration`. The rotation is limited to kMostTurn, to bound the cost of a cast.
 Motion predicted_motion(const RigidBody& body, double duration) {
     const Eigen::Vector3d turn = body.velocity.angular * duration;
     const double angle = length(turn);
@@ -178,7 +178,7 @@ void PairManifold::warm_start(std::span<const PairManifold> before) {
 
 /// Whether the relative motion of two bodies since their contacts were found exceeds the reuse distance.
 bool PairManifold::has_moved(const RigidBody& a, const RigidBody& b, const PairManifold& before) {
-    // Motion of b relative to a: a common translation changes no contact.
+    // Motion of b relative to a: a common translation does not change contacts.
     Pose b_with_a = before.pose_b_;
     b_with_a.translation += a.pose.translation - before.pose_a_.translation;
     Pose a_turned = before.pose_a_;

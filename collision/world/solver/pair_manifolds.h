@@ -25,7 +25,7 @@ public:
     /// Whether a pair is known to be farther apart than `reach` metres; if so, it is kept for the next step.
     bool is_clear(const BodyPair& pair, double reach);
 
-    /// Adds a pair found separated by at least `distance` metres in this step.
+    /// Adds a pair that was found to be separated by at least `distance` metres in this step.
     void add(const BodyPair& pair, double distance);
 
     /// Ends the step.
@@ -46,7 +46,7 @@ private:
     double travel_of(const BodyPair& pair) const { return travel_[pair.a] + travel_[pair.b]; }
 
     std::vector<Entry> entries_, kept_, added_;
-    std::size_t next_ = 0;  // index of the next entry
+    std::size_t next_ = 0;  // index of the next entry to compare in is_clear()
     std::vector<double>
         travel_;  // [bodies] upper bound of the distance travelled by any point, metres
     std::vector<Pose> poses_;  // [bodies] at the last begin()
@@ -79,16 +79,16 @@ public:
     std::size_t count() const { return count_; }
     /// Gap of contact i at the bodies' poses, metres.
     double gap(std::size_t i, const RigidBody& a, const RigidBody& b) const;
-    /// Contacts with at most this gap touch, metres.
+    /// Largest gap at which contacts count as touching, metres.
     static double touching_gap(const RigidBody& a, const RigidBody& b);
 
     /// Lower bound of the bodies' distance if update() found no contacts, metres; <= 0 if unknown.
     double least_distance() const { return least_distance_; }
 
-    /// Metres. Bodies with a larger gap cannot touch within `duration`; update() finds no contacts for them.
+    /// Largest gap at which bodies may touch within `duration`, metres; update() finds no contacts at larger gaps.
     static double contact_reach(const RigidBody& a, const RigidBody& b, double duration);
 
-    /// Gap of contact i for the solver as of the last follow(), metres: at most 0 if the bodies touch.
+    /// Gap of contact i for the solver, taken from the last follow(), metres: at most 0 if the bodies touch.
     double solved_gap(std::size_t i, const RigidBody& a, const RigidBody& b) const;
     /// Contact i for a solver that indexes bodies as in `pair`.
     SolverContact contact(std::size_t i, const RigidBody& a, const RigidBody& b) const;

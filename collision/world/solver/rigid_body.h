@@ -74,7 +74,7 @@ double greatest_move(const RigidBody& body, const Pose& from, const Pose& to);
 
 /// Rotation vector of a free motion, radians. In flight it uses the spin at the middle of the interval; in contact, the
 /// solved spin at the start.
-/// @param is_flying no contact was solved
+/// @param is_flying whether no contact was solved
 Eigen::Vector3d rotation_in(const RigidBody& body, double duration, bool is_flying);
 
 /// Moves a body freely, conserving its angular momentum and never adding energy.
@@ -88,7 +88,7 @@ void conserve_momentum(RigidBody& body, const Eigen::Matrix3d& rotation_before);
 /// Scales a displacement so that no point moves by more than `most` metres.
 Twist clamp_displacement(Twist displacement, double radius, double most);
 
-/// Removes the potential energy gained by separation from the kinetic energy, down to zero.
+/// Reduces the kinetic energy by the potential energy that separation has added, at most to zero.
 /// @param before position before the separation
 void compensate_height_gain(RigidBody& body, const WorldPos& before);
 

@@ -83,7 +83,7 @@ Moments moments_of(const ConvexHull& hull) {
         const Eigen::Vector3d& end = shape.vertices[1];
         sum.add(simplex_moments(std::array{apex, end}, length(end - apex)));
     }
-    // A flat hull has two faces back to back: counting the area twice changes no ratio.
+    // A flat hull has two faces back to back: counting the area twice does not change ratios.
     for (const Polyhedron::Face& face : shape.faces) {
         const auto at = [&](std::uint32_t i) -> const Eigen::Vector3d& {
             return shape.vertices[shape.loops[face.first + i]];
@@ -109,7 +109,7 @@ Eigen::Vector3d inertia_of(const Sphere& sphere, double mass) {
 }
 
 Eigen::Vector3d inertia_of(const Capsule& capsule, double mass) {
-    // Volumes over pi r^2: a cylinder of length 2 h, and a sphere cut in two caps.
+    // Volumes divided by pi r^2, of a cylinder of length 2 h and of a sphere cut in two caps.
     const double r = capsule.radius, h = capsule.half_height;
     const double cylinder = 2.0 * h, caps = 4.0 / 3.0 * r;
     const double density = cylinder + caps > 0.0 ? mass / (cylinder + caps) : 0.0;

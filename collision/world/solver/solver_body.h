@@ -9,8 +9,9 @@
 
 namespace terrane::internal {
 
-/// Mass of a body, and inertia about its principal axes, kg m^2. Inverse inertia 0: a shape without extent around that
-/// axis, whose spin never changes. Inverse mass 0: infinite mass.
+/// Inverse mass of a body, and its moments of inertia about its principal axes, kg m^2. The inverse moment is 0 for an
+/// axis on which all mass lies, such as that of a rod, and for bodies that do not rotate: impulses do not change this
+/// spin. The inverse mass is 0 for a body of infinite mass.
 struct MassProperties {
     double inverse_mass = 1.0;
     Eigen::Vector3d inertia = Eigen::Vector3d::Zero();
@@ -74,13 +75,13 @@ inline void add_scaled(Vector6& to, const Vector6& a, double factor_a, const Vec
 }
 inline bool is_zero(const Vector6& a) { return dot(a, a) == 0.0; }
 
-/// The solver's copy of a body. During a solve it stores the change of velocity scaled by M^(1/2), in coordinates of
-/// unit mass and inertia, with the angular part in body axes.
+/// The solver's copy of a body. During a solve it stores the change of velocity scaled by the square root of the mass
+/// matrix M: in coordinates of unit mass and inertia, with the angular part in body axes.
 class alignas(64) SolverBody {
 public:
     /// @param pose pose at which the contact points were computed
     void set(const MassProperties& mass, const Pose& pose, const Twist& start_velocity);
-    /// A body of infinite mass.
+    /// Makes this a body of infinite mass.
     void set_fixed(const Pose& pose, const Twist& constant_velocity);
 
     const MassProperties& mass() const { return mass_; }

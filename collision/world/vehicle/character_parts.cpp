@@ -18,7 +18,7 @@ namespace terrane::internal {
 
 namespace {
 
-/// Largest gap of supporting contacts beyond the rest gap, in tolerances.
+/// A supporting contact may have a gap of up to the rest gap plus this, in tolerances.
 constexpr double kStandingGap = 1.0 / 8.0;
 constexpr std::size_t kMaxContactsOfBody = 24;
 constexpr std::size_t kMaxBodies = 32;  // touched at once
@@ -82,7 +82,7 @@ const Character::FootContact* Character::find_support(const RigidBody& body) con
     return support;
 }
 
-/// Whether a contact too steep to stand on is ahead.
+/// Whether a contact that is too steep to stand on lies ahead.
 bool Character::is_blocked(const RigidBody& body, const Eigen::Vector3d& direction) const {
     return std::any_of(contacts_.begin(), contacts_.end(), [&](const FootContact& each) {
         const SolverContact& contact = each.contact;
@@ -115,7 +115,7 @@ bool Character::find_step(RigidBody& body, const Scene& scene, const Eigen::Vect
     const double rise = move(body, scene, up).fraction;
     move(body, scene, forward);
     find_contacts(body, scene);
-    // If the lower cap hit an edge, move back until the cylindrical side is flush with it, then step down.
+    // If the lower cap hit an edge, moves back until the cylindrical side is flush with the edge, then steps down.
     double back = 0.0;
     for (const FootContact& each : contacts_) {
         const Eigen::Vector3d& n = each.contact.normal;
@@ -135,14 +135,15 @@ bool Character::find_step(RigidBody& body, const Scene& scene, const Eigen::Vect
     return could;
 }
 
-// A character is a dynamic capsule with locked rotation. At supporting contacts, friction drives it like a belt to the
-// commanded velocity with at most its strength, so that it pushes and is pushed like any body; all other contacts are
-// frictionless. A standing character that is stopped tests for a step from max_step higher up, and moves up and forward
-// if it could stand there.
+// A character is a dynamic capsule with locked rotation. At supporting contacts, friction acts like a conveyor belt: it
+// drives the character towards the commanded velocity with a force of at most settings_.strength, so that characters
+// push and are pushed like any body. All other contacts are frictionless. If a steep contact stops a standing
+// character, find_step() moves it up by max_step, forward and down again as a test. If it can stand there, the
+// character moves up and then forward.
 
 namespace {
 
-constexpr double kClimb = 2.0;  // speed up a step over forward speed
+constexpr double kClimb = 2.0;  // ratio of the speed up a step to the forward speed
 /// A character that moves less than this share of the commanded distance is stopped.
 constexpr double kStoppedShare = 0.9;
 /// Ratio of foot friction to surface friction: with the default friction, feet hold on slopes of 60 degrees.
@@ -198,7 +199,7 @@ void Character::place(const BodyState& body) {
     gate_ = {};
 }
 
-/// The commanded velocity without components into contacts too steep to climb. Movable bodies are pushed instead.
+/// The commanded velocity without its components into contacts too steep to climb. Dynamic bodies are pushed instead.
 Eigen::Vector2d Character::velocity_along_walls(const RigidBody& body, const Scene& scene) const {
     double x = controls_.velocity.x(), y = controls_.velocity.y();
     for (const FootContact& wall : contacts_) {
@@ -281,7 +282,7 @@ void Character::end_collision_step(RigidBody& body, const Scene& scene, const Wo
         const Eigen::Vector3d ahead = (2.0 * settings_.radius / speed) * wanted;
         if (!find_step(body, scene, ahead)) return;
     }
-    // Up, faster than the forward speed, then forward.
+    // Moves up, faster than the forward speed, then forward.
     const Eigen::Vector3d on = wanted * duration - gone;
     const double height = body.pose.translation.z();
     const double missing = std::max(0.0, step_height_ - height);

@@ -12,7 +12,7 @@
 
 namespace terrane::internal {
 
-/// Fails with invalid_argument, naming the field, if one is out of range.
+/// Fails with invalid_argument if a field is out of range; the message names the field.
 Result<void> check_character(const CharacterSettings& settings);
 
 /// The state of a character beyond the body of its capsule.
@@ -27,7 +27,7 @@ public:
 
     /// Ignores controls that are not finite or out of range. Returns whether the controls changed.
     bool set_controls(const CharacterControls& controls);
-    /// Whether it may fall asleep: no motion is commanded.
+    /// Whether the character may fall asleep: no motion is commanded.
     bool is_idle() const { return controls_.velocity.isZero(0.0) && controls_.jump_speed == 0.0; }
 
     /// Data that a character reads of its world.
@@ -61,9 +61,9 @@ public:
         stream.flag("is stepping up", character.is_stepping_up_);
         stream.length("step height", character.step_height_);
     }
-    /// Copies the state of the body.
+    /// Copies the state of the character's body.
     void show(const BodyState& body) { state_.body = body; }
-    /// As show(), for a body that was placed anew.
+    /// Resets the character and copies the state of its body, which was placed anew.
     void place(const BodyState& body);
 
 private:

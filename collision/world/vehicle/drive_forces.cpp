@@ -20,8 +20,8 @@ namespace {
 
 constexpr double kStandardGravity = 9.81;  // m/s^2: design weight of the springs
 constexpr double kAirDensity = 1.225;      // kg/m^3
-/// Springs act along the contact normal, so their force grows with the angle between normal and suspension axis. This
-/// least cosine of the angle limits it.
+/// Springs act along the contact normal, so their force grows with the angle between normal and suspension axis. The
+/// cosine of this angle is taken as at least this, to limit the force.
 constexpr double kLeastAlignment = 0.4;
 /// Least length of the rolling direction projected onto the contact plane; below it a wheel has no grip.
 constexpr double kLeastRoll = 0.1;
@@ -96,7 +96,7 @@ WheelSet::Lever WheelSet::make_lever(std::span<SolverBody> bodies, const SolverB
     return lever;
 }
 
-/// Moves the contacts with the bodies: each keeps its normal, and its compression follows the motion along it.
+/// Moves the contacts with the bodies. A contact keeps its normal; its compression follows the motion along the normal.
 void WheelSet::follow() {
     const Eigen::Vector3d axis = chassis_pose_.rotation.col(2);
     for (WheelContact& contact : contacts_) {
@@ -122,7 +122,7 @@ void WheelSet::apply_drag(SolverBody& chassis, double substep) const {
     chassis.velocity.linear /= 1.0 + share;
 }
 
-/// Compression of the other wheel of the axle; the wheel's own if there is none.
+/// Compression of the other wheel of the axle; of the wheel itself if the axle has no other.
 double WheelSet::roll_bar_compression(std::size_t wheel) const {
     const std::size_t left = wheel > 0 && axles_[wheel - 1] == axles_[wheel] ? wheel - 1 : wheel;
     const std::size_t other = left == wheel ? wheel + 1 : left;
@@ -130,8 +130,8 @@ double WheelSet::roll_bar_compression(std::size_t wheel) const {
     return contacts_[other].touches ? contacts_[other].compression_now : 0.0;
 }
 
-/// Implicit springs and dampers, stable at any stiffness. All wheels use the same chassis velocity, so that the result
-/// is symmetric.
+/// Springs and dampers are implicit, and thereby stable at any stiffness. All wheels use the same chassis velocity, so
+/// that the result is symmetric.
 void WheelSet::apply_suspension(std::span<SolverBody> bodies, SolverBody& chassis, double substep) {
     const double share = settings_.mass / static_cast<double>(count());
     const double omega = kTwoPi * settings_.suspension_hertz;

@@ -17,7 +17,7 @@ struct FootDrive {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     double friction = 0.0;      ///< between the feet and the support
     double max_force = 0.0;     ///< N
-    double least_cosine = 0.0;  ///< least cosine of supporting normals with the vertical
+    double least_cosine = 0.0;  ///< least z of the unit normal of a supporting contact
     double standing_gap = 0.0;  ///< largest gap of supporting contacts, metres
     int contact_count = 1;      ///< contacts that share the force
 
@@ -57,12 +57,12 @@ struct WheelContact {
     Eigen::Vector3d point_world = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< towards the wheel
     Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();
-    double compression = 0.0;  ///< metres, as cast
+    double compression = 0.0;  ///< metres, found by the cast
     double friction = 0.0;     ///< of the tyre on the surface below
     // Set by WheelSet.
-    Eigen::Vector3d point_chassis = Eigen::Vector3d::Zero();  ///< the point, body frames
-    Eigen::Vector3d point_body = Eigen::Vector3d::Zero();
-    Eigen::Vector3d point_now = Eigen::Vector3d::Zero();  ///< world
+    Eigen::Vector3d point_chassis = Eigen::Vector3d::Zero();  ///< contact point, chassis frame
+    Eigen::Vector3d point_body = Eigen::Vector3d::Zero();     ///< contact point, frame of `body`
+    Eigen::Vector3d point_now = Eigen::Vector3d::Zero();      ///< world
     double compression_now = 0.0;
     double load_impulse = 0.0;                 ///< of the substep, N s
     double total_load_impulse = 0.0;           ///< of the step so far, N s
@@ -89,7 +89,7 @@ public:
     std::span<const double> spins() const { return spins_; }
     bool in_contact() const;
 
-    /// Initialises the substeps from the casts.
+    /// Initialises the contacts for the substeps from the casts.
     /// @param chassis pose at the cast
     /// @param bodies  [bodies]
     template <class Bodies>

@@ -25,8 +25,8 @@ constexpr double kMostLookAhead = 25.0;  // metres
 /// Length of the chords from which the path's curvature is computed, metres; a corner extends this far to both sides.
 constexpr double kCornerReach = 5.0;
 constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
-constexpr double kBrakeGain = 0.25;       // brake per m/s above it
-constexpr double kBrakeSlack = 0.5;       // excess that rolling resistance removes, m/s
+constexpr double kBrakeGain = 0.25;       // brake per m/s above the target speed
+constexpr double kBrakeSlack = 0.5;       // excess speed that rolling resistance removes, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
 constexpr double kLeastDistance = 0.001;  // metres between points
@@ -34,7 +34,7 @@ constexpr double kMostCoordinate = 2e9;   // metres
 /// Share that the driver uses of the accelerations allowed by friction, stability and brakes.
 constexpr double kLimitShare = 0.5;
 
-/// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1.
+/// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1 or -1.
 double steer_of_slope(double x) {
     const double slope = std::clamp(x, -1.0, 1.0);
     return slope / (1.0 + 0.28125 * slope * slope);
@@ -153,7 +153,7 @@ Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
 
 PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
     : path_(std::move(path)), settings_(settings) {
-    std::size_t behind_end = 1, ahead_end = 1;  // ends of the segments with the chords' ends
+    std::size_t behind_end = 1, ahead_end = 1;  // ends of the segments that hold the chords' ends
     const auto point_from = [&](double along, std::size_t& end) {
         while (end + 1 < path_.size() && path_[end].along < along) ++end;
         return point_at(along, end);
@@ -180,8 +180,8 @@ PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& setti
     }
 }
 
-/// Advances along the path to the vehicle's position, never backwards; moves on to the next segment when that is
-/// nearer.
+/// Advances along the path to the vehicle's position, never backwards. Moves on to the next segment if that is nearer
+/// or the current one has been passed.
 /// @return metres along the path
 double PathDriver::advance(const Eigen::Vector2d& here) {
     const auto nearest = [&](std::size_t end) {
@@ -215,7 +215,7 @@ Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
 }
 
 /// Speed from which the vehicle can still brake for all corners ahead and the end, m/s.
-/// @param share of the accelerations of the settings
+/// @param share fraction of the accelerations of the settings that is used
 double PathDriver::corner_speed(double along, double share) const {
     double square = 2.0 * settings_.deceleration * (path_.back().along - along);
     for (std::size_t i = next_; i-- > 0 && path_[i].along > along - kCornerReach;) {
@@ -248,7 +248,7 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
     status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
     if (is_finished_) return kStop;
 
-    // Pure pursuit in the vehicle's frame, projected onto the world's plane.
+    // Pure pursuit in the vehicle's frame, projected onto the horizontal plane.
     const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
     const Eigen::Vector2d target = point_at(along + look_ahead, next_);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());

@@ -168,7 +168,7 @@ void Vehicle::update_commands() {
     for (std::size_t i = 0; i < wheels_.count(); ++i)
         driven += wheels_.axle(i).is_driven ? 1.0 : 0.0;
     const double force = driven > 0.0 ? s.max_drive_force / driven : 0.0;
-    // Throttle of each track; less for the inner one.
+    // Throttle of each track; the inner track of a turn gets less.
     const double left = std::clamp(controls_.throttle - controls_.steer, -1.0, 1.0);
     const double right = std::clamp(controls_.throttle + controls_.steer, -1.0, 1.0);
     for (std::size_t i = 0; i < wheels_.count(); ++i) {
@@ -277,7 +277,7 @@ void Vehicle::end_step(const BodyState& chassis, const QueryScene& scene, bool t
         has_wheel = has_wheel || wheel.in_contact;
         touches = touches || contact.touches;
     }
-    // The time on its side or roof does not change in free flight.
+    // In free flight, the time on side or roof does not change.
     if (up.z() >= (has_wheel ? kOverturned : kOverturnedWithoutWheels)) {
         rolled_over_time_ = 0.0;
     } else if (touches) {

@@ -9,7 +9,7 @@
 
 namespace terrane::internal {
 
-/// Fails with invalid_argument, naming the field, if one is out of range.
+/// Fails with invalid_argument if a field is out of range; the message names the field.
 Result<void> check_vehicle(const VehicleSettings& settings);
 
 /// The chassis box, the bodywork, and the wheels at the top of their travel as spheres.
@@ -39,7 +39,7 @@ public:
 
     /// Ignores controls that are not finite. Returns whether the controls changed.
     bool set_controls(const VehicleControls& controls);
-    /// Whether it may fall asleep: brake on and no throttle.
+    /// Whether the vehicle may fall asleep: brake on and no throttle.
     bool is_braked() const { return controls_.throttle == 0.0 && controls_.brake > 0.0; }
 
     void begin_step();
@@ -49,11 +49,11 @@ public:
     /// @param body body of the chassis, excluded from the casts
     bool cast_wheels(const RigidBody& chassis, BodyId body, const QueryScene& scene);
     /// Ends a step of `dt` seconds: updates the state from the current contacts.
-    /// @param touches the chassis touches something
+    /// @param touches whether the chassis touches something
     void end_step(const BodyState& chassis, const QueryScene& scene, bool touches, double dt);
     /// Copies the state of the chassis.
     void show(const BodyState& chassis) { state_.chassis = chassis; }
-    /// As show(), for a chassis that was placed anew: the wheels hang.
+    /// Resets the vehicle and copies the state of its chassis, which was placed anew: the wheels hang.
     void place(const BodyState& chassis);
     /// Whether a wheel is in contact after the last cast.
     bool is_standing() const { return wheels_.in_contact(); }
