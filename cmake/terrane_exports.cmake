@@ -1,10 +1,10 @@
-# What a shared library exports (BUILD_SHARED_LIBS): the names of its public headers in namespace terrane, and nothing
-# of Eigen, the standard library, OpenVDB or its own private classes.
+# Limits what a shared library exports (BUILD_SHARED_LIBS) to the names in namespace terrane that its public headers
+# declare. Names of Eigen, the standard library, OpenVDB and the library's own private classes are not exported.
 #
-# A version script decides it, made from the headers in one place, instead of a macro on every class and function: the
-# headers stay readable, and a new one needs nothing. A name is exported if a public header has a class or function of
-# that name, and a class with all that is nested in it. What components share (base/, and a chunk's private part) is
-# exported too, from terrane::internal.
+# A version script, generated from the headers, does this instead of a macro on every class and function, so that
+# headers stay readable and new headers need nothing. It exports the functions and classes that a public header
+# declares, all names nested in these classes, and names in terrane::internal that other components use: those of base/
+# and of a chunk's private part.
 
 # terrane_limit_exports(target headers...)
 function(terrane_limit_exports target)
@@ -34,7 +34,7 @@ function(terrane_limit_exports target)
     list(REMOVE_DUPLICATES names)
     set(patterns)
     foreach(name IN LISTS names)
-        # a function, a class, their overloads, and what the compiler makes of a class
+        # functions and classes of this name, overloads, nested names, and what the compiler generates for a class
         string(APPEND patterns
             "      terrane::${name};\n      terrane::${name}[!A-Za-z0-9_]*;\n      *?for?terrane::${name};\n      *?for?terrane::${name}::*;\n")
     endforeach()
@@ -42,15 +42,15 @@ function(terrane_limit_exports target)
     file(CONFIGURE OUTPUT ${map} CONTENT
         "TERRANE_${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} {\n  global:\n    extern \"C++\" {\n${patterns}    };\n  local:\n    *;\n};\n" @ONLY)
     target_link_options(${target} PRIVATE -Wl,--version-script=${map} -Wl,--no-undefined)
-    # Components find each other beside themselves, wherever they are installed.
+    # A library looks for other components in its own folder, wherever they are installed.
     set_target_properties(${target} PROPERTIES INSTALL_RPATH "\$ORIGIN")
-    # Functions of the library call each other directly; inline ones of others are not exported.
+    # Functions of the library call each other directly. Inline functions of other libraries are not exported.
     target_compile_options(${target} PRIVATE -fno-semantic-interposition -fvisibility-inlines-hidden)
     set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${map})
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARGN})
 endfunction()
 
-# The names of classes and functions that a header declares, and of parameters' types with them.
+# The names of the classes, functions and constants that a header declares; also returns some names that it only uses.
 function(terrane_declared_names header names_out)
     file(READ ${header} text)
     string(REGEX REPLACE "//[^\n]*" "" text "${text}")

@@ -1,15 +1,15 @@
 # How every library of Terrane is built.
 
-# What all of our own code is compiled with; never exported.
+# The compile options of all of Terrane's own code, which are never exported.
 add_library(terrane_options INTERFACE)
 target_compile_options(terrane_options INTERFACE
-    # The same bits with every compiler and processor: no fused multiply-add behind our back.
+    # No fused multiply-add, so that every compiler and processor gives the same bits.
     -ffp-contract=off
-    # Nobody reads errno or floating-point traps: square roots and choices may become vectors. No bit changes.
+    # No code reads errno or floating-point traps: square roots and selections may be vectorised, with the same results.
     -fno-math-errno -fno-trapping-math
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
     -Wold-style-cast -Woverloaded-virtual
-    # GCC takes the parts of a unity build for headers: a class of theirs with a member of internal linkage is none's.
+    # GCC takes the sources in a unity build for headers, and would warn of classes with members of internal linkage.
     $<$<AND:$<BOOL:${CMAKE_UNITY_BUILD}>,$<CXX_COMPILER_ID:GNU>>:-Wno-subobject-linkage>
     $<$<BOOL:${TERRANE_WARNINGS_AS_ERRORS}>:-Werror>)
 if(TERRANE_SANITIZE)
@@ -21,7 +21,7 @@ if(TERRANE_SANITIZE)
     endif()
 endif()
 if(TERRANE_FUZZ)
-    # Counts of edges and compared values, which libFuzzer steers by.
+    # Records executed edges and compared values, which guide libFuzzer.
     target_compile_options(terrane_options INTERFACE -fsanitize=fuzzer-no-link
         -fsanitize-coverage-ignorelist=${PROJECT_SOURCE_DIR}/cmake/coverage_ignorelist.txt
         -fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/fuzz_ignorelist.txt)
@@ -31,11 +31,11 @@ include(${CMAKE_CURRENT_LIST_DIR}/terrane_exports.cmake)
 
 # terrane_glob_rooms(<out> rooms...)
 #
-# The sources of some folders, without their sub-folders, in the order given. Where CMAKE_UNITY_BUILD is on, the sources
-# of a room are compiled as few translation units of about 60 kB, the size that compiles fastest: half of the time of a
-# small source is its headers, and the optimizer takes more than proportional time and memory for large ones. A source
+# The sources of some folders, without their sub-folders, in the order given. If CMAKE_UNITY_BUILD is on, the sources of
+# a room are compiled as a few translation units of about 60 kB, the size that compiles fastest: headers take half of
+# the time of a small unit, and the optimizer's time and memory grow faster than the size of a large unit. A source
 # whose names clash with those of its room sets SKIP_UNITY_BUILD_INCLUSION. Sources named *_avx2.cpp and *_avx512.cpp
-# are left out: they are compiled with flags of their own.
+# are left out, because they are compiled with flags of their own.
 function(terrane_glob_rooms out)
     set(all)
     foreach(room IN LISTS ARGN)
@@ -61,9 +61,9 @@ function(terrane_glob_rooms out)
     set(${out} ${all} PARENT_SCOPE)
 endfunction()
 
-# The standard library, Eigen and tl::expected: most of what a source of Terrane reads before its own lines. All
-# libraries share the precompiled header of terrane_base; a target that names headers of its own gets another one.
-# Sources still include what they use: tools/check compiles those that changed without this.
+# Precompiles headers of the standard library, Eigen and tl::expected, which are most of what a source of Terrane
+# includes. All libraries share the precompiled header of terrane_base; a target with additional headers gets its own.
+# Sources must still include what they use: tools/check compiles changed sources without precompiled headers.
 option(TERRANE_PRECOMPILED_HEADERS "Precompile the headers that most sources include" ON)
 function(terrane_precompile_headers target)
     if(NOT TERRANE_PRECOMPILED_HEADERS)
@@ -80,10 +80,10 @@ endfunction()
 
 # terrane_add_library(NAME name ROOMS ... PUBLIC_LINK ... PRIVATE_LINK ...)
 #
-# Makes terrane_<name> with the alias terrane::<name> from the sources in ROOMS, which are folders from the lowest
-# up (docs/rooms.md). Public headers are all of include/terrane/<name>/; a wrong include across components
-# does not compile, because a target sees only the include folders of what it links. Private includes name their room,
-# from the component's folder; those of base/ are seen by all.
+# Makes terrane_<name> with the alias terrane::<name> from the sources in ROOMS, which are folders in the order of
+# docs/rooms.md, the lowest first. All headers in include/terrane/<name>/ are public. A wrong include across components
+# does not compile, because a target sees only the include folders of what it links. Private headers are included by
+# their path from the component's folder, which begins with the room; those of base/ can be included everywhere.
 function(terrane_add_library)
     cmake_parse_arguments(arg "" "NAME" "ROOMS;SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})
     set(target terrane_${arg_NAME})
@@ -107,7 +107,7 @@ function(terrane_add_library)
         VERIFY_INTERFACE_HEADER_SETS ON)
     terrane_limit_exports(${target} ${headers})
 
-    # What needs a library of others is a package of its own (terrane_packages.cmake).
+    # A component that links a foreign library has a package of its own (terrane_packages.cmake).
     set(foreign ${arg_PRIVATE_LINK})
     list(FILTER foreign EXCLUDE REGEX "^terrane::")
     set(install_component dev)

@@ -1,10 +1,10 @@
-# Debian packages: `cpack -G DEB` in a build folder. A package for each set of dependencies, so that heights and contact
-# need neither GDAL nor OpenVDB nor OpenGL; libraries are static, headers and CMake and pkg-config files beside them.
-# CMake finds zstd and epoxy by pkg-config.
+# Debian packages: `cpack -G DEB` in a build folder. There is one package for each set of dependencies, so that heights
+# and contact need neither GDAL nor OpenVDB nor OpenGL. A package has static libraries, headers, and files for CMake and
+# pkg-config. Packages depend on pkg-config if CMake uses it to find zstd or epoxy.
 set(terrane_depends_of_dev "libeigen3-dev (>= 3.4), libexpected-dev")
 set(terrane_depends_of_store "libzstd-dev, pkg-config")
 set(terrane_depends_of_dem "libgdal-dev (>= 3.2)")
-# OpenVDB's finder needs boost's iostreams, which its package does not depend on.
+# CMake's find module for OpenVDB needs boost's iostreams, on which the package of OpenVDB does not depend.
 set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libimath-dev, libtbb-dev, libboost-iostreams-dev")
 set(terrane_depends_of_playback "libexpat1-dev")
 set(terrane_depends_of_render "libepoxy-dev, libpng-dev, pkg-config")

@@ -1,9 +1,9 @@
-# pkg-config files, terrane-<component>.pc: what a library links as pkg-config names it. The folder may be moved.
+# Writes pkg-config files, terrane-<component>.pc, with what each library links. The folder may be moved.
 #
-# An archive does not carry what it links, so where libraries are static all of it is in Requires and Libs, and
-# `pkg-config --libs` is enough. A shared library carries it, and what no public header needs is in Requires.private.
+# A static library does not record what it links: Requires and Libs list all of it, so that `pkg-config --libs` is
+# enough. A shared library records what it links: Requires.private lists what no public header needs.
 set(terrane_requires_of_Eigen3::Eigen "eigen3 >= 3.4")
-set(terrane_libs_of_tl::expected "") # headers in the compiler's own path
+set(terrane_libs_of_tl::expected "") # headers in the compiler's default path
 set(terrane_libs_of_Threads::Threads -pthread)
 set(terrane_requires_of_PkgConfig::zstd libzstd)
 set(terrane_requires_of_GDAL::GDAL "gdal >= 3.2")
@@ -13,7 +13,7 @@ set(terrane_requires_of_EXPAT::EXPAT expat)
 set(terrane_requires_of_PkgConfig::epoxy epoxy)
 set(terrane_requires_of_PNG::PNG libpng)
 
-# Splits libraries as CMake names them into modules and flags of pkg-config.
+# Converts CMake's names of libraries to modules of pkg-config and flags of the linker.
 function(terrane_pkg_config_names requires_out libs_out)
     set(requires)
     set(libs)
@@ -41,7 +41,7 @@ function(terrane_install_pkg_config component)
     set(library -lterrane_${component})
     set(all ${public})
     if(type STREQUAL "INTERFACE_LIBRARY")
-        set(library) # headers alone
+        set(library) # only headers
     else()
         get_target_property(all ${target} LINK_LIBRARIES)
     endif()

@@ -28,7 +28,7 @@ int report(ExitCode code, std::string message) {
     return code;
 }
 
-/// Flags of the subcommand that determine its memory use: "; drop needs memory for --count 1000".
+/// The flags that determine the subcommand's memory use, as part of a message: "; drop needs memory for --count 1000".
 std::string memory_flags(const CLI::App& app) {
     if (app.get_subcommands().empty()) return "";
     const CLI::App& command = *app.get_subcommands().front();
@@ -88,7 +88,7 @@ int run(int argument_count, char** arguments) {
             return report(exit_failed, "out of memory" + memory_flags(app));
         }
     }
-    // a full disk may only be reported when the buffer is flushed
+    // the system may report a full disk only when the buffer is flushed
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
         return report(exit_failed,
                       std::string("cannot write to standard output: ") + std::strerror(errno));
@@ -99,7 +99,7 @@ int run(int argument_count, char** arguments) {
 }  // namespace
 
 int main(int argument_count, char** arguments) {
-    // a write beyond the shell's file size limit fails with EFBIG instead of a signal
+    // a write beyond the shell's limit of file sizes fails with EFBIG, and no signal ends the program
     std::signal(SIGXFSZ, SIG_IGN);
     try {
         return run(argument_count, arguments);

@@ -66,7 +66,7 @@ private:
 };
 
 Result<World> restore_world(const std::string& path, int worker_count) {
-    // a folder would open as an empty stream: check first
+    // checked first, because a folder would open as an empty stream
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {
@@ -183,7 +183,7 @@ struct DropTotals {
     }
 };
 
-/// The `share` quantile of the values. Requires at least one value.
+/// The quantile of the values for a share: 0.5 gives the median. Requires at least one value.
 double quantile(std::vector<double> values, double share) {
     const auto rank =
         static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
@@ -395,7 +395,7 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
 
 void add_drop_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<DropOptions>();
-    options->film.threads = 0;  // loads inside the update: every frame has its ground
+    options->film.threads = 0;  // chunks load inside the update, so that every frame has ground
     CLI::App* drop = app.add_subcommand(
         "drop",
         "Drops bodies onto the ground around --start-m, among those of the scene, and "

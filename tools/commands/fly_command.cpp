@@ -29,14 +29,14 @@ namespace {
 struct FlyOptions : FlightOptions {
     double start = 0.0;
     double frame_ms = std::numeric_limits<double>::quiet_NaN();  // NaN: the budget is fixed
-    // simulated storage; NaN: none
+    // of simulated storage; NaN if not given
     double latency_ms = std::numeric_limits<double>::quiet_NaN();
     double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
 
     bool has_slow_storage() const { return !std::isnan(latency_ms) || !std::isnan(bandwidth_mb); }
 };
 
-// Null without --latency-ms and --bandwidth-mb.
+// The simulated storage of a flight; null if neither --latency-ms nor --bandwidth-mb is given.
 std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const Terrain& terrain) {
     if (!options.has_slow_storage()) return nullptr;
     constexpr double kMegabyte = 1e6;

@@ -25,10 +25,10 @@ struct DrivePlan {
     std::size_t frame_count = 0;
 };
 
-/// The plan for a camera path or track projected to the plane. Fails with exit_usage for too many frames; with
-/// exit_failed for paths that jump, are shorter than 2 m, or cannot be read.
+/// The plan for a camera path or track, projected onto the horizontal plane. Fails with exit_usage for too many frames;
+/// with exit_failed for paths that jump, have no two points 1 m apart, or cannot be read.
 ///
-/// @param usual_speed m/s, if neither the options nor a track's times give one
+/// @param usual_speed speed if neither the options nor a track's times give one, m/s
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
                                          double usual_speed);
 
@@ -43,7 +43,7 @@ struct JourneyTotals {
     std::uint64_t parked = 0;    // body steps without resident ground
     std::uint64_t left_world = 0;
     double simulated_time = 0.0, lost_time = 0.0;
-    std::size_t crates_touched = 0;  // distinct ones
+    std::size_t crates_touched = 0;  // each crate counts once
 };
 
 /// A traveller, crates and the bodies of a scene in one world, with a camera behind the traveller.
@@ -59,7 +59,8 @@ public:
     /// Columns of frames.csv.
     static std::vector<std::string> columns(const Traveller& traveller);
 
-    /// Loads the first ground, places everything on it, simulates 1.5 s to let it come to rest, and plays the frames.
+    /// Loads the first ground, places the traveller and the crates on it, simulates 1.5 s until they rest, adds the
+    /// bodies of the scene, and plays the frames.
     CommandResult<void> play(FrameMaker& maker, FlightOutput& output);
 
     const JourneyTotals& totals() const { return totals_; }

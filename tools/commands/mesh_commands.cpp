@@ -40,8 +40,8 @@ struct MeshOptions {
     bool json = false;
 };
 
-/// Loading starts with this error threshold and halves it, so that no chunks are loaded that a small triangle budget
-/// cannot draw.
+/// Loading starts with this error threshold and halves it step by step, so as not to load chunks that the triangle
+/// budget cannot draw.
 constexpr double kFirstThreshold_px = 4096.0;
 constexpr int kMaxRounds = 64;
 
@@ -93,7 +93,7 @@ CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangu
                 fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
                             memory_mb, stats.late_chunks));
         }
-        // everything above wanted_px is resident: stable if the mesh cannot use more
+        // all chunks for the threshold wanted_px are resident: the mesh is stable if it cannot use more
         const bool is_stable =
             mesh.threshold_px >= wanted_px && mesh.resident->epoch() == last_epoch;
         if (is_stable && mesh.status != MeshStatus::not_resident) return mesh;
@@ -198,8 +198,8 @@ struct SimplifiedFile {
     const char* stop = "";
 };
 
-/// Moves a mesh that is far from the origin to it, by whole metres. Returns the resulting rounding error of distances,
-/// metres.
+/// Moves a mesh that is far from the origin to the origin, by whole metres. Returns the resulting rounding error of
+/// distances, metres.
 double move_to_origin(TriangleMesh& mesh) {
     double largest = 0.0;
     for (const Eigen::Vector3d& p : mesh.positions)
@@ -211,7 +211,7 @@ double move_to_origin(TriangleMesh& mesh) {
     return 2.0 * largest * std::numeric_limits<double>::epsilon();
 }
 
-/// Sets the first level that meets one of the limits, and returns the name of that limit.
+/// Simplifies a mesh to a number of triangles, but not beyond an error. Returns what ended this, for the summary.
 const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error_m) {
     mesh.set_triangle_count(triangles);
     const bool meets_count = mesh.triangles().size() <= triangles;

@@ -21,10 +21,10 @@
 namespace terrane::tools {
 namespace {
 
-/// All runs. Addresses of paths are stable.
+/// All runs. The paths keep their addresses.
 struct Plan {
     std::deque<CameraPath> paths;
-    std::vector<PagingRow> rows;  ///< runs not filled in yet
+    std::vector<PagingRow> rows;  ///< play() fills in their runs
     std::vector<PagingJob> jobs;
     std::size_t rows_done = 0;
 };

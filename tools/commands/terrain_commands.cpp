@@ -50,7 +50,7 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     info["levels"] = lattice.finest_level + 1;
     info["root_size_m"] = lattice.root_size();
     info["roots"] = {lattice.root_count_x, lattice.root_count_y};
-    // side of the resident square of root squares; 0: all are resident
+    // side of the root window, in root squares; 0: all root squares are resident
     info["root_window"] = lattice.root_window;
     info["finest_spacing_m"] = lattice.spacing;
     // origin of cell indices; cells with an even index sum are split from south-west to north-east

@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kTradeName = "trade.json";
-// Target duration of a run, seconds: two thirds of the documented one, as a margin for slow machines.
+// Target duration of a run, seconds: two thirds of the documented duration, as a margin for slow machines.
 constexpr double kQuickSeconds = 40.0, kFullSeconds = 600.0;
 constexpr double kMostSecondsOfDial = 20.0;
 
@@ -66,7 +66,7 @@ std::vector<Dial> chosen_dials(const TradeOptions& options) {
     return chosen;
 }
 
-/// Measures the chosen dials over the terrains. Each gets its share of the time that is left.
+/// Measures the chosen dials over the terrains. Each measurement gets its share of the time that is left.
 CommandResult<Json> measure_all_dials(const TradeOptions& options,
                                       const std::vector<TradeTerrain>& terrains) {
     const Stopwatch watch(Clock::wall);

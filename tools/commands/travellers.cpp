@@ -80,7 +80,7 @@ Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const
 void VehicleTraveller::control(World& world, bool goes) {
     const VehicleControls controls =
         goes ? driver_.drive(settings_, state(world)) : VehicleControls{.brake = 1.0};
-    // its id and controls are valid: the call cannot fail
+    // the id of the body and its controls are valid: the call cannot fail
     (void)world.set_controls(body_, controls);
 }
 
@@ -91,7 +91,7 @@ void VehicleTraveller::react(World& world, const Ground& ground, double) {
     if (on_roll_ == OnRoll::stop) return;
     const Pose& pose = state(world).chassis.pose;
     Eigen::Vector2d along = pose.rotation.col(0).head<2>();
-    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // nose or tail up
+    if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // the nose or tail is up
     const Pose upright = slope_pose(source_, pose.translation.head<2>(), along, settings_);
     const Result<Pose> placed = pose_on_ground(settings_, upright, ground);
     BodyState state;
@@ -155,7 +155,7 @@ Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
 
 Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground) {
     constexpr double kStartHeight = 0.05;  // metres
-    // A separate world computes the positions of the hanging wheels.
+    // a separate world computes the positions of the hanging wheels
     TERRANE_TRY(World world, World::create({}));
     TERRANE_TRY(const BodyId vehicle, world.add_vehicle(settings, pose));
     double lift = -std::numeric_limits<double>::infinity();
@@ -184,7 +184,7 @@ Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Gr
 
 namespace {
 
-constexpr double kAhead = 2.0;   // metres from the nearest point to the one walked towards
+constexpr double kAhead = 2.0;   // metres of path from the nearest point to the point walked to
 constexpr double kSearch = 6.0;  // metres of path ahead that are searched for the nearest point
 constexpr double kSearchStep = 0.25;     // metres
 constexpr double kNear = 1.0;            // metres from the end that count as arrived
@@ -265,7 +265,7 @@ void CharacterTraveller::control(World& world, bool goes) {
     if (goes && !has_arrived()) {
         controls.velocity = speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
     }
-    // its id and controls are valid: the call cannot fail
+    // the id of the body and its controls are valid: the call cannot fail
     (void)world.set_controls(body_, controls);
 }
 

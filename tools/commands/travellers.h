@@ -21,14 +21,14 @@ class Traveller {
 public:
     virtual ~Traveller() = default;
 
-    /// The pager's need for it before it enters a world.
+    /// The need for the traveller's ground before it enters a world.
     virtual BodyNeed first_need() const = 0;
-    /// The pose that a camera follows, x forward. Valid before and after it has entered a world.
+    /// The pose that a camera follows, x forward. Valid both before and after the traveller enters a world.
     virtual Pose pose(const World& world) const = 0;
 
-    /// Adds its body to a world, at rest on the ground.
+    /// Adds the traveller's body to a world, at rest on the ground.
     ///
-    /// @param obstacles another world, whose bodies it must not touch
+    /// @param obstacles another world, whose bodies the traveller must not touch
     /// Fails: invalid_argument if the ground is not resident, or a body occupies its position
     virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
 
@@ -38,35 +38,35 @@ public:
     virtual void react(World& world, const Ground& ground, double dt) = 0;
     /// Changes the ground. Called before each update of the pager, in the same frame.
     virtual void change_ground(World&, Pager&) {}
-    /// Whether nothing more will happen.
+    /// Whether the journey is over: the traveller has arrived and stopped, or cannot continue.
     virtual bool has_ended(const World& world) const = 0;
     /// Whether the end of the path was reached.
     virtual bool has_arrived() const = 0;
 
-    /// Whether ground or a body supports it.
+    /// Whether ground or a body supports the traveller.
     virtual bool is_supported(const World& world) const = 0;
-    /// Appends the bodies that support it, nothing for the ground.
+    /// Appends the bodies that support the traveller.
     virtual void add_supports(const World& world, std::vector<BodyId>& bodies) const = 0;
 
     /// Names and values of additional columns of frames.csv.
     virtual std::vector<std::string> columns() const = 0;
     virtual std::vector<double> figures(const World& world) const = 0;
-    /// Appends the solids that draw it.
+    /// Appends the solids that show the traveller.
     virtual void draw(const World& world, std::vector<DrawnObject>& objects) const = 0;
 };
 
-/// In the order of the names of --vehicle.
+/// Vehicles, in the order of the names of --vehicle.
 enum class VehicleKind { truck, tracked, six_wheeler };
 std::vector<std::string> vehicle_names();
 VehicleSettings make_vehicle(VehicleKind kind);
 
-/// Reaction to a rollover.
+/// What a vehicle does after a rollover: ends the journey, or is set upright and goes on.
 enum class OnRoll { stop, right };
 
 /// A vehicle driven by a PathDriver.
 class VehicleTraveller : public Traveller {
 public:
-    /// @param source must outlive it
+    /// @param source must outlive the traveller
     VehicleTraveller(const VehicleSettings& settings, PathDriver driver, OnRoll on_roll,
                      const HeightSource& source, const Eigen::Vector2d& start_world,
                      const Eigen::Vector2d& along_world);
@@ -75,7 +75,7 @@ public:
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
     void control(World& world, bool goes) override;
-    /// With OnRoll::right, sets the vehicle upright after a rollover; retried in a later step if ground is not
+    /// With OnRoll::right, sets the vehicle upright after a rollover; tries again in the next step if ground is not
     /// resident.
     void react(World& world, const Ground& ground, double dt) override;
     void change_ground(World& world, Pager& pager) override;
@@ -87,11 +87,11 @@ public:
     std::vector<double> figures(const World& world) const override;
     void draw(const World& world, std::vector<DrawnObject>& objects) const override;
 
-    /// Makes its wheels leave ruts; `ruts` must outlive it.
+    /// Makes the wheels leave ruts. `ruts` must outlive the traveller.
     void set_ruts(WheelRuts& ruts) { ruts_ = &ruts; }
 
     bool has_rolled_over() const { return has_rolled_over_; }  ///< at any time
-    std::uint64_t rights() const { return rights_; }  ///< number of times that it was set upright
+    std::uint64_t rights() const { return rights_; }  ///< how often the vehicle was set upright
 
 private:
     const VehicleState& state(const World& world) const { return *world.vehicle(body_); }
@@ -120,8 +120,8 @@ Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Gr
 /// time, then to the other, each time for longer.
 class CharacterTraveller : public Traveller {
 public:
-    /// @param source must outlive it
-    /// @param speed  wanted, m/s
+    /// @param source must outlive the traveller
+    /// @param speed  wanted speed, m/s
     CharacterTraveller(const CharacterSettings& settings, Polyline path, double speed,
                        const HeightSource& source);
 
@@ -148,10 +148,10 @@ private:
     WorldPos start_ = WorldPos::Zero();
     Eigen::Vector2d heading_;
     BodyId body_{};
-    double along_ = 0.0;          // progress: farthest nearest point on the path, metres
+    double along_ = 0.0;          // metres along the path to the nearest point; never decreases
     double stuck_time_ = 0.0;     // seconds without progress
-    double stuck_along_ = 0.0;    // `along_` at the last position without progress
-    double detour_length_ = 0.0;  // duration of the last detour there, seconds
+    double stuck_along_ = 0.0;    // `along_` at the start of the last detour
+    double detour_length_ = 0.0;  // duration of the last detour, seconds; 0 when past the obstacle
     double detour_time_ = 0.0;    // seconds left of a detour
     double detour_side_ = -1.0;   // 1: left
 };

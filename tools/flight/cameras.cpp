@@ -9,11 +9,11 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
-constexpr double kCalmClearance = 2.0;   // target height above the ground, metres
+constexpr double kCalmClearance = 2.0;   // wanted height above the ground, metres
 constexpr double kWallClearance = 0.5;   // between the eye and a wall behind it, metres
-constexpr double kLeastSight = 0.5;   // least share of the distance to the wall that the eye keeps
-constexpr double kTurnTime = 0.6;     // time constant of the heading, seconds
-constexpr double kHeightTime = 0.25;  // time constant of heights, seconds
+constexpr double kLeastSight = 0.5;      // least distance of the eye, relative to that of the wall
+constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
+constexpr double kHeightTime = 0.25;     // time constant of heights, seconds
 
 // Blend factor of a first-order lag (implicit Euler): stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
@@ -29,7 +29,7 @@ ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
     target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
 }
 
-// Height of the heightfield or, under a mountain, of the cave's floor.
+// Height of the ground that the camera must stay above: the heightfield or, if the target is in a cave, its floor.
 double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
                              const Ground* ground) const {
     const double height = source_.height(x, y);
@@ -46,7 +46,7 @@ WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) c
     return eye;
 }
 
-// Moves the eye to the near side of a wall between it and its target.
+// If a wall is between the eye and its target, moves the eye to the target's side of the wall.
 void ChaseCamera::stay_in_sight(const Ground& ground) {
     const RayAnswer wall = ground.ray(target_world_, eye_world_);
     if (wall.status != QueryStatus::ok) return;
@@ -83,15 +83,15 @@ View ChaseCamera::view(const View& view) const {
 
 namespace {
 
-constexpr double kSpreads = 1.5;           // camera distance over the bodies' spread
+constexpr double kSpreads = 1.5;           // camera distance, relative to the bodies' spread
 constexpr double kNearest = 4.0;           // least camera distance, metres
-constexpr double kRise = 0.5;              // height above the target over the distance
-constexpr double kCameraClearance = 0.25;  // target height above the ground over the distance
-constexpr double kClearanceShare = 0.05;   // least height above the ground over the distance
+constexpr double kRise = 0.5;              // height above the target, relative to the distance
+constexpr double kCameraClearance = 0.25;  // wanted height above ground, relative to the distance
+constexpr double kClearanceShare = 0.05;   // least height above ground, relative to the distance
 constexpr double kTurn = 0.08;             // angular velocity around the target, rad/s
 constexpr double kLag = 0.7;               // time constant of the camera, seconds
 
-// Mean position of the bodies on the terrain; of all bodies if none is on it.
+// Mean position of the bodies that have not left the world, or of all bodies if all have left it.
 WorldPos find_middle(std::span<const BodyState> bodies) {
     WorldPos sum = WorldPos::Zero(), sum_of_all = WorldPos::Zero();
     std::size_t count = 0;

@@ -36,7 +36,7 @@ struct ChaseCameraSettings {
 class ChaseCamera {
 public:
     /// @param source must outlive the camera
-    /// @param pose_world of the vehicle: x forward, z up
+    /// @param pose_world of the target: x forward, z up
     ChaseCamera(const HeightSource& source, const Pose& pose_world,
                 const ChaseCameraSettings& settings = {});
 
@@ -55,7 +55,7 @@ private:
 
     const HeightSource& source_;
     ChaseCameraSettings settings_;
-    Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, about unit
+    Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, length about 1
     WorldPos eye_world_ = WorldPos::Zero();
     WorldPos target_world_ = WorldPos::Zero();
     Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
@@ -81,7 +81,7 @@ private:
 
     std::shared_ptr<const HeightSource> source_;
     double distance_ = 0.0;  // metres from the target
-    double heading_ = 0.0;   // of the eye seen from the target, radians from east
+    double heading_ = 0.0;   // direction from the target to the eye, radians from east
     WorldPos target_world_ = WorldPos::Zero();
     WorldPos eye_world_ = WorldPos::Zero();
     Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();

@@ -103,7 +103,7 @@ int start(const std::vector<std::string>& arguments, int input, int complaints,
     int error = posix_spawnattr_init(&attributes);
     if (error == 0) {
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        posix_spawnattr_setpgroup(&attributes, 0);  // out of reach of the terminal's Ctrl-C
+        posix_spawnattr_setpgroup(&attributes, 0);  // its own: Ctrl-C does not end it
         error =
             posix_spawnp(&process_out, kProgram, &actions, &attributes, pointers.data(), environ);
         posix_spawnattr_destroy(&attributes);
@@ -166,7 +166,7 @@ struct Film::State {
         }
     }
 
-    // The exit status of waitpid; -1 if there is none.
+    // Waits until ffmpeg exits. Returns its status from waitpid(), or -1 if waitpid() fails.
     int wait() {
         int status = -1;
         while (waitpid(process, &status, 0) < 0) {
@@ -179,7 +179,7 @@ struct Film::State {
         return status;
     }
 
-    // Stops ffmpeg; the error with the cause and the last message of ffmpeg.
+    // Stops ffmpeg. Returns an error with the cause and the last message of ffmpeg.
     tl::unexpected<Error> lost(const std::string& cause) {
         stop();
         part.reset();
@@ -289,7 +289,7 @@ std::size_t Film::frame_count() const { return state_->frame_count; }
 
 }  // namespace terrane::tools
 
-// epoxy before GLFW, which would include its own GL headers
+// epoxy must come before GLFW, which would otherwise include its own GL headers
 //
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

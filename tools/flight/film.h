@@ -12,16 +12,16 @@
 namespace terrane::tools {
 
 /// A film (H.264 in MP4) encoded by the program ffmpeg. It appears under its name only when it is complete; an
-/// unfinished one is removed. ffmpeg has its own process group, so that a Ctrl-C of the terminal does not reach it.
+/// unfinished film is removed. ffmpeg has its own process group, so that Ctrl-C in the terminal does not end it.
 class Film {
 public:
     /// Starts ffmpeg, which writes to a temporary file in the same folder.
     ///
-    /// @param place      a path named by the user, whose file is replaced; or a name in an output folder
+    /// @param place      a path named by the user, where an existing file is replaced; or a name in an output folder
     /// @param patience_s timeout of add() and finish() while ffmpeg makes no progress, seconds, > 0
     ///
-    /// Fails: invalid_argument for a size that is not positive and even, or a rate that is not 0 to 1000 frames a
-    ///        second; io if ffmpeg is not installed or cannot be started
+    /// Fails: invalid_argument for a size that is not positive and even, and for a rate of 0 or less or more than 1000
+    ///        frames a second; io if ffmpeg is not installed or cannot be started
     static Result<Film> create(const OutputPlace& place, int width_px, int height_px,
                                double frames_per_second, int patience_s = kPatience_s);
 

@@ -153,7 +153,7 @@ CommandResult<void> check(const FlightOptions& options) {
     TERRANE_TRY(check_path(options.path));
     TERRANE_TRY(check_pictures(options));
     if (!names_track_file(options.path) && !std::isnan(options.seconds)) {
-        // before the path is created: its memory grows with its duration
+        // checked before the path is created, because the path's memory grows with its duration
         TERRANE_TRY(count_frames(options.fps, options.seconds));
     }
     return {};

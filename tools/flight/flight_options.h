@@ -21,16 +21,16 @@ namespace terrane::tools {
 /// Mapping of longitudes and latitudes to the world of a raster, or the reason why there is none.
 GeoReference make_geo_reference(const std::optional<DemInfo>& dem);
 
-/// CameraPath::create() along a track; its errors name the flag --start-s.
+/// CameraPath::create() for a track. An error of the setting `start` names its flag, --start-s.
 Result<CameraPath> follow_track(Track track, const HeightSource& source,
                                 const CameraPathSettings& settings);
 
 /// Options shared by `fly` and `drive`: terrain, pictures, limits and output.
 struct FlightOptions {
     TerrainOptions terrain;
-    std::string path;  ///< a track file or a built-in
+    std::string path;  ///< a track file, or the name of a built-in path
     double speed =
-        std::numeric_limits<double>::quiet_NaN();  ///< m/s; NaN: not given, as for the next two
+        std::numeric_limits<double>::quiet_NaN();  ///< m/s; NaN if not given, as the next two
     double altitude = std::numeric_limits<double>::quiet_NaN();
     double seconds = std::numeric_limits<double>::quiet_NaN();
     double fps = 30.0;
@@ -61,7 +61,7 @@ struct FlightOptions {
 
 /// Adds --fps, --size, --fov-deg, --samples, --shadows, --out, --png and --video.
 ///
-/// @param what kind of run, for help texts: "flight"
+/// @param what the kind of run in help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
 
 /// Adds all flags except --path, --speed, --altitude and --seconds, whose meanings differ between commands.

@@ -20,7 +20,7 @@ namespace terrane::tools {
 namespace {
 
 constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
-constexpr double kBar = 0.08;     // radius of a hull's edges over its bounding radius
+constexpr double kBar = 0.08;     // radius of a hull's edges, relative to its bounding radius
 constexpr Colour kStatic{0.60f, 0.59f, 0.57f};
 
 /// Appends the solids of a shape, in a given colour or the shape's default, with the brightness multiplied by `share`.
@@ -47,7 +47,7 @@ public:
     void add(const Box& box, const Pose& pose) {
         out_.push_back({Form::box, pose, box.half_extents, shade({0.93f, 0.90f, 0.82f})});
     }
-    /// Edges as tubes.
+    /// Adds the edges as tubes.
     void add(const ConvexHull& hull, const Pose& pose) {
         const std::span<const Eigen::Vector3d> corners = hull.vertices();
         const double thickness = kBar * bounding_radius(hull);
@@ -78,7 +78,7 @@ private:
     /// Whether the segment between two corners is on the surface: tests its midpoint.
     static bool is_edge(const ConvexHull& hull, const Eigen::Vector3d& a,
                         const Eigen::Vector3d& b) {
-        constexpr double kOnSurface = 1e-6;  // of the hull's size
+        constexpr double kOnSurface = 1e-6;  // relative to the hull's bounding radius
         const Pose middle{Eigen::Matrix3d::Identity(), 0.5 * (a + b)};
         return signed_distance(Sphere{0.0}, middle, hull, {}).distance >
                -kOnSurface * bounding_radius(hull);
@@ -128,7 +128,7 @@ constexpr Colour kSpokes{0.55f, 0.55f, 0.56f};
 constexpr double kBeltWidth = 0.18;  // half width, metres
 constexpr double kBeltHalf = 0.03;   // half thickness, metres
 
-/// The sphere that touches ground and bodies, with a bar through it that shows the wheel's spin.
+/// Adds a wheel: its collision sphere, and a bar through the sphere that shows the wheel's spin.
 void add_wheel(const Eigen::Matrix3d& world_from_body, const WheelState& wheel, double radius,
                std::vector<DrawnObject>& objects) {
     Eigen::Matrix3d steered, spun;
@@ -145,7 +145,7 @@ void add_wheel(const Eigen::Matrix3d& world_from_body, const WheelState& wheel, 
                        Eigen::Vector3d(0.5 * radius, 0.9 * radius, 0.12 * radius), kSpokes});
 }
 
-/// A piece of belt between two wheels, above or below them.
+/// Adds a piece of belt between two wheels, above or below them.
 void add_belt(const Pose& chassis, const WheelState& front, const WheelState& rear, double offset,
               std::vector<DrawnObject>& objects) {
     const Eigen::Vector3d left = chassis.rotation.col(1);
@@ -178,7 +178,7 @@ void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& st
     }
     if (!settings.is_tracked) return;
     const double offset = settings.wheel_radius - kBeltHalf;
-    for (std::size_t i = 0; i + 2 < state.wheels.size(); ++i) {  // left and right alternate
+    for (std::size_t i = 0; i + 2 < state.wheels.size(); ++i) {  // left and right wheels alternate
         add_belt(chassis, state.wheels[i], state.wheels[i + 2], offset, objects);
         add_belt(chassis, state.wheels[i], state.wheels[i + 2], -offset, objects);
     }
@@ -186,7 +186,8 @@ void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& st
 
 namespace {
 
-constexpr double kLeastRelief = 1500.0;  // metres from the lowest to the highest tint
+constexpr double kLeastRelief =
+    1500.0;  // least height difference of lowest and highest tint, metres
 
 // Fits the tint range to the 2nd to 98th percentile of the heights.
 void fit_tints(const Terrain& terrain, RendererSettings& settings) {
@@ -256,7 +257,7 @@ Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, con
     if (picture_folder_ != nullptr) {
         const std::string name = frame_name(frame);
         const std::string path = picture_folder_->path_of(name);
-        const RemovedIfKilled part(path + ".part");  // as write_png() names it
+        const RemovedIfKilled part(path + ".part");  // the name that write_png() uses
         TERRANE_TRY(write_png(image, path));
         TERRANE_TRY(picture_folder_->record(path, name));
     }

@@ -16,14 +16,14 @@
 
 namespace terrane::tools {
 
-/// Appends the solids that draw a body: a hull by its edges. Sleeping bodies are darker, static ones grey.
+/// Appends the solids that show a body; a hull is shown by its edges. Sleeping bodies are darker, static ones grey.
 void add_objects(const Shape& shape, const BodyState& state, std::vector<DrawnObject>& objects);
 
-/// The same in one colour.
+/// Appends the solids that show a shape, in one colour.
 void add_objects(const Shape& shape, const Pose& pose, const Colour& colour,
                  std::vector<DrawnObject>& objects);
 
-/// Appends the solids that draw a vehicle: chassis box, bodywork, wheels, and the belts of a tracked one.
+/// Appends the solids that show a vehicle: chassis box, bodywork, wheels, and the belts of a tracked vehicle.
 void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& state,
                          std::vector<DrawnObject>& objects);
 

@@ -16,7 +16,7 @@ namespace terrane::tools {
 /// The command line of this process, quoted for a shell; "terrane" if the system does not provide it.
 std::string own_command_line();
 
-/// Text of a report.
+/// Texts and summary of a report.
 struct ReportHeader {
     std::string title;  ///< "Flight over jacksboro.tif"
     std::string command_line = own_command_line();

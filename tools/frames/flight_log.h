@@ -29,7 +29,7 @@ struct FrameRecord {
     double update_ms = 0.0;  ///< of Pager::update, Triangulator::update and objects together
     PagerStats paging;
     std::size_t solid_triangles = 0;          ///< of volumes
-    std::optional<double> measured_error_px;  ///< with --verify, as for the next five
+    std::optional<double> measured_error_px;  ///< only with --verify, as the next five
     std::optional<double> max_pop_px;
     std::optional<double> max_pop_elsewhere_px;
     std::optional<std::size_t> points;
@@ -41,8 +41,8 @@ struct FrameRecord {
     std::size_t objects_culled = 0;    ///< out of view
     std::size_t objects_left_out = 0;  ///< in view, but not drawn at the threshold
     std::size_t objects_occluded = 0;  ///< behind the ground
-    std::size_t object_triangles = 0;  ///< part of triangles
-    double objects_ms = 0.0;           ///< part of update_ms
+    std::size_t object_triangles = 0;  ///< included in `triangles`
+    double objects_ms = 0.0;           ///< included in `update_ms`
     std::vector<double> extra;         ///< values of FlightLog's extra columns
 
     /// Whether a needed chunk is not resident, and the error is above the target or nothing is drawn.
@@ -56,13 +56,13 @@ struct FrameRecord {
 inline constexpr const char* kFramesName = "frames.csv";
 inline constexpr const char* kReportName = "report.html";
 
-/// Integral of the excess error over time, each frame lasting 1 / fps: pixel seconds.
+/// Integral of the excess error over time, pixel seconds. Each frame lasts 1 / fps.
 double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
 
 /// Collects the frames of a flight and appends them to frames.csv, which is renamed to its final name by commit().
 class FlightLog {
 public:
-    /// @param csv           place of frames.csv; absent: no file
+    /// @param csv           place of frames.csv; absent if no file is written
     /// @param extra_columns names of the values of FrameRecord::extra
     ///
     /// Fails with io if the file cannot be created.
@@ -91,7 +91,7 @@ private:
 nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_t memory_bytes,
                                  double fps);
 
-/// The `share` quantile of the values, 0.5 for the median; 0 for no values.
+/// The quantile of the values for a share: 0.5 gives the median. 0 if there are no values.
 double percentile(std::vector<double> values, double share);
 
 }  // namespace terrane::tools

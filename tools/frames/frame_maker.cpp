@@ -12,17 +12,17 @@
 namespace terrane::tools {
 namespace {
 
-// Frames without a map after one that did not pay.
+// Number of frames without a map after a map that did not pay.
 constexpr std::size_t kPause = 32;
 
-// Least number of hidden objects, and their least share of those that would be drawn, for a map to pay; the smaller
-// share applies if the previous map paid. A map takes as long as the levels of 30,000 objects (scene_benchmark
-// --benchmark_filter=horizon), and a software rasteriser draws 300 in that time.
+// A map pays if it hides at least this number of objects, and this share of those that would otherwise be drawn; the
+// smaller share applies if the previous map paid. A map takes as long as choosing the levels of 30,000 objects
+// (scene_benchmark --benchmark_filter=horizon); in that time a software rasteriser draws 300 objects.
 constexpr std::size_t kLeastHidden = 300;
 constexpr double kLeastShare = 0.25, kLeastShareInUse = 0.2;
 
-// Ratio of a frame's error limits to the previous frame's errors. Occlusion depends little on it: errors near the
-// ground are small relative to objects.
+// Ratio of a map's error limits to the previous frame's errors. Occlusion depends little on this ratio, because the
+// errors of the ground are small relative to objects.
 constexpr double kErrorMargin = 1.5;
 
 }  // namespace
@@ -44,7 +44,7 @@ const HorizonMap* FrameHorizon::begin(const std::shared_ptr<const ResidentSet>& 
     return &map_;
 }
 
-// Drops the map for the rest of this frame and the following ones.
+// Drops the map of this frame, and makes none in the next kPause frames.
 void FrameHorizon::leave_out() {
     has_map_ = has_paid_ = false;
     pause_ = kPause;
@@ -90,7 +90,7 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     return maker;
 }
 
-// The demands of objects, plus the part of the triangulator's budget withheld by the governor.
+// The demands of objects, and one that reserves the part of the budget that the governor withholds.
 std::span<const TriangleDemand> FrameMaker::with_kept_free(
     std::span<const TriangleDemand> of_objects) {
     if (!governor_) return of_objects;
@@ -109,7 +109,7 @@ std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
                                                             : objects_->begin_again(view));
 }
 
-// Triangulates a frame with its objects. Objects hidden by the ground are omitted if the map pays and is valid.
+// Triangulates a frame with its objects, omitting those hidden by the ground if the map pays and holds for the mesh.
 TerrainMesh FrameMaker::triangulate(const View& view) {
     const std::shared_ptr<const ResidentSet> resident = pager_.resident();
     const HorizonMap* const horizon_map =

@@ -19,34 +19,35 @@
 
 namespace terrane::tools {
 
-/// Decides in which frames occlusion of objects by the ground is worth its cost.
+/// Decides in which frames a horizon map, which finds objects behind the ground, is worth its cost.
 ///
 /// A map pays if it hides at least 300 objects and at least a quarter of the objects that would otherwise be drawn; a
 /// fifth is enough if the previous frame's map paid. A frame whose map does not pay hides nothing, so that trials are
-/// invisible. After such a frame, and after one whose errors exceeded the map's limits, 32 frames have no map. The
+/// invisible. After such a frame, and after a frame whose errors exceeded the map's limits, 32 frames have no map. The
 /// decision depends on the content of earlier frames, not on their times: equal flights have equal frames.
 class FrameHorizon {
 public:
-    /// The map of a frame; null if it is not expected to pay.
+    /// Begins a frame. Returns its map, or null if a map is not expected to pay.
     const HorizonMap* begin(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
-    /// Whether the map pays, by the counts of culling with it. True without a map. If false, cull again without it.
+    /// Whether the map pays, according to the counts of culling with it; true without a map. If false, cull again
+    /// without the map.
     bool pays(const ObjectCounts& culled);
 
-    /// Whether the objects that the map hides are behind the frame's ground. True without a map. If false, cull and
-    /// triangulate again without it.
+    /// Whether the errors of a mesh are within the map's limits, so that the hidden objects are behind the drawn
+    /// ground; true without a map. If false, cull and triangulate again without the map.
     bool holds_for(const TerrainMesh& mesh);
 
     /// Ends the frame.
     ///
-    /// @param mesh drawn mesh
-    /// @param counts of the drawn objects
+    /// @param mesh   the drawn mesh
+    /// @param counts of the frame's objects
     void end(const TerrainMesh& mesh, const ObjectCounts& counts);
 
-    /// Sets the error limits of the next map from a mesh.
+    /// Sets the error limits of the next map from the errors of a mesh.
     void follow(const TerrainMesh& mesh);
 
-    /// Time that the map of the last frame took, 0 without one.
+    /// Time to compute the map of the last frame; 0 if it had none.
     double ms() const { return ms_; }
 
 private:
@@ -62,7 +63,7 @@ private:
     double ms_ = 0.0;
 };
 
-/// A frame. The mesh is valid until the next frame.
+/// A completed frame. Its mesh is valid until the next frame.
 struct MadeFrame {
     TerrainMesh mesh;
     SceneDraws draws;  ///< of the objects of a scene
@@ -72,7 +73,7 @@ struct MadeFrame {
 struct FrameMakerSettings {
     PagerSettings pager;
     TriangulatorSettings triangulator;
-    bool verify = false;  ///< measures each frame by brute force
+    bool verify = false;  ///< whether each frame is measured by brute force: see Verifier
 };
 
 /// Runs pager and triangulator once per frame, as a simulator does, and records the cost of each frame.
@@ -94,15 +95,15 @@ public:
     void add_frame_time(const FrameRecord& frame);
 
     /// Blocks until all chunks that the first frame can use are resident, or the memory ceiling is reached. Starts with
-    /// a coarse error threshold and halves it, so that no chunks are loaded that a small triangle budget cannot draw.
-    /// Returns early if is_interrupted().
+    /// a large error threshold and halves it step by step, so as not to load chunks that the triangle budget cannot
+    /// draw. Returns early if is_interrupted().
     ///
     /// @param time of the pager's clock, seconds
     void load_until_stable(const View& view, std::span<const BodyNeed> bodies, double time);
 
-    /// Makes the frame of one time.
+    /// Makes the frame for one time.
     ///
-    /// @param camera threshold_px is replaced by the previous frame's
+    /// @param camera its threshold_px is replaced by that of the previous frame
     /// @param time   of the pager's clock, seconds; must not decrease
     MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
 

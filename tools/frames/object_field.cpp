@@ -21,7 +21,7 @@ namespace {
 
 // Errors of the levels relative to the size of the object: each at least kLeastLevelRatio times the previous one.
 constexpr std::array kLevelErrors = {0.001, 0.003, 0.01};
-// The impostor replaces the mesh at a size of about 50 pixels, at which its picture is displaced by 1 pixel.
+// The impostor replaces the mesh at a size of about 50 pixels, where the impostor's picture is displaced by 1 pixel.
 constexpr double kImpostorError = 0.02;
 // Meshes of at least this many triangles get continuous levels when near: smaller ones save too little
 // (`dense_object_benchmark`).
@@ -67,7 +67,7 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
         made.morph_targets.back() = progressive.geomorph_targets(count);
         made.model.levels.back().morphs = true;
         progressive.set_triangle_count(count);
-        // The limit of the contraction, not the resulting error: levels then keep the ratio of their errors.
+        // the limit of the contraction, not the error that it reached, so that levels keep the ratio of their errors
         add(error * size);
     }
     if (made.triangles.back().size() > 2) {
@@ -136,13 +136,13 @@ void SquareMaker::finish() {
 
 namespace {
 
-// Squares requested, and squares added to the scene, per frame.
+// Most squares requested, and most squares added to the scene, for each scatter in a frame.
 constexpr std::size_t kSquaresAFrame = 2;
-// Limit of pending requests.
+// With this number of pending requests or more, a frame makes no requests.
 constexpr std::size_t kMostPending = 64;
-// A square is removed beyond this multiple of the range: hysteresis, so that squares do not alternate.
+// A square is removed only beyond this multiple of the range, so that squares at its border do not come and go.
 constexpr double kKeepRange = 1.1;
-constexpr double kMostInSight = 4194304.0;  // 2^22 objects of a scatter
+constexpr double kMostInSight = 4194304.0;  // most objects of a scatter in range, 2^22
 
 using Clock = std::chrono::steady_clock;
 
@@ -155,7 +155,7 @@ std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
             static_cast<float>(wxyz[0])};
 }
 
-/// Fails as `result`, with a subject prepended to the message.
+/// The error of `result`, with a subject before its message.
 template <class T>
 tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
     return fail(result.error().code, what + ": " + result.error().message);
@@ -217,7 +217,7 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     for (const SceneScatter& wanted : objects.scatters) {
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) return about(objects.files[wanted.mesh], scatter);
-        // distance at which its absence is within the target, including fades
+        // distance beyond which the absence of the largest object is within the target, including its fade
         const double most_size =
             levels[wanted.mesh].model.absence_error_m * wanted.settings.max_scale;
         const double range =
@@ -240,8 +240,8 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     return field;
 }
 
-// Removes squares out of range, and finds those to be requested. The result is valid for eye movements up to a quarter
-// of a square's side.
+// Removes squares out of range, and finds the squares to be requested. Does so again only after the eye has moved by a
+// quarter of a square's side.
 void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
     const Scatter& scatter = scattered.scatter;
     const double slack = 0.25 * scatter.square_side();
@@ -276,7 +276,7 @@ void ObjectField::follow(const WorldPos& eye, std::size_t most_requests) {
         for (std::size_t n = 0; n < most_requests && !scattered.absent.empty(); ++n) {
             const ScatterSquare square = scattered.absent.back();
             scattered.absent.pop_back();
-            // skips a square that left and re-entered the range while being computed
+            // skips a square that has been requested already
             if (!scattered.squares.try_emplace(square).second) continue;
             maker_->request(i, scattered.scatter, square);
             ++pending_;

@@ -26,7 +26,7 @@ namespace terrane::tools {
 
 /// A mesh with levels of detail for a Scene.
 struct ObjectLevels {
-    ObjectModel model;  ///< its mesh and impostor ids are 0 until created
+    ObjectModel model;  ///< its mesh and impostor ids are 0 until a renderer creates them
     TriangleMesh mesh;  ///< the vertices of all levels
     std::vector<std::vector<TriangleMesh::Triangle>> triangles;  ///< [levels that are meshes]
     /// [levels that are meshes] MeshLevel::morph_targets
@@ -36,9 +36,9 @@ struct ObjectLevels {
     std::vector<MeshLevel> mesh_levels() const;
 };
 
-/// Simplifies a mesh (ProgressiveMesh) to levels with errors of a thousandth to a hundredth of its size, which morph
-/// into each other, followed by an impostor; the error of absence is its size. Levels that save little are omitted. A
-/// mesh of many triangles also has continuous levels (ObjectModel::continuous).
+/// Makes levels of a mesh: the mesh itself; meshes simplified (ProgressiveMesh) to errors of a thousandth to a
+/// hundredth of its size, into which the levels morph; and an impostor. Levels that save few triangles are omitted. The
+/// error of absence is the mesh's size. A mesh of many triangles also has continuous levels (ObjectModel::continuous).
 ///
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
@@ -47,7 +47,7 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
 struct MadeSquare {
     std::size_t scatter = 0;  ///< as given to SquareMaker::request()
     ScatterSquare square;
-    /// None if the source's heights could not be read.
+    /// Absent if the source's heights could not be read.
     std::optional<std::vector<ScatterPoint>> points;
 };
 
@@ -62,7 +62,7 @@ public:
     ~SquareMaker();
 
     /// @param scatter caller's index of the scatter
-    /// @param from    must live until the square has been taken or the maker is destroyed
+    /// @param from    the scatter; must live until the square has been taken or the maker is destroyed
     void request(std::size_t scatter, const Scatter& from, const ScatterSquare& square);
     /// Appends at most `most` computed squares, in the order of their requests.
     void take(std::size_t most, std::vector<MadeSquare>& made_out);
@@ -93,13 +93,13 @@ struct ObjectCounts {
     std::size_t occluded = 0;     ///< behind the ground; not in the other counts
     double occluded_share = 0.0;  ///< SceneCounts::occluded_share
     std::size_t triangles = 0;
-    std::size_t failed_squares = 0;  ///< so far: their heights could not be read
+    std::size_t failed_squares = 0;  ///< since creation: squares whose heights could not be read
     double ms = 0.0;                 ///< of squares, culling and levels together
 };
 
 struct ObjectFieldSettings {
     double max_error_px = 1.0;  ///< objects with a smaller error of absence are not drawn, > 0
-    View picture;               ///< of the frames: its size and field of view
+    View picture;               ///< has the size and field of view of the frames
     bool has_thread = true;     ///< false: see SquareMaker
     std::optional<SunShadows> shadows = {};  ///< of the renderer's frames
 };
@@ -108,11 +108,12 @@ struct ObjectFieldSettings {
 /// frames.
 class ObjectField {
 public:
-    /// @param source   ground of scattered objects, including volumes: no objects stand where volumes replace it
-    /// @param renderer of the frames; null if none is drawn
+    /// @param source   ground on which objects are scattered, including its volumes: no objects stand where a volume
+    ///                 replaces the heightfield
+    /// @param renderer receives the meshes and impostors; null if no frames are drawn
     ///
-    /// Fails: invalid_argument as make_levels() and Scatter::create(), naming the file of the mesh; for a scatter of
-    ///        more than 2^22 objects in range; as TerrainRenderer::add_mesh()
+    /// Fails: as make_levels(), Scatter::create() and TerrainRenderer::add_mesh(); invalid_argument for a scatter that
+    ///        may have more than 2^22 objects in range. The message names the file of the mesh.
     static Result<ObjectField> create(std::shared_ptr<const HeightSource> source,
                                       const SceneObjects& objects,
                                       const ObjectFieldSettings& settings,
@@ -121,10 +122,10 @@ public:
     /// Blocks until all squares in range of a view are in the scene.
     void load_all(const View& view);
 
-    /// Whether hidden objects may be culled: not while they can cast shadows.
+    /// Whether objects behind the ground may be culled: not if objects cast shadows.
     bool can_be_hidden() const { return !(shadows_ && has_shadows(*shadows_)); }
 
-    /// Begins a frame: updates squares and culls. A square whose heights cannot be read stays empty, and is counted.
+    /// Begins a frame: updates squares and culls. A square whose heights cannot be read stays empty and is counted.
     ///
     /// @param horizon_map see Scene::begin_frame()
     std::span<const TriangleDemand> begin_frame(const View& view,
@@ -142,7 +143,7 @@ private:
     struct ScatteredModel {
         Scatter scatter;
         ModelId model;
-        double range = 0.0;  // no object is drawn beyond it, metres
+        double range = 0.0;  // distance beyond which no object is drawn, metres
         /// Squares that are requested or in the scene; those without a group are not computed yet, or have no objects.
         std::map<ScatterSquare, std::optional<GroupId>> squares = {};
         std::vector<ScatterSquare> absent = {};      // to be requested, nearest last

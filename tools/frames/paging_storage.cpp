@@ -122,7 +122,7 @@ void SlowHeights::wait_for_storage() const {
     if (std::isinf(bandwidth_)) return;
     std::unique_lock lock(mutex_);
     const double transfer = pipe_.begin(now_s(), static_cast<double>(Chunk::max_bytes()));
-    changed_.notify_all();  // this delays all other transfers
+    changed_.notify_all();  // the new transfer delays all others
     while (!pipe_.is_done(now_s(), transfer)) {
         changed_.wait_until(lock, time_point(pipe_.next_end()));
     }

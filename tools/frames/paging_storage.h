@@ -25,7 +25,7 @@ enum class PagingChoice {
     oracle,    ///< PagingPolicy::deadline with the true trajectories of cameras and bodies
 };
 
-/// In the order of PagingChoice.
+/// The values of --policy, in the order of PagingChoice.
 std::vector<std::string> paging_choice_names();
 const char* name_of(PagingChoice choice);
 PagingPolicy pager_policy(PagingChoice choice);
@@ -58,7 +58,7 @@ private:
     std::size_t bytes_ = 0;
 };
 
-/// A pipe whose bandwidth all active transfers share equally. The caller passes the time, seconds; it must not
+/// A pipe whose bandwidth all active transfers share equally. The caller passes the time in seconds, which must not
 /// decrease. Threads: one at a time.
 class FairPipe {
 public:
@@ -68,7 +68,7 @@ public:
     /// Begins a transfer; returns its id.
     double begin(double now, double bytes);
     bool is_done(double now, double transfer);
-    /// Time at which the next transfer ends unless another one begins first. Requires an active transfer.
+    /// Time at which the first of the active transfers ends unless another one begins. Requires an active transfer.
     double next_end() const;
 
 private:
@@ -80,8 +80,8 @@ private:
     std::multiset<double> ends_;  // values of share_ at which the active transfers end
 };
 
-/// Simulates slow storage in real time: sample() and stored_chunk() take a latency plus the transfer of a whole chunk
-/// through a pipe that all threads share equally. make_chunk() calls sample() once. Everything else is immediate.
+/// Simulates slow storage in real time: sample() and stored_chunk() wait for a latency and then for the transfer of a
+/// whole chunk through a pipe that all threads share equally. make_chunk() calls sample() once. Nothing else waits.
 class SlowHeights final : public ForwardedHeights {
 public:
     /// @param latency   seconds from a request to its first byte, >= 0

@@ -23,8 +23,8 @@ std::int64_t cell_of(double value, double cell) {
     return static_cast<std::int64_t>(std::floor(value / cell));
 }
 
-// Index of the list of a cell of the grid of one size class. The cells of an 8 x 8 block are adjacent in memory,
-// because queries are spatially coherent.
+// Index of the list for a cell in the grid of one size class. The lists of a block of 8 x 8 cells are adjacent in
+// memory, because queries are spatially coherent.
 std::size_t list_of(std::size_t size, std::int64_t column, std::int64_t row, std::size_t mask) {
     const std::uint64_t square =
         hash(size, static_cast<std::uint64_t>(column >> 3), static_cast<std::uint64_t>(row >> 3));
@@ -37,7 +37,7 @@ std::size_t hash_of(double x, double y) {
         hash(std::bit_cast<std::uint64_t>(x), std::bit_cast<std::uint64_t>(y), 0));
 }
 
-// Size class: exponent of the least power of two above the sides of the triangle's bounding rectangle.
+// Size class of a triangle: exponent of the least power of two above the sides of its bounding rectangle.
 int size_of(const TriangleHeap::Triangle& t) {
     const auto [west, east] = std::minmax({t.a.x(), t.b.x(), t.c.x()});
     const auto [south, north] = std::minmax({t.a.y(), t.b.y(), t.c.y()});
@@ -236,7 +236,7 @@ Eigen::Vector3d SolidHeap::nearest(const Eigen::Vector3d& p_world, double most) 
     Eigen::Vector3d best = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
     double least = most;
     const Cell middle = cell_of(p_world);
-    // shells of cells; shell i contains no point nearer than i - 1 cells
+    // searches shells of cells around the point: shell i contains no point nearer than i - 1 cells
     for (std::int64_t i = 0; cell_ * static_cast<double>(i - 1) <= least; ++i) {
         for (std::int64_t z = -i; z <= i; ++z) {
             for (std::int64_t y = -i; y <= i; ++y) {
@@ -277,26 +277,26 @@ WorldRect drawn_ground(const WorldRect& extent,
             std::min(extent.north, window.y(window.north()))};
 }
 
-// The R2 sequence: fractional parts of the multiples of these.
+// The R2 sequence: the fractional parts of the multiples of these constants.
 constexpr double kR2x = 0.7548776662466927;
 constexpr double kR2y = 0.5698402909980532;
 
-// Points on volumes per frame; cell size of their index, in finest spacings; search radius for displayed triangles,
-// metres.
+// Points measured on volumes in a frame; cell side of the index of their triangles, in finest spacings; radius in which
+// displayed triangles are searched, metres.
 constexpr std::size_t kSolidPoints = 4000;
 constexpr double kSolidCell = 4.0;
 constexpr double kMostSearched = 20.0;
 
 double fraction(double value) { return value - std::floor(value); }
 
-// Range of horizontal directions inside the view: all if it contains the vertical.
+// Range of the horizontal directions inside a view: all of them if the view contains the vertical.
 struct Wedge {
     double first = 0.0, span = 2.0 * std::numbers::pi;  // radians from east
 };
 
 Wedge find_wedge(const View& view, bool holds_vertical) {
     if (holds_vertical) return {};
-    // without the vertical the corner rays span less than half a turn around the view direction
+    // if the view does not contain the vertical, its corner rays span less than half a turn around the view direction
     const double middle = std::atan2(view.forward.y(), view.forward.x());
     const double half_height = std::tan(0.5 * view.vertical_fov);
     const double half_width = half_height * view.width_px / view.height_px;
@@ -332,7 +332,7 @@ double Verifier::Camera::to_pixels(double metres, const WorldPos& p_world) const
            std::max(view.near_distance, (p_world - view.eye_world).norm());
 }
 
-// Measures points one by one and keeps the maxima.
+// Measures points one by one, and keeps the largest errors and movements.
 class Verifier::Points {
 public:
     Points(const Verifier& verifier, const TriangleHeap& heap, const Camera& camera,
@@ -414,8 +414,8 @@ Measurement Verifier::measure(const TerrainMesh& mesh, const View& view) {
     return result;
 }
 
-// Whether volumes replace a triangle of the heightfield's cell at a position. A point on a border belongs to all
-// adjacent cells.
+// Whether volumes replace a triangle of the heightfield in the cell at a position. A position on a border belongs to
+// all adjacent cells.
 bool Verifier::is_replaced(double x, double y) const {
     if (resident_ == nullptr || resident_->solids().empty()) return false;
     const Lattice& lattice = resident_->lattice();
@@ -532,7 +532,7 @@ void Verifier::sample_picture(const Camera& camera, Points& points) const {
     }
 }
 
-// Repeats rounds over the triangles if few are in view; skips triangles if there are more than points.
+// Samples triangles in rounds until there are enough points. If there are many more triangles, a round skips some.
 void Verifier::sample_triangles(const TriangleHeap& heap, Points& points) const {
     const std::vector<TriangleHeap::Triangle>& triangles = heap.triangles();
     const std::size_t stride = std::max<std::size_t>(1, triangles.size() / (2 * least_points_));

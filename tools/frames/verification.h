@@ -16,8 +16,7 @@
 
 namespace terrane::tools {
 
-/// A displayed surface as a triangle soup with a spatial index: independent of the data structures of the
-/// triangulator, for checking it.
+/// A displayed surface as a triangle soup with a spatial index; independent of the triangulator, which it checks.
 class TriangleHeap {
 public:
     struct Triangle {
@@ -32,8 +31,8 @@ public:
     /// The corners of the triangles, each horizontal position once.
     const std::vector<WorldPos>& vertices() const { return vertices_; }
 
-    /// The displayed height at (x, y): the highest of overlapping triangles, absent in a hole.
-    /// Cost: O(number of size classes of triangles), as each has its own grid.
+    /// The displayed height at (x, y): that of the highest triangle if several overlap; absent in a hole.
+    /// Cost: O(number of size classes of triangles), because each class has its own grid
     std::optional<double> height(double x, double y) const;
 
     /// The displayed height of the vertex at (x, y), if any.
@@ -50,14 +49,14 @@ private:
     std::vector<WorldPos> vertices_;
     std::vector<std::uint32_t>
         table_;  // indices into vertices_ hashed by position, open addressing
-    // Hierarchical grid: a triangle is listed in each cell that it touches in the grid of its size class; the cells of
-    // all grids share one hash table of lists.
+    // Hierarchical grid: each size class of triangles has a grid, and each of its cells lists the triangles that touch
+    // the cell. The cells of all grids share one hash table of lists.
     std::vector<double> cells_;         // cell side of each size class in use
     std::vector<std::uint32_t> first_;  // [list count + 1] start of each list in lists_
     std::vector<std::uint32_t> lists_;  // indices into triangles_
 };
 
-/// The displayed triangles of volumes, with a spatial index: for distances from points, by brute force over cells.
+/// The displayed triangles of volumes with a spatial index, which finds the nearest one by brute force over cells.
 class SolidHeap {
 public:
     /// @param cell side of the index's cells, metres, > 0
@@ -84,8 +83,8 @@ private:
 Eigen::Vector3d nearest_in_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                     const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Limit of the movement of the ground between two frames, in pixels of the later one. Holds if the later frame
-/// certifies kPopErrorLimit_px or less and the eye moved less than a tenth of the distance to the point.
+/// Limit of the movement of a point of the ground between two frames, in pixels of the later one. It applies if the
+/// later frame certifies kPopErrorLimit_px or less and the eye moved less than a tenth of its distance to the point.
 inline constexpr double kPopLimit_px = 0.5;
 inline constexpr double kPopErrorLimit_px = 1.5;
 
@@ -105,21 +104,22 @@ struct Measurement {
 
 /// Compares the displayed surface with the true surface, with code independent of the triangulator.
 ///
-/// Samples points of the ground inside the four side planes of the view: half of them uniform in direction and in the
-/// logarithm of the distance, about as a picture shows the ground; half over the triangles, the same number in each.
-/// Screen error of a point: vertical distance of displayed and true surface, times pixels per radian, over the distance
-/// from the eye to the true point or the near distance, whichever is larger. Points outside the ground are skipped.
+/// Samples points of the ground inside the four side planes of the view. Half of them are uniform in direction and in
+/// the logarithm of the distance, about as a picture shows the ground; the others are on the triangles, the same number
+/// on each. The screen error of a point is the vertical distance between displayed and true surface, times pixels per
+/// radian, divided by the distance from the eye to the true point or by the near distance, whichever is larger. Points
+/// outside the ground are skipped.
 ///
 /// Where volumes replace the heightfield, the points are instead the centroids of triangles of the volumes' finest
 /// surface, and the error is their distance to the displayed surface: to triangles of volumes, or vertically to the
 /// heightfield where it covers them.
 ///
-/// Movement: vertical distance between the two displayed surfaces at a fixed point of the true surface that both frames
-/// see, in pixels of the later frame. Measured at the points and at every vertex of both frames: between vertices it is
-/// never larger, as the triangles of one mesh subdivide those of the other.
+/// The movement is the vertical distance between the displayed surfaces of two frames at a fixed point of the true
+/// surface that both frames see, in pixels of the later frame. It is measured at the sampled points and at every vertex
+/// of both frames. Between vertices it is never larger, because the triangles of one mesh subdivide those of the other.
 class Verifier {
 public:
-    /// @param least_points number of points of a frame, if the view has enough ground
+    /// @param least_points least number of points in a frame, if the view has enough ground
     explicit Verifier(const HeightSource& source, std::size_t least_points = 100'000);
 
     /// Measures a frame. Call in order of time.
@@ -158,7 +158,7 @@ private:
     const HeightSource& source_;
     std::size_t least_points_;
     std::optional<Frame> before_, older_;          // of the last two calls of measure()
-    std::shared_ptr<const ResidentSet> resident_;  // of the frame
+    std::shared_ptr<const ResidentSet> resident_;  // of the frame being measured
     WorldRect drawn_;                              // ground that the frame draws
 };
 

@@ -24,9 +24,9 @@ std::string rate_label(double value) { return fmt::format("1/{:.0f} s", std::rou
 
 /// Quantities that depend only on the spacing: the same in every repetition.
 struct SpacingTruth {
-    double depth_error_m = 0.0;  ///< largest distance of contact surface and true surface, vertical
-    double error_m = 0.0;        ///< largest certified bound of it
-    double missed_share = 0.0;   ///< of the true contacts
+    double depth_error_m = 0.0;  ///< largest vertical distance between contact and true surface
+    double error_m = 0.0;        ///< largest certified bound of this distance
+    double missed_share = 0.0;   ///< share of the true contacts that are not found
 };
 
 SpacingTruth compare_with_truth(const Terrain& terrain, const Ground& ground,
@@ -59,7 +59,7 @@ Dial spacing_dial() {
             const double wanted = grounds.empty() ? 0.0 : 2.0 * grounds.back().spacing();
             TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, wanted));
             if (!grounds.empty() && ground.spacing() == grounds.back().spacing())
-                break;  // the coarsest
+                break;  // the last ground has the coarsest spacing
             grounds.push_back(ground);
         }
         const std::size_t bodies = place.is_quick ? 30 : 100;

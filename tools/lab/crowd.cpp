@@ -21,10 +21,10 @@ namespace {
 
 using Cell = std::array<std::uint32_t, 3>;
 
-// Axis-aligned cubic cells, counted from the origin; coordinates beyond the room belong to its border cells.
+// Axis-aligned cubic cells, counted from the origin. Positions beyond the room belong to the cells at its border.
 struct CellLattice {
     double per_cell = 1.0;   ///< cells a metre
-    std::uint32_t last = 0;  ///< along each axis
+    std::uint32_t last = 0;  ///< last cell along each axis
 
     std::uint32_t along(double p) const {
         // no floor needed: a coordinate below 0 is in cell 0 anyway
@@ -43,14 +43,14 @@ void visit_cells(const Cell& low, const Cell& high, Visit&& visit) {
     }
 }
 
-// Pairs in ascending order, each found once.
+// Collects pairs of bodies, each once, in ascending order.
 class FoundPairs {
 public:
     void clear() {
         pairs_.clear();
         candidates_ = 0;
     }
-    // Records a pair of boxes that share a cell if it is the cell of the intersection's low corner.
+    // Compares two boxes that share a cell. Records the pair only in the cell of their intersection's low corner.
     void compare(std::span<const Aabb> bounds, const CellLattice& lattice, const Cell& cell,
                  std::uint32_t i, std::uint32_t j) {
         ++candidates_;
@@ -142,13 +142,13 @@ private:
     std::uint64_t operations_ = 0;
 };
 
-/// The hashed grid proposed by the published study: only occupied cells, by a hash of their coordinates. Time and
-/// memory of an update are linear in the bodies. Cells are as wide as the mean distance of the bodies, so that a body
-/// of typical size occupies little more than one; wider if boxes would occupy more than 64 cells on average.
+/// The hashed grid proposed by the published study. It stores only occupied cells, by a hash of their coordinates: time
+/// and memory of an update are linear in the number of bodies. Cells are as wide as the mean distance of bodies, so
+/// that a typical body occupies little more than one cell; wider if boxes would occupy more than 64 cells on average.
 ///
 /// Sources:    M. Teschner et al. Optimized spatial hashing for collision detection of deformable objects. 2003
-/// Deviations: buckets are sorted by counting instead of linked lists; a pair is reported only by the cell of the low
-///             corner of the boxes' intersection, instead of being compared with pairs already found.
+/// Deviations: entries are sorted into buckets by counting, not kept in linked lists; a pair is reported only by the
+///             cell of the low corner of the boxes' intersection, not compared with the pairs found so far.
 class HashedGrid final : public Broadphase {
 public:
     HashedGrid(double width, std::size_t body_count)
@@ -203,7 +203,7 @@ private:
         lattice_.last = static_cast<std::uint32_t>(cells_);
     }
 
-    // False if the boxes occupy more than `most` cells and cells can be wider.
+    // Places all boxes in cells. False if they occupy more than `most` cells and cells can be wider.
     bool place_boxes(std::uint64_t most) {
         std::uint64_t count = 0;
         for (std::size_t i = 0; i < bounds_.size(); ++i) {
@@ -245,7 +245,7 @@ private:
     }
 
     double width_;
-    double cells_;  ///< along an axis
+    double cells_;  ///< number of cells along an axis
     CellLattice lattice_;
     std::span<const Aabb> bounds_;
     std::vector<Cell> lows_, highs_;  ///< by body
@@ -315,9 +315,9 @@ Shape make_ball(const BallMesh& mesh) {
 
 constexpr int kFewestRings = 2;  // with fewer, all corners lie in a plane
 constexpr int kMostRings = 200;
-constexpr int kSizes = 100;  // distinct sizes of a spread: few, so that bodies share meshes
+constexpr int kSizes = 100;  // number of different sizes: small, so that bodies share meshes
 
-// Sizes in geometric progression; the layout's radius is their geometric mean.
+// The radius of a size. The radii are in geometric progression, and the layout's radius is their geometric mean.
 double radius_of(const CrowdLayout& layout, int size) {
     if (layout.size_spread == 1.0) return layout.radius;
     const double share = static_cast<double>(size) / (kSizes - 1);
@@ -334,7 +334,7 @@ public:
             sums_[static_cast<std::size_t>(size)] = sum;
         }
     }
-    // size 0 without a spread
+    // returns size 0 if all sizes are equal
     int draw(BodyRandom& random) const {
         if (!is_spread_) return 0;
         const auto found =
@@ -347,7 +347,7 @@ private:
     std::array<double, kSizes> sums_{};  ///< cumulative shares of the sizes
 };
 
-// Uniform with the layout's mean and deviation.
+// Draws a number of rings, uniform with the layout's mean and deviation.
 int draw_rings(const CrowdLayout& layout, BodyRandom& random) {
     const double half_width = std::sqrt(3.0) * layout.detail_deviation;
     const double detail = layout.detail + half_width * random.within(-1.0, 1.0);
@@ -455,7 +455,7 @@ void Crowd::move(double dt) {
 }
 
 void Crowd::place_bounds() {
-    // margin over the sphere, above the rounding of a box
+    // margin around the sphere, larger than the rounding error of a box
     constexpr double kRoundingMargin = 1e-11;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         const Body& body = bodies_[i];

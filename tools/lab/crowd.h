@@ -29,8 +29,8 @@ enum class CrowdScheme {
     sap,        ///< BroadphaseKind::sap
     grid,       ///< BroadphaseKind::grid
     two_scene,  ///< sweep-and-prune of cubes that contain a body at any rotation; exact boxes only for the pairs found
-    brute,      ///< every pair of boxes
-    hashed,     ///< a hashed grid: cells as wide as the mean distance of the bodies
+    brute,      ///< compares every pair of boxes
+    hashed,     ///< a hashed grid with cells as wide as the mean distance between bodies
     dense,      ///< the published dense grid: 40^3 cells, all cleared in each update
 };
 
@@ -48,16 +48,16 @@ struct CrowdLayout {
     double detail =
         3.0;  ///< mean number of rings of corners between the poles; each body has 2 or more
     double detail_deviation =
-        1.0;              ///< its standard deviation; uniform distribution over the bodies
+        1.0;  ///< standard deviation of this number, which is uniformly distributed over the bodies
     double radius = 1.0;  ///< of the sphere through the corners, metres
     /// Ratio of the largest to the smallest of 100 radii in geometric progression around `radius`.
     double size_spread = 1.0;
-    /// The number of bodies of at least a radius is proportional to radius^-size_power: 0 for equal numbers of each
-    /// radius, 2.5 for fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
+    /// The number of bodies of at least some radius is proportional to radius^-size_power: 0 gives equal numbers of
+    /// each radius, 2.5 the sizes of fragments (J. Dohnanyi. Collisional model of asteroids and their debris. 1969).
     double size_power = 0.0;
     double aspect = 1.0;     ///< length over width of a body
     bool is_dented = false;  ///< whether bodies are not convex
-    double room = 0.0;       ///< width of the room, metres; 0: by `share`
+    double room = 0.0;       ///< width of the room, metres; 0: determined by `share`
     double share = 0.02;     ///< share of the room's volume filled by the spheres, 0 to 1
     double speed = 1.0;      ///< metres a second
     double spin = 1.0;       ///< radians a second
@@ -65,32 +65,32 @@ struct CrowdLayout {
     std::uint64_t seed = 1;
 };
 
-/// Sums over queries of a crowd, one or more.
+/// Sums over one or more queries of a crowd.
 struct CrowdTotals {
     std::size_t queries = 0;
     std::size_t positive_queries = 0;  ///< with at least one touching pair
-    double query_ms = 0.0;             ///< pairs and their contact tests
+    double query_ms = 0.0;             ///< time of finding pairs and testing them for contact
     double positive_ms = 0.0;          ///< time of the positive queries
-    double boxes_ms = 0.0;             ///< axis-aligned boxes of all bodies; cubes for two scenes
-    double update_ms = 0.0;            ///< Broadphase::update(), without the boxes
-    std::size_t boxes = 0;             ///< exact boxes that were computed
-    std::size_t pairs = 0;             ///< with overlapping boxes
-    std::size_t touching = 0;          ///< pairs in contact
-    std::uint64_t candidates = 0;      ///< pairs that the broadphase compared
+    double boxes_ms = 0.0;   ///< time of the axis-aligned boxes of all bodies; cubes for two scenes
+    double update_ms = 0.0;  ///< time of Broadphase::update(), without the boxes
+    std::size_t boxes = 0;   ///< exact boxes that were computed
+    std::size_t pairs = 0;   ///< pairs with overlapping boxes
+    std::size_t touching = 0;      ///< pairs in contact
+    std::uint64_t candidates = 0;  ///< pairs that the broadphase compared
 
     void add(const CrowdTotals& other);
-    /// A sum over the queries; 0 without queries.
+    /// The mean of a sum over the queries; 0 without queries.
     double mean(auto sum) const { return ratio_or_zero(sum, queries); }
     double mean_query_ms() const { return mean(query_ms); }
     double mean_boxes_ms() const { return mean(boxes_ms); }
-    /// Of boxes and broadphase.
+    /// Mean time of boxes and broadphase.
     double mean_update_ms() const { return mean(boxes_ms + update_ms); }
-    /// An update and a query.
+    /// Mean time of an update and a query.
     double mean_step_ms() const { return mean_query_ms() + mean_update_ms(); }
-    /// Of the broadphase alone.
+    /// Mean time of the broadphase alone.
     double mean_broadphase_ms() const { return mean(update_ms); }
     double mean_pairs() const { return mean(pairs); }
-    /// 0 without positive queries.
+    /// Mean time of a positive query; 0 if there was none.
     double mean_positive_ms() const { return ratio_or_zero(positive_ms, positive_queries); }
 };
 
@@ -130,7 +130,7 @@ private:
     std::vector<Body> bodies_;
     std::size_t corner_count_ = 0;
     std::vector<Aabb> bounds_;  ///< boxes of the bodies; for two scenes cubes around their spheres
-    std::vector<Aabb> exact_;   ///< exact boxes, for two scenes
+    std::vector<Aabb> exact_;   ///< [bodies] exact boxes, for two scenes
     std::vector<std::uint64_t> exact_in_query_;  ///< number of the query that computed exact_
     std::uint64_t query_count_ = 0;
     std::unique_ptr<Broadphase> broadphase_;
@@ -138,7 +138,7 @@ private:
 
 /// Alternates queries of a crowd and moves by dt seconds.
 ///
-/// @param goes_on called before each query except the first; false ends the run
+/// @param goes_on called before each query except the first; returns false to end the run
 CrowdTotals run_crowd(Crowd& crowd, double dt,
                       const std::function<bool(const CrowdTotals&)>& goes_on);
 

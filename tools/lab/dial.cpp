@@ -16,8 +16,7 @@
 namespace terrane::tools {
 
 double time_reference_loop() {
-    constexpr std::size_t kEntries = std::size_t{1}
-                                     << 15;  // of 8 bytes: fits the second-level cache
+    constexpr std::size_t kEntries = std::size_t{1} << 15;  // of 8 bytes: fits in the L2 cache
     constexpr int kSteps = 60'000;
     static const std::vector<std::uint64_t> table = [] {
         std::vector<std::uint64_t> made(kEntries);
@@ -127,7 +126,7 @@ namespace {
 /// Repetitions of one trial.
 struct TurnLog {
     std::vector<std::vector<double>> values;  ///< [columns][repetitions]
-    std::vector<std::vector<double>> ratios;  ///< the same, of times
+    std::vector<std::vector<double>> ratios;  ///< the same, as ratios to the reference loop
 };
 
 void add_turn(TurnLog& log, const TradeSample& sample, const std::vector<TradeColumn>& columns,
@@ -159,7 +158,7 @@ TradeRow row_of(const Dial& dial, const TradePlace& place, const TradeTrial& tri
     return row;
 }
 
-// Adds a finding if a dial has no effect on its loss: the front of such a table is meaningless.
+// Adds a finding if a dial has no effect on its loss, because the front of such a table is meaningless.
 void note_constant_loss(TradeTable& table) {
     const std::size_t loss = column_index(table.dial, table.dial.loss);
     if (loss == table.dial.columns.size() || table.rows.size() < 2) return;

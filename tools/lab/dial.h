@@ -26,14 +26,14 @@ double time_reference_loop();
 struct TradeColumn {
     std::string key;  ///< "update_ms"
     std::string title;
-    std::string unit = {};  ///< "px", "ms", "ns"; "" for none. Times also get a ratio to the loop
+    std::string unit = {};  ///< "px", "ms", "ns"; "" for none. Only times have TradeFigure::ratio
 };
 
 /// One figure of a row, from the repetitions of its trial.
 struct TradeFigure {
     double median = 0.0;
     double low = 0.0, high = 0.0;  ///< smallest and largest repetition
-    double ratio = 0.0;  ///< median of the time over the reference loop's; 0 if it is not a time
+    double ratio = 0.0;  ///< median ratio of the time to the reference loop's; 0 for other figures
     std::size_t repetitions = 0;  ///< 0: not measured
 };
 
@@ -42,13 +42,15 @@ struct TradeFigure {
 /// @param ratios [values] times relative to the reference loop of the same round; empty if the figure is not a time
 TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios);
 
-/// A figure of a column of this unit, in the form of trade.json.
+/// A figure in the form of trade.json.
+///
+/// @param unit of the figure's column
 nlohmann::ordered_json to_json(const TradeFigure& figure, const std::string& unit);
 
-/// Terrain and extent of a dial's measurement.
+/// Where a dial is measured, and how thoroughly.
 struct TradePlace {
     const Terrain* terrain = nullptr;  ///< null for dials that need none
-    std::string flags;                 ///< select the terrain: "--seed 7"
+    std::string flags;                 ///< flags that select the terrain: "--seed 7"
     bool is_quick = false;             ///< shorter flights, fewer bodies and queries
 };
 
@@ -60,7 +62,7 @@ struct TradeTrial {
     std::string label;  ///< "100000", "sap"
     std::function<CommandResult<TradeSample>()> measure;
     std::optional<double> value = {};  ///< position on the dial's axis; absent for named values
-    std::string command = {};          ///< command that measures it; "": the dial's command
+    std::string command = {};          ///< command that measures this value; "": the dial's command
 };
 
 using TradeTrials = CommandResult<std::vector<TradeTrial>>;
@@ -78,10 +80,10 @@ TradeTrials make_trials(const std::vector<Value>& values, const MakeTrial& make_
     return trials;
 }
 
-/// The values of a dial of one field of some settings.
+/// The values of a dial that is one field of some settings.
 template <class Settings>
 struct FieldValues {
-    std::vector<double> all, quick;  ///< of a whole and of a quick run
+    std::vector<double> all, quick;  ///< the values in a full and in a quick run
     void (*set)(double value, Settings& settings);
 };
 
@@ -107,13 +109,13 @@ struct Dial {
     std::string axis = {};  ///< with its unit: "triangles"; "" if the values are names
     std::string text;       ///< what is held fixed
     bool needs_terrain = true;
-    std::string preset_flag = {};  ///< the presets' flag for the dial's values; "": none
+    std::string preset_flag = {};  ///< the flag with which presets set the dial; "" if they do not
     std::vector<TradeColumn> columns = {};
     std::string cost = {}, loss = {};  ///< keys of the front's columns; smaller is better for both
-    /// Reason why no value can have an effect at a place; absent if one can. May be empty.
+    /// Returns why no value can have an effect at a place; absent if a value can. The function may be empty.
     std::function<std::optional<std::string>(const TradePlace&)> idle_reason = {};
     std::function<TradeTrials(const TradePlace&)> prepare = {};
-    /// Sentences about a measured table; may be empty.
+    /// Returns sentences about a measured table. The function may be empty.
     std::function<std::vector<std::string>(const TradeTable&)> find = {};
 };
 
@@ -135,14 +137,14 @@ struct TradeTable {
     std::vector<std::string> findings = {};  ///< sentences with measured numbers
 };
 
-/// Marks the Pareto front: the rows that no other row dominates. A row is dominated by another one with no more cost
-/// and no more loss, and less of one. Rows without either figure are not on the front.
+/// Marks the Pareto front: the rows that no other row dominates. A row dominates another one if its cost and loss are
+/// not larger and at least one of them is smaller. Rows without a cost or without a loss are not on the front.
 void mark_front(TradeTable& table);
 
 /// The index of a column; the number of columns for an unknown key.
 std::size_t column_index(const Dial& dial, const std::string& key);
 
-/// In the form of trade.json.
+/// A table in the form of trade.json.
 nlohmann::ordered_json to_json(const TradeTable& table);
 
 /// Measures a dial. Its values and the reference loop take turns. The first turn warms up caches, and is dropped if
@@ -152,21 +154,21 @@ nlohmann::ordered_json to_json(const TradeTable& table);
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,
                                        const Patience& patience);
 
-/// Budget, target, morph ratio: pixels against triangles and time; presets, which set these and others.
+/// Dials of budget, error target and morph ratio (pixels against triangles and time), and of the presets.
 std::vector<Dial> pixel_dials();
-/// Contact spacing, contact tolerance: metres against time. Lengths of steps and substeps: penetration and drift.
+/// Dials of contact spacing and tolerance (metres against time), and of step and substep (penetration, drift and time).
 std::vector<Dial> contact_dials();
-/// Memory, storage, horizon, contact share: late frames and excess error against bytes.
+/// Dials of memory, storage, horizon and contact share: late frames and excess error against bytes.
 std::vector<Dial> paging_dials();
-/// Tests, lifts, pseudodistances and distances, of shapes and the ground and of two shapes: order against time.
-/// Squares or roots, float or double: numbers against time.
+/// Dials of measures of proximity, between a shape and the ground and between two shapes (order of the objects against
+/// time), and of squares or roots and float or double (accuracy against time).
 std::vector<Dial> number_dials();
-/// Extremal points by scan or climb; collision meshes from full to one hull; culling tests, triangles of object meshes.
+/// Dials of the search for extreme vertices, collision meshes, culling tests, and triangles of object meshes.
 std::vector<Dial> mesh_dials();
-/// Broadphases, threads.
+/// Dials of broadphases and threads.
 std::vector<Dial> crowd_dials();
 
-/// All of these, in this order.
+/// The dials of all these functions, in this order.
 std::vector<Dial> all_dials();
 
 /// The keys of all dials: names for --dial.

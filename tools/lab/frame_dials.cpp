@@ -25,10 +25,10 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kFlightSeconds = 10.0;
-// Closer to the ground the finest spacing determines the error, whatever the settings.
+// Least altitude, in metres and in finest spacings: below it the finest spacing determines the error.
 constexpr double kLeastAltitude = 150.0, kAltitudeInSpacings = 40.0;
 constexpr double kFrame_s = 1.0 / 30.0;
-// Finest settings of any dial, which determine the chunks to load.
+// The finest settings among all dials, which determine the chunks to load.
 constexpr std::size_t kMostBudget = 1'000'000, kMostQuickBudget = 300'000;
 constexpr double kLeastError_px = 0.5;
 
@@ -155,7 +155,7 @@ private:
         device_ = std::make_unique<Device>(Device{std::move(*context), std::move(*renderer)});
     }
 
-    // Milliseconds until the picture can be read; NaN without a device.
+    // Draws a mesh. Returns the milliseconds until the picture can be read; NaN without a device.
     Result<double> draw(const TerrainMesh& mesh, const View& view) {
         if (device_ == nullptr) return std::numeric_limits<double>::quiet_NaN();
         device_->context.make_current();
@@ -168,7 +168,7 @@ private:
     std::shared_ptr<const HeightSource> source_;
     std::vector<Moment> moments_;
     std::size_t verified_moments_ = 1;
-    std::unique_ptr<Device> device_;  // null: none can be opened
+    std::unique_ptr<Device> device_;  // null if none can be opened
 };
 
 /// The flights over each terrain, shared by all pixel dials.
@@ -214,7 +214,7 @@ Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, Dial dial,
     return dial;
 }
 
-/// Settings by a preset's flags, of a flight and of a drop.
+/// Settings of a flight from a preset's flags.
 TriangulatorSettings triangulator_of(const Preset& preset) {
     const auto value = [&preset](const char* flag) { return preset_value(preset, flag).value(); };
     return {.triangle_budget = static_cast<std::size_t>(value("--budget")),

@@ -19,7 +19,7 @@ namespace {
 constexpr double kHalfWidth = 120.0;  // metres
 constexpr double kAround = 60.0;      // metres, for bodies that roll out of the area
 
-// Whether the true surface reaches into a sphere: samples on rings below it.
+// Whether the true surface reaches into a sphere, according to samples on rings around its centre.
 bool reaches_into(const HeightSource& source, const WorldPos& centre, double radius) {
     constexpr int kRings = 6, kSpokes = 12;
     for (int ring = 0; ring <= kRings; ++ring) {

@@ -13,7 +13,7 @@
 
 namespace terrane::tools {
 
-/// The contact surface of the square of a terrain that contains the bodies and queries of the dials, entirely resident.
+/// Loads the contact surface of the square of a terrain in which the dials place their bodies and queries.
 ///
 /// @param contact_spacing as PagerSettings::contact_spacing
 ///
@@ -26,8 +26,8 @@ struct ProbePose {
     bool touches = false;  ///< whether a sampled point of the true surface is inside the sphere
 };
 
-/// Random poses of a sphere near the true surface, about half of which touch it, as determined from samples of
-/// HeightSource::height(). The same in every run. Fewer than `count` if a terrain has little ground.
+/// Random poses of a sphere near the true surface, the same in every run. About half of them touch the surface,
+/// according to samples of HeightSource::height(). Fewer than `count` if a terrain has little ground.
 std::vector<ProbePose> probe_poses(const Terrain& terrain, const Sphere& sphere, std::size_t count);
 
 /// A drop of spheres onto loaded ground.
@@ -45,9 +45,9 @@ struct DropFigures {
     double ms = 0.0;  ///< processor time of the calling thread in all steps, per simulated second
     double wall_ms = 0.0;       ///< the same in wall-clock time
     double max_depth_m = 0.0;   ///< deepest penetration of the contact surface
-    double fell_through = 0.0;  ///< body steps deeper than their tolerance
-    /// Energy gained by bodies in steps, relative to the energy lost in total. Bodies that do not collide with each
-    /// other have no source of energy, so that any gain is an error.
+    double fell_through = 0.0;  ///< body steps that ended deeper than the tolerance
+    /// All energy that bodies gained in steps, relative to all energy that they lost. Bodies that do not collide with
+    /// each other have no source of energy, so that any gain is an error.
     double drift = 0.0;
 };
 

@@ -15,8 +15,8 @@
 
 namespace terrane::tools {
 
-/// What a Stopwatch reads: wall-clock time, or the processor time of the calling thread, which other load does not
-/// stretch but which excludes worker threads.
+/// What a Stopwatch reads: wall-clock time, or the processor time of the calling thread. The latter does not grow with
+/// other load on the machine, but excludes worker threads.
 enum class Clock { wall, thread };
 
 /// Measures the time since its construction.
@@ -37,7 +37,7 @@ private:
     double from_;
 };
 
-/// The middle value, the upper one of an even count; 0 without values.
+/// The middle value, or the larger of the two middle values of an even count; 0 without values.
 inline double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -45,7 +45,7 @@ inline double median(std::vector<double> values) {
     return *middle;
 }
 
-/// a / b, or 0 unless b is above 0.
+/// a / b if b is above 0, else 0.
 inline double ratio_or_zero(auto a, auto b) {
     return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
 }
@@ -64,14 +64,14 @@ double median_ms(int runs, Clock clock, const Function& function) {
 
 /// Limits of repetitions.
 struct Patience {
-    /// Further turns start within this time after the end of the first one, seconds; <= 0: only the first one.
+    /// Time after the first turn during which further turns start, seconds; if <= 0, there is only the first turn.
     double seconds = std::numeric_limits<double>::infinity();
-    std::size_t most_turns = 9;  ///< with the first one
+    std::size_t most_turns = 9;  ///< including the first one
 };
 
 /// Measures cases in turns, each case once a turn, so that a temporary slowdown of the machine affects all alike.
 ///
-/// @param measure called with the indices of a case and of a turn; false ends the turns
+/// @param measure called with the indices of a case and of a turn; returns false to end the turns
 template <class Measure>
 void take_turns(std::size_t case_count, const Patience& patience, const Measure& measure) {
     const auto run_turn = [&](std::size_t turn) {
@@ -88,9 +88,9 @@ void take_turns(std::size_t case_count, const Patience& patience, const Measure&
     }
 }
 
-/// Mean processor time of the calls 0 to count - 1, nanoseconds, over as many rounds as take two milliseconds in total.
+/// Mean processor time of a call, nanoseconds. Calls with all indices below `count` are repeated for two milliseconds.
 ///
-/// @param call takes an index and returns a number that depends on its result, so that the call is not removed
+/// @param call takes an index and returns a number that depends on its work, so that the compiler does not remove it
 template <class Call>
 double time_call_ns(std::size_t count, const Call& call) {
     constexpr double kLeast_ms = 2.0;

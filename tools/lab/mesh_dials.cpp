@@ -62,7 +62,7 @@ TriangleMesh make_boulder(int subdivisions) {
     mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
                       {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
     for (int i = 0; i < subdivisions; ++i) mesh = subdivided(mesh);
-    constexpr double kRoughness = 0.3;  // largest displacement over the radius
+    constexpr double kRoughness = 0.3;  // largest displacement, relative to the radius
     for (Eigen::Vector3d& p : mesh.positions) {
         // waves in three directions: smooth, so that coarser meshes stay close
         const double wave =
@@ -113,7 +113,7 @@ public:
         return best;
     }
 
-    // Climbs along edges until no neighbour is farther. Cost: O(sqrt(vertices)) for even hulls
+    // Climbs along edges until no neighbour is farther. Cost: O(sqrt(vertices)) for evenly spaced vertices
     std::uint32_t by_climb(const Eigen::Vector3d& direction) const {
         std::uint32_t best = starts_[0];
         double most = direction.dot(vertices_[best]);
@@ -160,13 +160,13 @@ CommandResult<TradeTrial> extreme_trial(std::size_t vertices) {
     return TradeTrial{fmt::format("{}", vertices), measure, static_cast<double>(vertices)};
 }
 
-// The last crossing of the curves of scan and climb, by linear interpolation.
+// States where the curves of scan and climb cross last, by linear interpolation.
 std::vector<std::string> find_break_even(const TradeTable& table) {
     std::optional<double> crossing;
     for (std::size_t i = 1; i < table.rows.size(); ++i) {
         const auto gain = [&table](std::size_t row) {
             const std::vector<TradeFigure>& figures = table.rows[row].figures;
-            return figures[0].median - figures[1].median;  // gain of climb over scan
+            return figures[0].median - figures[1].median;  // time that a climb saves
         };
         const double before = gain(i - 1), after = gain(i);
         if (before >= 0.0 || after < 0.0) continue;

@@ -26,8 +26,8 @@ using Point3 = std::array<T, 3>;
 
 /// Squared distance of a point from a triangle, in the precision of its numbers.
 ///
-/// Source: C. Ericson. Real-Time Collision Detection, 2005, 5.1.5: (Voronoi regions of corners, edges and face by
-/// barycentric coordinates). A template, so that precisions can be compared.
+/// Source: C. Ericson. Real-Time Collision Detection, 2005, 5.1.5 (Voronoi regions of corners, edges and face by
+/// barycentric coordinates).
 template <class T>
 T squared_distance_to_triangle(const Point3<T>& p, const std::array<Point3<T>, 3>& corners) {
     const auto minus = [](const Point3<T>& a, const Point3<T>& b) {
@@ -69,7 +69,7 @@ struct TriangleQuestion {
     std::array<Point3<T>, 3> corners{};
 };
 
-/// Triangles of about a metre with a point beside each, around (origin, origin, 0), rounded to T.
+/// Triangles of about a metre around (origin, origin, 0), each with a point near it. All coordinates are rounded to T.
 template <class T>
 std::vector<TriangleQuestion<T>> make_questions(std::size_t count, double origin) {
     BodyRandom random(17, 0);
@@ -153,7 +153,7 @@ TradeTrial nearest_trial(std::string name, std::size_t count, bool has_root) {
         const double square = square_of(from, to);
         return has_root ? std::sqrt(square) : square;
     };
-    // pairs of different squares whose roots are equal
+    // counts pairs of different squares whose roots are equal
     std::vector<double> squares, keys;
     for (std::size_t i = 1; i < count; ++i) {
         squares.push_back(square_of(0, i));
@@ -216,13 +216,13 @@ double disorder_share(const std::vector<double>& keys, const std::vector<double>
     return ratio_or_zero(unlike, pairs);
 }
 
-/// A measure of proximity: a number for each of the same queries, smaller for closer objects.
+/// A measure of proximity: it gives each query a number, which is smaller for closer objects.
 struct NamedMeasure {
     std::string name;
     std::function<double(std::size_t)> of;
 };
 
-/// Trials of measures on the same queries; the last measure is the distance, the reference for the others.
+/// Trials of measures on the same queries. The last measure is the distance, the reference for the others.
 TradeTrials measure_trials(const std::vector<NamedMeasure>& measures, std::size_t questions) {
     const auto answers_of = [questions](const NamedMeasure& measure) {
         std::vector<double> answers;

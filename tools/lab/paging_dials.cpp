@@ -24,7 +24,7 @@ PageOptions usual_flight(bool is_quick) {
     options.speeds = {1000.0};
     options.seconds = is_quick ? 2.0 : 6.0;
     options.fps = 10.0;
-    // The target is met whenever the chunks are resident: late frames do not depend on the budget.
+    // enough to meet the target whenever the chunks are resident, so that late frames do not depend on the budget
     options.budget = is_quick ? 100'000 : 300'000;
     options.max_error_px = is_quick ? 8.0 : 4.0;
     options.latencies_ms = {20.0};
@@ -33,7 +33,7 @@ PageOptions usual_flight(bool is_quick) {
     return options;
 }
 
-// The command line of a flight: options that differ from the defaults of `page`.
+// The command line of a flight, with the options that differ from the defaults of `page`.
 std::string page_command(const PageOptions& options, const std::string& terrain_flags) {
     return fmt::format(
         "terrane page {} --path {} --speed {} --seconds {} --fps {} --budget {} "

@@ -129,8 +129,8 @@ void Foresight::announce_jump(double time, double jump, CameraNeed& camera,
 
 namespace {
 
-// The pager's time at the start of a flight: later than any clock value after loading the first frame, and still exact
-// to a nanosecond.
+// The pager's time at the start of a flight, seconds: later than any time at which the first frame is loaded, and small
+// enough for times to be exact to a nanosecond.
 constexpr double kClock = 0x1p20;
 // Length of trajectories beyond the pager's horizon, seconds.
 constexpr double kBeyondHorizon = 1.0;
@@ -170,7 +170,7 @@ PagingTotals add_up(const PagingRun& run, const PagerStats& before, double fps) 
     for (const std::size_t late : run.contact_late) totals.contact_late += late;
     const PagerStats& after = run.frames.back().paging;
     totals.bytes_loaded = after.bytes_read - before.bytes_read;
-    // chunks read before the flight and used in it do not count
+    // a flight may also use chunks read before it, and so more bytes than it loaded
     const std::uint64_t used = after.bytes_used - before.bytes_used;
     totals.bytes_wasted = totals.bytes_loaded - std::min(used, totals.bytes_loaded);
     totals.peak_bytes = after.peak_bytes;

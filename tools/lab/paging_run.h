@@ -20,19 +20,19 @@
 
 namespace terrane::tools {
 
-/// Spheres of radius 1 m on the true ground under a camera: the first below the eye, the others around it, within 150 m
-/// to each side. Their horizontal offsets from the eye are constant, so that they jump with it. Depends only on the
-/// terrain and the camera.
+/// Spheres of radius 1 m on the true ground under a camera: the first one below the eye, the others within 150 m to
+/// each side. Their horizontal offsets from the eye are constant, so that they jump when the eye jumps. Their positions
+/// depend only on the terrain and the camera.
 class GroundBodies {
 public:
     static constexpr double kRadius = 1.0;  // metres
 
-    /// @param source must outlive it
+    /// @param source must outlive the bodies
     GroundBodies(const HeightSource& source, std::size_t count) : source_(&source), count_(count) {}
 
     std::size_t count() const { return count_; }
     WorldPos place(std::size_t body, const CameraPose& camera) const;
-    /// The needs of all bodies, with the camera's horizontal velocity and the vertical velocity of the ground below.
+    /// The needs of all bodies, which move at the camera's horizontal velocity and follow the height of the ground.
     std::vector<BodyNeed> needs(const CameraPose& camera) const;
     /// BodyNeed::trajectory of a body over a whole path.
     ///
@@ -49,21 +49,21 @@ private:
 bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_world,
                 double radius);
 
-/// Known future of a path for a pager: fills CameraNeed::trajectory and BodyNeed::trajectory.
+/// Tells a pager the known future of a path: fills CameraNeed::trajectory and BodyNeed::trajectory.
 class Foresight {
 public:
     struct Settings {
-        bool is_complete = false;  ///< oracle: the whole remaining path is known
-        double announce = 0.0;     ///< without is_complete: seconds ahead that jumps are known
+        bool is_complete = false;  ///< whether the whole remaining path is known, as for the oracle
+        double announce = 0.0;     ///< seconds for which a jump is known ahead, if not is_complete
         double horizon = 0.0;      ///< length of the trajectories, seconds
         double clock = 0.0;        ///< the pager's time at the start of the path, seconds
     };
 
-    /// @param path   must outlive it
-    /// @param bodies must outlive it
+    /// @param path   must outlive the object
+    /// @param bodies must outlive the object
     Foresight(const CameraPath& path, const GroundBodies& bodies, const Settings& settings);
 
-    /// Sets the known trajectories, and leaves the others empty. Valid until the next call.
+    /// Sets the known trajectories, which are valid until the next call, and leaves the others empty.
     ///
     /// @param time seconds from the start of the path
     void set_trajectories(double time, CameraNeed& camera, std::span<BodyNeed> bodies);
@@ -86,7 +86,7 @@ struct PagingRunSettings {
     double fps = 30.0;
     std::size_t frame_count = 1;
     std::size_t body_count = 0;
-    double announce = 0.0;  ///< seconds ahead that jumps are known
+    double announce = 0.0;  ///< seconds for which a jump is known in advance
     std::atomic<std::size_t>* frames_done =
         nullptr;  ///< counts the frames of all flights; may be null
 };
@@ -100,7 +100,7 @@ struct PagingTotals {
     std::uint64_t bytes_loaded = 0;  ///< read from storage
     std::uint64_t bytes_wasted = 0;  ///< of these, bytes not used by the end of the flight
     std::size_t peak_bytes = 0;      ///< resident and in flight together, since creation
-    std::size_t contact_late = 0;    ///< sum over frames of bodies without resident ground
+    std::size_t contact_late = 0;    ///< bodies without resident ground, summed over frames
     std::size_t body_frames = 0;
     std::uint64_t loaded = 0;  ///< this and the next ones as in PagerStats
     std::uint64_t reloads = 0;
@@ -136,7 +136,7 @@ Result<PagingRun> run_paging(std::shared_ptr<const HeightSource> source, ChunkCa
 struct PagingJob {
     const CameraPath* path = nullptr;
     PagingRunSettings settings;
-    std::size_t row = 0;  ///< of the table for which it is played
+    std::size_t row = 0;  ///< row of the table for which the flight is played
 };
 
 /// Plays flights on several threads, and delivers their results in order on the caller's thread, each as soon as all

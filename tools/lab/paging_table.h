@@ -53,23 +53,23 @@ struct PagingVerdict {
     const PagingRow* distance = nullptr;
     const PagingRow* oracle = nullptr;
 
-    /// Late frames of deadline relative to those of distance (0 / 0 is 0); target kMostLate, if the oracle has none.
+    /// Late frames of `deadline` divided by those of `distance` (0 / 0 is 0); at most kMostLate to meet the target.
     /// Absent if a run is missing or the oracle has late frames.
     std::optional<double> late_ratio;
-    /// Excess error of deadline relative to that of the oracle; target kMostExcess, if the oracle has late frames.
-    /// Absent otherwise.
+    /// Excess error of `deadline` divided by that of the oracle; at most kMostExcess to meet the target. Absent if a
+    /// run of the two is missing or the oracle has no late frames.
     std::optional<double> excess_ratio;
     std::vector<std::string> missed;  ///< missed targets, by their key in to_json()
 
     static constexpr double kMostLate = 0.05;
     static constexpr double kMostExcess = 1.2;
-    static constexpr double kMostWasted = 0.25;  ///< not applied to unannounced jumps
+    static constexpr double kMostWasted = 0.25;  ///< not applied to paths with unannounced jumps
 };
 
-/// One verdict for each cell, in order of its first row. The rows must outlive it.
+/// One verdict for each cell, in the order of the cells' first rows. The rows must outlive the verdicts.
 std::vector<PagingVerdict> judge(std::span<const PagingRow> rows);
 
-/// With more cells than this the report contains only the table, without plots of the error over time.
+/// Largest number of cells for which a report has plots of the error over time.
 inline constexpr std::size_t kMostPlottedCells = 6;
 
 /// Writes the report of flights over simulated storage: one row per cell with the policies side by side and missed
@@ -101,7 +101,7 @@ struct PageOptions {
     std::size_t body_count = 8;
     double horizon = PagerSettings{}.horizon;
     double contact_share = PagerSettings{}.contact_share;
-    VirtualStorage storage;  ///< excluding settings by the lists above and the next members
+    VirtualStorage storage;  ///< except what the lists above and the next two members set
     std::size_t slots = 8;
     std::size_t storage_seed = 1;
     std::size_t threads = 1;
@@ -123,10 +123,10 @@ PathItem parse_path_item(const std::string& text);
 /// Checks combinations of options. Fails with exit_usage.
 CommandResult<void> check(const PageOptions& options);
 
-/// Fails with exit_usage for given flags without effect, except --announce-s.
+/// Fails with exit_usage if a given flag, other than --announce-s, has no effect.
 CommandResult<void> refuse_idle_page_flags(const PageOptions& options, const CLI::App& command);
 
-/// Every combination without policies, in lexicographic order of path, speed, latency, bandwidth, memory.
+/// Every combination of path, speed, latency, bandwidth and memory, in lexicographic order.
 std::vector<PagingCell> list_cells(const PageOptions& options);
 
 /// Settings of the run of one cell with one policy and radius.

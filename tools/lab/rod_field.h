@@ -18,9 +18,9 @@ namespace terrane::tools {
 enum class CullTest {
     none,
     spheres,      ///< ViewVolume::test_planes() of bounding spheres
-    boxes,        ///< the same of oriented boxes
-    exact_boxes,  ///< and ViewVolume::meets()
-    triangles,    ///< and ViewVolume::meets_triangles()
+    boxes,        ///< the same for oriented boxes
+    exact_boxes,  ///< also ViewVolume::meets()
+    triangles,    ///< also ViewVolume::meets_triangles()
 };
 
 /// The tests in order, and their names.
@@ -41,17 +41,17 @@ struct FieldFrame {
 /// Copies of a mesh at random poses around the origin, and a device that draws them, if one can be opened.
 class RodField {
 public:
-    /// @param box      of the mesh
+    /// @param box      bounding box of the mesh
     /// @param far_away largest distance of a copy from the origin, metres
     /// @param is_quick whether to skip drawing on software rasterisers
     RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double far_away, bool is_quick);
 
-    /// The picture of a frame: 640 x 360, from the origin.
+    /// The view of a frame: from the origin, 640 x 360 pixels.
     static View usual_view();
 
     /// Tests all copies and draws those not culled.
     ///
-    /// @param view of the size of usual_view()
+    /// @param view a view with the picture size of usual_view()
     Result<FieldFrame> make_frame(CullTest test, const View& view = usual_view()) const;
 
 private:
@@ -66,7 +66,7 @@ private:
     std::vector<Pose> poses_;
     std::vector<OrientedBox> boxes_;
     std::vector<BoundingSphere> balls_;
-    std::unique_ptr<Device> device_;  // null: none can be opened
+    std::unique_ptr<Device> device_;  // null if none can be opened
 };
 
 }  // namespace terrane::tools

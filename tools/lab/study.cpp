@@ -17,7 +17,7 @@
 namespace terrane::tools {
 namespace {
 
-// Sums of the normal equations of y = fixed + factor * u with weights 1 / y^2.
+// The least-squares fit of y = fixed + factor * u with weights 1 / y^2, and its weighted sum of squared errors.
 struct RelativeFit {
     double fixed = 0.0, factor = 0.0, error = std::numeric_limits<double>::infinity();
 };
@@ -87,14 +87,14 @@ std::optional<PowerLaw> fit_power_law(std::span<const double> x, std::span<const
 
 namespace {
 
-constexpr std::size_t kFewBodies = 1000;  ///< up to which points are measured in rounds
+constexpr std::size_t kFewBodies = 1000;  ///< most bodies of points that are measured in rounds
 
 // Advances small crowds between measurements, so that a short run sees many independent placements.
 void stir(Crowd& crowd) {
     for (int half_second = 0; half_second < 40; ++half_second) crowd.move(0.5);
 }
 
-// Queries one crowd for that many seconds of query and update time.
+// Queries one crowd until queries and updates have taken `seconds`, and at least kFewestQueries times.
 CrowdTotals measure(Crowd& crowd, double seconds, bool is_stirred) {
     constexpr double kStep = 1.0 / 60.0;
     constexpr std::size_t kCoherent = 60;  // queries in a row: one second of motion
@@ -142,14 +142,14 @@ std::string kind_of(const CrowdLayout& layout) {
                        layout.size_power, layout.aspect);
 }
 
-// The kind of similar bodies, which has more counts.
+// The kind of bodies of similar size and aspect, which is measured at more counts.
 std::string similar_kind_of(CrowdLayout layout) {
     layout.size_spread = layout.aspect = 1.0;
     layout.size_power = 0.0;
     return kind_of(layout);
 }
 
-// Points of few bodies, in turns, so that a temporary slowdown of the machine does not distort the table.
+// Measures points of few bodies in turns, so that a temporary slowdown of the machine does not distort the table.
 void measure_few(StudyTable& table, const StudySettings& settings, StepTimes& times) {
     constexpr std::size_t kRounds = 5;
     struct TimedCrowd {
@@ -179,7 +179,7 @@ void measure_few(StudyTable& table, const StudySettings& settings, StepTimes& ti
     }
 }
 
-// One point of many bodies, without the series that would take too long.
+// Measures one point of many bodies, without the series that would take too long.
 void measure_many(StudyTable& table, StudyPoint& point, const StudySettings& settings,
                   StepTimes& times) {
     for (std::size_t series = 0; series < table.series.size() && !is_interrupted(); ++series) {

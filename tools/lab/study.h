@@ -16,9 +16,9 @@
 
 namespace terrane::tools {
 
-/// Bodies of the published tables of detail and radius and of the comparison.
+/// Number of bodies in the published tables of detail and radius, and in the comparison.
 inline constexpr std::size_t kPublishedCount = 20;
-/// Published query of bodies of equal size by sweep-and-prune, ms.
+/// Published time of a query by sweep-and-prune for bodies of equal size, ms.
 inline constexpr double kSweepQueryMs = 3.164;
 
 /// Least-squares slope of log y over log x; absent for fewer than two different x.
@@ -29,7 +29,7 @@ struct PowerLaw {
     double fixed = 0.0;  ///< >= 0: the part that does not depend on x
     double factor = 0.0;
     double power = 0.0;
-    double fixed_share = 0.0;  ///< of the last y
+    double fixed_share = 0.0;  ///< share of `fixed` in the last y
 
     /// Whether the power is insignificant, because it describes a small part of every y.
     bool is_mostly_fixed() const { return fixed_share > 0.8; }
@@ -45,7 +45,7 @@ struct StudyPoint {
     std::optional<double> published_query_ms;   ///< by sweep-and-prune
     std::optional<double> published_update_ms;  ///< by sweep-and-prune
     CrowdLayout layout;                         ///< of the bodies, except what each series changes
-    std::vector<CrowdTotals> measured;          ///< by series; no queries for series left out
+    std::vector<CrowdTotals> measured;  ///< [series] without queries where the point was left out
 };
 
 /// A series of a table: its changes to each point's layout.
@@ -61,7 +61,7 @@ struct StudySeries {
 struct LeftOut {
     double x = 0.0;
     std::string series;
-    double seconds = 0.0;  ///< estimated for the fewest queries of a point
+    double seconds = 0.0;  ///< estimated time of kFewestQueries queries
 };
 
 /// Cost of a query as a function of one parameter.
@@ -81,10 +81,10 @@ struct StudyTable {
 
 /// Extent of a study.
 struct StudySettings {
-    /// Least time of queries, seconds. Up to 1000 bodies it is divided into five rounds over all points; the median
-    /// round is reported.
+    /// Least time of a point's queries, seconds. For points of up to 1000 bodies it is divided into five rounds over
+    /// all such points, whose medians are reported.
     double seconds_a_point = 0.3;
-    /// A point of more than 1000 bodies is left out for a series if kFewestQueries are estimated to take longer,
+    /// A series leaves out a point of more than 1000 bodies if kFewestQueries are estimated to take longer than this,
     /// seconds.
     double most_seconds_a_point = 30.0;
     std::size_t most_bodies = 1'000'000;
@@ -94,8 +94,8 @@ struct StudySettings {
 /// Least number of queries measured for each point and series.
 inline constexpr std::size_t kFewestQueries = 5;
 
-/// The tables of the published study of many bodies (SWIFT++), without measurements: against count, detail and radius,
-/// for bodies of equal size, and to the limits of its conclusion ("bodies of similar size and aspect").
+/// The tables of the published study of many bodies (SWIFT++), without measurements: by count, detail and radius, for
+/// bodies of equal size, and to the limits of the study's conclusion ("bodies of similar size and aspect").
 std::vector<StudyTable> make_study_tables(const StudySettings& settings);
 
 /// Measures tables one after another, with the library's broadphases and the study's.
@@ -112,9 +112,9 @@ public:
     /// Records the time of a step, seconds, for a number of bodies of a kind: a scheme and a layout except its count.
     void add(const std::string& kind, std::size_t bodies, double seconds);
 
-    /// Extrapolates from the largest count below `bodies` with the power between it and the previous count, 1 to 2: of
-    /// the kind, or of `similar` if the kind has only one count, or 2 if neither has two counts. Absent if the kind has
-    /// none.
+    /// Extrapolates from the kind's largest count below `bodies`. The power, 1 to 2, is that between the kind's two
+    /// largest such counts. If the kind has only one, the power is taken from `similar`; if that has fewer than two,
+    /// the power is 2. Absent if the kind has none.
     std::optional<double> seconds_at(const std::string& kind, const std::string& similar,
                                      std::size_t bodies) const;
 
@@ -124,8 +124,8 @@ private:
     std::map<std::string, std::map<std::size_t, double>> seconds_;
 };
 
-/// Slope of the logarithm of a series' query times; absent for fewer than two points with candidate pairs: without
-/// them the time is overhead only.
+/// Log-log slope of a series' query times; absent for fewer than two points with candidate pairs, because without pairs
+/// the time is only overhead.
 std::optional<double> query_slope(const StudyTable& table, std::size_t series,
                                   bool is_published_only);
 
@@ -133,10 +133,10 @@ std::optional<double> query_slope(const StudyTable& table, std::size_t series,
 std::optional<PowerLaw> time_law(const StudyTable& table, std::size_t series,
                                  double (CrowdTotals::*time)() const);
 
-/// Three digits, without an exponent for usual sizes: "1230", "0.0456".
+/// A number with three significant digits, without an exponent for usual sizes: "1230", "0.0456".
 std::string short_text(double value);
 
-/// The smallest ratio of the published to the measured time, with the fastest series of each point; absent without
+/// The smallest ratio over all points of the published query time to that of the fastest series; absent without
 /// published times.
 std::optional<double> least_speedup(const StudyTable& table);
 

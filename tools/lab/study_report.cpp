@@ -20,9 +20,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Published query and update of the dense grid, ms.
+/// Published times of a query and an update of the dense grid, ms.
 constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
-/// Lists of the dense grid.
+/// Number of the dense grid's lists.
 constexpr auto kDenseLists = static_cast<double>(kDenseCells * kDenseCells * kDenseCells);
 
 std::string microseconds(double ms) { return short_text(1e3 * ms); }
@@ -86,14 +86,14 @@ std::vector<Comparison> compare_with_published(const StudyTable& table) {
 
 namespace {
 
-/// Sentences, or the items of a list in one.
+/// Sentences, or the items of a list in a sentence.
 using Texts = std::vector<std::string>;
 
 std::string list_of(const Texts& items) {
     return items.empty() ? "none" : fmt::format("{}", fmt::join(items, "; "));
 }
 
-// The power of a mean time in each series, and whether it is as small as wanted.
+// Adds the power of a mean time in each series, and whether it is as small as wanted.
 void judge_powers(const StudyTable& table, const char* what, double (CrowdTotals::*time)() const,
                   Texts& findings) {
     constexpr double kWantedPower = 1.05;
@@ -126,7 +126,7 @@ std::optional<PowerLaw> published_law(const StudyTable& table) {
     return fit_power_law(x, y);
 }
 
-// The powers of published and measured times.
+// Adds the powers of published and measured times.
 void judge_growth(const StudyTable& table, Texts& findings) {
     if (const std::optional<PowerLaw> law = published_law(table)) {
         findings.push_back(fmt::format(
@@ -137,7 +137,7 @@ void judge_growth(const StudyTable& table, Texts& findings) {
     judge_powers(table, "Our updates and queries together", &CrowdTotals::mean_step_ms, findings);
 }
 
-// Whether an update costs two orders of magnitude less than a query, as the study claims.
+// Adds whether an update costs two orders of magnitude less than a query, as the study claims.
 void judge_updates(const StudyTable& table, Texts& findings) {
     constexpr double kTwoOrders = 100.0;
     for (const StudyPoint& point : table.points) {
@@ -178,7 +178,7 @@ void judge_grids(const StudyTable& table, Texts& findings) {
         queries <= kAsFast ? "as fast" : "slower"));
 }
 
-// Whether the time rises with the radius to a plateau, because all boxes overlap.
+// Adds whether the time of a query rises with the radius to a plateau, on which all boxes overlap.
 void judge_radius(const StudyTable& table, Texts& findings) {
     constexpr double kAlmostAll = 0.95 * 0.5 * kPublishedCount * (kPublishedCount - 1.0);  // pairs
     constexpr double kSame = 1.5;  // ratio of times on a plateau
@@ -231,7 +231,7 @@ void add_fastest(const StudyTable& table, Texts& findings) {
     if (!items.empty()) findings.push_back("The fastest scheme: " + list_of(items) + ".");
 }
 
-// A scheme needs similar bodies if it falls behind the fastest one as they differ more.
+// Adds which schemes need similar bodies: those that fall behind the fastest scheme if the bodies differ more.
 void judge_similarity(const StudyTable& table, Texts& findings) {
     constexpr double kSlow = 2.0;  // times as long as the fastest one
     Texts need, need_not;

@@ -17,7 +17,7 @@ constexpr double kPublishedRoom =
 // Published updates of 1 and of 50 bodies, and of bodies of equal size, ms.
 constexpr double kFirstUpdateMs = 0.024, kLastUpdateMs = 0.149, kSweepUpdateMs = 0.099;
 
-// A value of a table's parameter, with the published query time, ms, where there is one.
+// A value of a table's parameter, with the published query time, ms, if there is one.
 struct Published {
     double x;
     std::optional<double> ms = {};
@@ -34,7 +34,7 @@ constexpr Published kOfRadius[] = {{0.5, 3.012}, {1, 3.164}, {2, 3.19}, {3, 3.21
                                    {5, 3.324},   {8},        {12},      {16},
                                    {20},         {24},       {28},      {32}};
 constexpr Published kOfEqual[] = {{1}, {kPublishedCount, kSweepQueryMs}, {100}, {1000}};
-// Steps of a ratio; fewer where a step takes long.
+// Ratios of sizes or aspects; fewer for large counts, which take long.
 constexpr Published kOfRatio[] = {{1}, {3}, {10}, {30}, {100}}, kOfLongRatio[] = {{1}, {10}, {100}};
 constexpr std::size_t kConclusionCounts[] = {1000, 100'000, 1'000'000};
 
@@ -53,7 +53,7 @@ std::vector<StudySeries> series_of(std::span<const CrowdScheme> schemes) {
     return series;
 }
 
-// Adds the points of a table up to the most bodies.
+// Adds points to a table, up to the first one with more than StudySettings::most_bodies.
 //
 // @param set sets the parameter of a layout
 template <class Set>
@@ -136,7 +136,7 @@ std::vector<StudyTable> published_tables(const StudySettings& settings) {
     return tables;
 }
 
-// The published conclusion is of bodies of similar size and aspect: three tables with sizes and aspects that differ.
+// The published conclusion is about bodies of similar size and aspect; in these three tables sizes or aspects differ.
 std::vector<StudyTable> conclusion_tables(const StudySettings& settings, std::size_t count) {
     const std::string bodies = std::to_string(count);
     const auto over_ratios = [&](const char* key, std::string title, const char* x_name,

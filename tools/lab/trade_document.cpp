@@ -25,8 +25,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kTradeFormat = "terrane trade";
 constexpr int kFormatVersion = 1;
 
-/// Types of the values that compare_documents() and the report read. Lists have items like the only one here; a key
-/// with ? may be absent; * is any key.
+/// Types of the values that compare_documents() and the report read. All items of a list have the form of the only item
+/// here; a key with ? may be absent; * stands for any key.
 constexpr const char* kDocumentForm = R"({
     "machine": {},
     "reference_loop_ms": {"median": 0, "low": 0, "high": 0, "repetitions": 0},
@@ -41,7 +41,7 @@ constexpr const char* kDocumentForm = R"({
     }]
 })";
 
-// The first difference of a value from a form; "" for none.
+// The first deviation of a value from a form; "" if there is none.
 std::string fault_of(const Json& value, const Json& form, const std::string& name) {
     const std::string type = form.type_name();
     if (value.type_name() != type) return fmt::format("{} is no {}", name, type);

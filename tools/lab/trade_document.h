@@ -43,8 +43,7 @@ Result<void> write_trade_report(const OutputPlace& place, const ReportHeader& he
 /// @param files two trade.json
 /// @param out   a folder for the report; "" for none
 ///
-/// Fails: exit_failed, naming the file, as read_trade_document(); if the files have no figure in common; as
-///        write_trade_report()
+/// Fails: as read_trade_document() and write_trade_report(); exit_failed if the files have no figure in common
 CommandResult<void> run_comparison(const std::vector<std::string>& files, const std::string& out,
                                    bool as_json);
 

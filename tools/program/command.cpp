@@ -17,7 +17,7 @@ namespace {
 // Edit distance: the smallest number of insertions, removals, replacements and swaps of adjacent letters that turn one
 // word into the other.
 std::size_t spelling_distance(std::string_view a, std::string_view b) {
-    // costs[i][j]: distance of the first i letters of a and the first j of b
+    // costs[i][j]: distance between the first i letters of a and the first j letters of b
     std::vector<std::vector<std::size_t>> costs(a.size() + 1,
                                                 std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i) {
@@ -95,7 +95,7 @@ std::vector<std::string> flags_of(const CLI::App& command) {
     return flags;
 }
 
-// "--budget" of "--budget=5".
+// The flag of an argument: "--budget" for "--budget=5".
 std::string without_value(const std::string& argument) {
     return argument.substr(0, argument.find('='));
 }
@@ -122,7 +122,7 @@ std::string explain_missing_command(const CLI::App& app,
     return fmt::format("unknown flag '{}'; see terrane --help", flag);
 }
 
-// Message for arguments that a subcommand does not accept: names the first flag, otherwise the first word.
+// Message for arguments that a subcommand does not accept: names the first of them that is a flag, otherwise the first.
 std::string explain_extras(const CLI::App& command, const std::vector<std::string>& arguments) {
     const std::vector<std::string> extras = command.remaining();
     const auto is_extra = [&extras](const std::string& argument) {

@@ -24,16 +24,16 @@ namespace terrane::tools {
 enum ExitCode : int {
     exit_done = 0,
     exit_failed = 1,  ///< a run-time failure: a file, a disk, a device
-    exit_usage = 2,   ///< invalid command line, whatever the content of files
+    exit_usage = 2,   ///< the command line is invalid, whatever the files contain
 };
 
-/// Cause of a command's failure: one line without a full stop that names the object and the value.
+/// Why a command failed: one line, without a full stop, that names the thing and the value.
 struct CommandError {
     ExitCode exit_code = exit_failed;
     std::string message;
 
     CommandError(ExitCode code, std::string text) : exit_code(code), message(std::move(text)) {}
-    /// A library error is a failure, not a usage error. Implicit, so that the error of a Result can be returned.
+    /// Converts a library error, with exit_failed. Implicit, so that the error of a Result can be returned.
     CommandError(const Error& error) : message(error.message) {}
 };
 
@@ -65,7 +65,7 @@ struct CommandContext {
     std::function<CommandResult<void>()> run;  ///< set by the parsed subcommand
 };
 
-/// Each adds one subcommand with its options. The context must outlive the app's parse() and run().
+/// Each function adds one subcommand with its options. The context must outlive the app's parse() and run().
 void add_info_command(CLI::App& app, CommandContext& context);
 void add_fly_command(CLI::App& app, CommandContext& context);
 void add_mesh_command(CLI::App& app, CommandContext& context);
@@ -80,8 +80,8 @@ void add_simplify_command(CLI::App& app, CommandContext& context);
 void add_heightmap_command(CLI::App& app, CommandContext& context);
 void add_trade_command(CLI::App& app, CommandContext& context);
 
-/// The nearest of `words` within an edit distance of a third of the letters, rounded up; otherwise one that has `word`
-/// as a prefix of four letters or more. Ties go to the first; "" if there is none.
+/// The first of the `words` nearest to `word`, if the edit distance is at most a third of the letters of `word`,
+/// rounded up. Otherwise the first one that begins with `word`, if `word` has four letters or more. Otherwise "".
 std::string nearest_word(std::string_view word, std::span<const std::string> words);
 
 /// "; did you mean X?", or "" if no word is near.
@@ -91,7 +91,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> wor
 struct ConditionalFlags {
     std::vector<std::string> flags;
     bool has_effect = false;  ///< whether the condition is met
-    std::string condition;    ///< text after the flag: "goes with --policy distance"
+    std::string condition;    ///< text of the message after the flag: "goes with --policy distance"
 };
 
 /// Fails with exit_usage if a given flag has no effect: "--radius goes with --policy distance".
@@ -104,7 +104,7 @@ bool is_given(const CLI::App& command, const std::string& flag);
 /// One line for a command line that cannot be parsed: names the wrong flag or word and suggests the nearest one.
 ///
 /// @param app       the parser, with its subcommands
-/// @param arguments of the program, without its name
+/// @param arguments words of the command line, without the program's name
 std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& error,
                                 const std::vector<std::string>& arguments);
 

@@ -12,35 +12,35 @@
 
 namespace terrane::tools {
 
-/// Quaternion w, x, y, z: the format of rotations in input and output.
+/// A quaternion as w, x, y, z: the format of rotations in input and output.
 using Quaternion = std::array<double, 4>;
 
-/// The rotation of a quaternion of any length above 0.
+/// The rotation matrix of a quaternion, which need not have unit length but must not be 0.
 Eigen::Matrix3d matrix_from_quaternion(const Quaternion& q);
 
 /// The unit quaternion with w >= 0 of a rotation matrix.
 Quaternion quaternion_from_matrix(const Eigen::Matrix3d& rotation);
 
-/// Hash of three numbers, uniform over 64 bits: stateless random numbers, the same on every machine.
+/// A hash of three numbers, uniform over 64 bits: a random number without state, the same on every machine.
 std::uint64_t hash_numbers(std::uint64_t seed, std::uint64_t index, std::uint64_t stream);
 
 /// The sequence of uniform random numbers of one body.
 class BodyRandom {
 public:
     BodyRandom(std::uint64_t seed, std::uint64_t body) : seed_(seed), body_(body) {}
-    /// In [0, 1).
+    /// The next number, in [0, 1).
     double unit() {
         return static_cast<double>(hash_numbers(seed_, body_, next_++) >> 11) * 0x1p-53;
     }
     double within(double low, double high) { return low + (high - low) * unit(); }
 
-    /// Uniform over all directions: a unit vector.
+    /// A unit vector, uniform over all directions.
     Eigen::Vector3d direction() { return Eigen::Vector3d::Map(unit_vector<3>().data()); }
-    /// Uniform over all rotations.
+    /// A rotation matrix, uniform over all rotations.
     Eigen::Matrix3d rotation() { return matrix_from_quaternion(unit_vector<4>()); }
 
 private:
-    // By rejection sampling of the unit ball from the cube.
+    // Draws points from the cube [-1, 1]^dimensions until one is inside the unit ball, and normalises it.
     template <std::size_t dimensions>
     std::array<double, dimensions> unit_vector() {
         for (;;) {
@@ -63,18 +63,18 @@ private:
 /// A polyline in the plane, parametrised by arc length, metres.
 class Polyline {
 public:
-    /// Requires two points or more, no two successive ones equal.
+    /// Requires at least two points. Successive points must differ.
     explicit Polyline(std::vector<Eigen::Vector2d> points_world);
 
     double length() const { return lengths_.back(); }
-    /// The point at a distance from the first one, which is clamped to 0 to length().
+    /// The point at the arc length `along`, clamped to [0, length()], from the first point.
     Eigen::Vector2d at(double along) const;
-    /// The unit direction there.
+    /// The unit direction of the polyline at that point.
     Eigen::Vector2d direction(double along) const;
     const std::vector<Eigen::Vector2d>& points() const { return points_; }
 
 private:
-    std::size_t segment(double along) const;  // index of its end
+    std::size_t segment(double along) const;  // index of the point at the segment's end
 
     std::vector<Eigen::Vector2d> points_;
     std::vector<double> lengths_;  // arc length up to each point

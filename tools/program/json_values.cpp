@@ -133,7 +133,7 @@ Parsed<Shape> read_hull(const Json& sizes) {
     return *hull;
 }
 
-// The single key of a shape and its value.
+// The only key of the object that describes a shape, and the value of that key.
 struct Named {
     std::string kind;
     const Json& content;
@@ -220,7 +220,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Refuses keys that read_shape() would ignore. Unknown kinds are left to read_shape().
+/// Refuses keys of a compound's part that read_shape() would ignore. read_shape() refuses unknown kinds of shapes.
 Parsed<void> check_part_keys(const Json& part, const std::string& path) {
     if (const Parsed<void> good = check_keys(part, path, {"shape", "position", "rotation"});
         !good) {

@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-// Parsing of JSON values. Errors are messages that name the value.
+// Parsing of JSON values. Errors are messages that name the key and show the value.
 namespace terrane::tools {
 
 template <class T>
@@ -22,25 +22,25 @@ using Parsed = tl::expected<T, std::string>;
 
 tl::unexpected<std::string> wrong(std::string message);
 
-/// A value for a message, shortened if long.
+/// The text of a value for a message, shortened if it is long.
 std::string shown(const nlohmann::ordered_json& value);
 
 Parsed<double> read_number(const nlohmann::ordered_json& object, const char* key);
 
-/// Reads a coordinate within 2e9 m of the origin.
+/// Read one coordinate or a point, metres. Fail if a coordinate is more than 2e9 m from 0.
 Parsed<double> read_coordinate(const nlohmann::ordered_json& object, const char* key);
 Parsed<WorldPos> read_point(const nlohmann::ordered_json& object, const char* key);
 
-/// [w, x, y, z] of length 1 within 1e-6; `otherwise` if the key is absent.
+/// Reads a quaternion [w, x, y, z] of length 1 within 1e-6. Returns `otherwise` if the key is absent.
 Parsed<Eigen::Matrix3d> read_rotation(const nlohmann::ordered_json& object, const char* key,
                                       const Eigen::Matrix3d& otherwise);
 
 enum class PositionAbsent { is_wrong, is_origin };
 
-/// Reads `position` and `rotation`; the identity rotation if the latter is absent.
+/// Reads `position` and `rotation`. If `rotation` is absent, the pose has the identity rotation.
 Parsed<Pose> read_pose(const nlohmann::ordered_json& object, PositionAbsent absent);
 
-/// An array of `count` numbers; absent for anything else.
+/// The numbers of an array of `count` numbers; absent for any other value.
 template <std::size_t count>
 std::optional<std::array<double, count>> numbers_of(const nlohmann::ordered_json& value) {
     const bool has_numbers =
@@ -72,16 +72,16 @@ Parsed<Shape> read_shape(const nlohmann::ordered_json& object, const char* key);
 
 /// Fails unless a value is an object with only `known` keys: "unknown key 'bodies[2].colour'".
 ///
-/// @param path of the value: "bodies[2]"
+/// @param path of the value in the file, for messages: "bodies[2]"
 Parsed<void> check_keys(const nlohmann::ordered_json& value, const std::string& path,
                         std::initializer_list<std::string_view> known);
 
 /// Refuses keys of a shape that read_shape() would ignore. Unknown kinds are left to read_shape().
 ///
-/// @param path of the shape: "bodies[2].shape"
+/// @param path of the shape in the file, for messages: "bodies[2].shape"
 Parsed<void> check_shape_keys(const nlohmann::ordered_json& shape, const std::string& path);
 
-/// The number at a key, `otherwise` if there is none; fails if it is outside [low, high].
+/// The number at a key, or `otherwise` if the key is absent. Fails if the number is outside [low, high].
 Parsed<double> read_in_range(const nlohmann::ordered_json& object, const char* key,
                              double otherwise, double low, double high);
 

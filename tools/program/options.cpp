@@ -31,7 +31,7 @@ std::optional<T> parse_whole(std::string_view text) {
     return value;
 }
 
-// "A,B,..", finite numbers.
+// Parses "A,B,..", with `Count` finite numbers.
 template <std::size_t Count>
 std::optional<std::array<double, Count>> parse_numbers(std::string_view text) {
     std::array<double, Count> numbers{};
@@ -57,7 +57,7 @@ std::string shortened(const std::string& text) {
     throw CLI::ValidationError(flag, fmt::format("must be {}, got '{}'", wanted, shortened(got)));
 }
 
-// Range of a number: as text and as a predicate.
+// The range of a number, as text for messages and as a predicate.
 struct Rule {
     std::string wanted;
     std::function<bool(double)> is_met;
@@ -77,7 +77,7 @@ std::optional<double> parse_number(const Rule& rule, const std::string& text) {
     return number && rule.is_met(*number) ? number : std::nullopt;
 }
 
-// A flag with one value. `parse` turns its text into the value, or into nullopt if the text is not `wanted`.
+// Adds a flag with one value. `parse` turns its text into the value, or into nullopt if the text is not `wanted`.
 template <class T, class Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag, T& value, const Parse& parse,
                         const std::string& wanted, const std::string& help) {
@@ -334,7 +334,7 @@ void add_preset_option(CLI::App& command) {
                     option->add_result(std::string(each.value));
                     option->run_callback();
                     option->clear();
-                    option->default_str(std::string(each.value));  // for messages about memory
+                    option->default_str(std::string(each.value));  // shown in messages about memory
                 }
             },
             "fast, balanced or accurate: values of those of --budget, --max-error-px, "

@@ -175,13 +175,13 @@ Result<void> OutputFolder::read_list() {
     }
     std::string_view rest = text;
     if (!rest.empty() && !rest.starts_with(kHeading)) {
-        ::close(std::exchange(list_, -1));  // a file of the user: must not be changed
+        ::close(std::exchange(list_, -1));  // the file belongs to the user and must not be changed
         return fail(ErrorCode::io, "'" + path +
                                        "' is not a list of files that terrane wrote; move it, or "
                                        "choose another folder for --out");
     }
     rest.remove_prefix(std::min(rest.size(), kHeading.size()));
-    // ignores an unterminated last line: the disk was full or the program was killed
+    // ignores a last line without a line end, left by a full disk or a killed program
     for (std::size_t end = rest.find('\n'); end != std::string_view::npos; end = rest.find('\n')) {
         std::string_view line = rest.substr(0, end);
         rest.remove_prefix(end + 1);
@@ -249,7 +249,7 @@ Result<OutputFolder::Entry> OutputFolder::measure(const std::string& path) {
 
 bool OutputFolder::is_unchanged(const std::string& name, const Entry& entry) const {
     std::error_code error;
-    // a symbolic link was not written by a run, whatever its target
+    // no run writes symbolic links: a link belongs to the user, whatever its target
     const fs::file_status status = fs::symlink_status(path_of(name), error);
     if (error || !fs::is_regular_file(status)) return false;
     if (fs::file_size(path_of(name), error) != entry.size || error) return false;
@@ -304,7 +304,7 @@ Result<void> OutputFile::commit() {
     if (failed_errno_ == 0) failed_errno_ = closed;
     if (failed_errno_ == 0 && temporary_) {
         if (place_.folder != nullptr) {
-            // the list first: if killed in between, the next run finds a name without a file, which is harmless
+            // listed before the rename: if killed in between, the list names a missing file, which is harmless
             TERRANE_TRY(place_.folder->record(temporary_->path(), place_.name));
         }
         failed_errno_ = temporary_->rename_to(place_.path, place_.folder == nullptr);

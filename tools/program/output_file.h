@@ -16,8 +16,8 @@
 
 namespace terrane::tools {
 
-/// A new file for incomplete content in the folder of another one. It never takes the name of an existing file:
-/// PATH.partial, PATH.partial1 and so on. The destructor removes it unless it was renamed.
+/// A new file for incomplete content. For a destination PATH its name is the first of PATH.partial, PATH.partial1 and
+/// so on that no file has. The destructor removes the file unless it was renamed.
 class TemporaryFile {
 public:
     /// Fails with io, naming `path`, if no file can be created in its folder.
@@ -37,7 +37,7 @@ public:
     /// Closes the stream and renames the file. Call once.
     ///
     /// @param replaces whether to replace an existing file; if not, its presence is the error EEXIST
-    /// @return 0, or an errno: the destructor then removes the temporary file
+    /// @return 0; or an errno, in which case the destructor removes the temporary file
     int rename_to(const std::string& path, bool replaces);
 
 private:
@@ -51,7 +51,7 @@ private:
 /// Name of the list of files that runs wrote into a folder.
 inline constexpr const char* kFileListName = "terrane-files.txt";
 
-/// Name of a picture in a folder: frame_000042.png.
+/// Name of a frame's picture in an output folder: frame_000042.png.
 std::string frame_name(std::size_t frame);
 bool is_frame_name(const std::string& name);
 
@@ -59,17 +59,17 @@ bool is_frame_name(const std::string& name);
 tl::unexpected<Error> cannot_write(const std::string& path, int cause);
 
 /// A folder for the output files of a run. The list kFileListName in it holds the name, size and content hash of every
-/// file written by a run. A listed file with unchanged content belongs to an earlier run and is replaced; every other
-/// file, including a listed one that the user changed, belongs to the user and is neither removed nor overwritten.
+/// file written by a run. A listed file with unchanged content belongs to an earlier run, and the next run removes it.
+/// Every other file, even a listed one whose content has changed, belongs to the user: it is never removed or replaced.
 ///
 /// For the lifetime of the object no other run can use the folder (a lock on the list, if the file system supports
 /// locks).
 class OutputFolder {
 public:
-    /// Creates the folder if necessary, and checks for name clashes. Removes nothing yet. Null for an empty path.
+    /// Creates the folder if necessary, and checks for name clashes. Removes no files. Returns null for an empty path.
     ///
     /// @param names      files that the run may write
-    /// @param has_frames whether it may write frame_000000.png and so on
+    /// @param has_frames whether the run may also write frame_000000.png and so on
     ///
     /// Fails with io if the folder cannot be created, the list is invalid or cannot be written, a file of the user has
     /// a name that the run may write (the message names it), or another run uses the folder.
@@ -87,8 +87,8 @@ public:
     /// Removes the files of earlier runs. Fails with io.
     Result<void> clear();
 
-    /// Adds a file to the list, with size and hash of `written_path`, which is the file or will be renamed to it. Fails
-    /// with io.
+    /// Adds the file `name` to the list, with the size and hash of `written_path`: the file itself, or a temporary file
+    /// that will be renamed to it. Fails with io.
     Result<void> record(const std::string& written_path, const std::string& name);
 
 private:
@@ -122,12 +122,13 @@ struct OutputPlace {
         : path(in->path_of(file)), folder(std::move(in)), name(std::move(file)) {}
 };
 
-/// A file that appears under its name only when it is complete: written to a temporary file in the same folder, then
-/// renamed. A pipe or a device (/dev/stdout) is written directly. Without commit() the temporary file is removed.
+/// A file that appears under its name only when it is complete: its content is written to a temporary file in the same
+/// folder, which commit() renames. Without commit() the temporary file is removed. A pipe or a device (/dev/stdout) is
+/// written directly.
 class OutputFile {
 public:
-    /// @param place a path named by the user, whose file is replaced; or a name in an output folder, to whose list
-    ///              commit() adds it
+    /// @param place a path named by the user, where an existing file is replaced; or a name in an output folder, to
+    ///              whose list commit() adds the file
     ///
     /// Fails with io if the file cannot be created.
     static Result<OutputFile> create(const OutputPlace& place);
@@ -138,7 +139,7 @@ public:
 
     /// Appends. An error, for instance a full disk, is stored and reported by check() and commit().
     void write(std::string_view bytes);
-    /// Whether a write has failed; lets long commands stop early.
+    /// Whether a write has failed, so that a long command can stop early.
     bool has_failed() const { return failed_errno_ != 0; }
     /// Fails with io, naming the path and the cause, if a write has failed.
     Result<void> check() const;

@@ -120,7 +120,7 @@ std::string format_progress(const std::string& what, double share, double elapse
                             double first_share, double since_first) {
     if (share < 0.0) return fmt::format("{}: {}", what, format_time(elapsed));
     std::string line = fmt::format("{}: {:.0f} %", what, std::floor(100.0 * share));
-    // below these the estimate is unstable
+    // below these limits the estimate is unstable
     constexpr double kLeastTime = 0.5, kLeastShare = 0.005;
     const double done = share - first_share;
     if (since_first >= kLeastTime && done >= kLeastShare) {

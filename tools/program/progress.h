@@ -34,9 +34,9 @@ private:
     int place_ = -1;
 };
 
-/// A progress line on standard error with the completed share and the remaining time; nothing if standard error is not
-/// a terminal, or the command takes less than a third of a second. A thread updates the line, even while the command
-/// blocks. The destructor clears the line. One object at a time.
+/// A progress line on standard error with the completed share and the remaining time. It is not shown if standard error
+/// is not a terminal, or during the first 0.3 s. A thread updates the line, even while the command blocks. The
+/// destructor clears the line. Only one object may exist at a time.
 class Progress {
 public:
     /// @param what activity of the command: "flying"
@@ -65,9 +65,9 @@ private:
 
 /// The text of the line: "flying: 42 %, 1 min 20 s left".
 ///
-/// @param share       completed, 0 to 1; below 0: unknown, the line then shows the elapsed time
+/// @param share       completed share, 0 to 1; if negative, it is unknown, and the line shows the elapsed time
 /// @param elapsed     seconds since the start
-/// @param first_share the first known share, `since_first` seconds ago
+/// @param first_share the first known share, which was reached `since_first` seconds ago
 std::string format_progress(const std::string& what, double share, double elapsed,
                             double first_share, double since_first);
 

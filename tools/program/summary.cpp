@@ -103,7 +103,7 @@ std::string rounded_text(double value, int digits, Rounding rounding) {
     const bool is_wrong = rounding != Rounding::nearest &&
                           (is_outward ? shown < std::abs(value) : shown > std::abs(value));
     if (is_wrong) {
-        // adds one unit in the last digit, as an integer times a power of ten
+        // changes the last digit by one unit; computes with the digits as an integer, to be exact
         const std::size_t exponent_at = nearest.find('e');
         std::string mantissa = nearest.substr(0, exponent_at);
         std::erase(mantissa, '.');

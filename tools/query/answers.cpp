@@ -62,7 +62,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Upper bound of the contacts of find_contacts().
+// Upper bound of the number of contacts that find_contacts() finds between two shapes.
 constexpr std::size_t kMaxPairContacts = 128;
 
 Json as_json(const PairContact& contact) {
@@ -163,9 +163,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Widens the part of a ray near a body by more than the rounding of coordinates up to 2e9, metres.
+// Metres by which the part of a ray near a body is widened: more than the rounding error of coordinates up to 2e9 m.
 constexpr double kPartSlack = 2e-6;
-// Largest distance between the answer's point and the triangle met by the ray, relative to the coordinates.
+// Largest distance of the answer's point from the triangle that the ray hits, relative to the coordinates.
 constexpr double kPointSlack = 1e-11;
 
 /// The ray of a pick, with the nearest hit so far.
@@ -189,7 +189,7 @@ bool is_on_volume(const Pick& pick, double fraction, const WorldPos& point_world
     const double slack = kPointSlack * (1.0 + pick.from_world.cwiseAbs().maxCoeff() +
                                         point_world.cwiseAbs().maxCoeff());
     const double range = slack / pick.displacement.norm();
-    // all chunks around a point on a border
+    // tests all chunks around a point on a border
     for (const double x : {point_world.x() - slack, point_world.x() + slack}) {
         for (const double y : {point_world.y() - slack, point_world.y() + slack}) {
             const SolidSurface* solid = ground.solid(ground.column_at(x), ground.row_at(y));
@@ -204,7 +204,7 @@ bool is_on_volume(const Pick& pick, double fraction, const WorldPos& point_world
     return false;
 }
 
-/// False if required ground is not resident.
+/// Offers the first hit of the ground. False if required ground is not resident.
 bool pick_ground(QueryGround& ground, Pick& pick) {
     const double spacing = ground.ground().spacing();
     const WorldPos end_world = pick.at(pick.fraction);
@@ -233,7 +233,7 @@ void pick_bodies(const std::vector<PlacedBody>& bodies, Pick& pick) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const Shape& shape = bodies[i].settings.shape;
         const Pose& pose = bodies[i].state.pose;
-        // only the part near the body: its rounding does not grow with the far distance
+        // casts only the part near the body, so that the rounding error does not grow with the far distance
         const double middle =
             (pose.translation - pick.from_world).dot(pick.displacement) / (length * length);
         const double half = (bounding_radius(shape) + kPartSlack) / length;
@@ -396,8 +396,8 @@ void answer_find(const ShapeQuestion& question, double reach, QueryGround& groun
     answer["error_m"] = found.error_m;
 }
 
-/// Signed distance, searched within a growing distance: over ground it starts with the vertical gap given by the lift;
-/// beyond the extent with the horizontal distance to it.
+/// Answers with the signed distance. The search radius grows: over ground it starts with the vertical gap, which the
+/// lift gives; beyond the extent it starts with the horizontal distance to the extent.
 void answer_distance(const ShapeQuestion& question, double lift, double reach, QueryGround& ground,
                      Json& answer) {
     const WorldPos& centre_world = question.world_from_shape.translation;
@@ -433,7 +433,7 @@ void answer_shape(const ShapeQuestion& question, QueryGround& ground, Json& answ
     const WorldPos& centre_world = question.world_from_shape.translation;
     const double reach = bounding_radius(question.shape);
     LiftAnswer found{.status = QueryStatus::ok, .lift = -std::numeric_limits<double>::infinity()};
-    // no query far outside the extent, where cell indices would overflow
+    // does not query far outside the extent, where cell indices would overflow
     if (distance_beside(centre_world, ground.ground().extent()) <= reach) {
         found = ask_around(ground, centre_world, reach, [&] {
             return compute_lift(question.shape, question.world_from_shape, ground.ground());
@@ -483,7 +483,7 @@ void answer_cast(const CastQuestion& question, QueryGround& ground, Json& answer
     const ContactAnswer patch = ask_around(ground, touching.translation, reach, [&] {
         return find_all(question.shape, touching, ground.ground(), settings.tolerance, contacts);
     });
-    // the touch reported by the cast may be just beyond the tolerance at the final pose: use its contact
+    // at the final pose the touch may be just beyond the tolerance: then the contact of the cast is used
     if (contacts.empty()) contacts.push_back(found.contact);
     write_contacts(patch, contacts, answer);
     answer["error_m"] = found.error_m;

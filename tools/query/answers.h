@@ -27,7 +27,7 @@ nlohmann::ordered_json as_object(const ShapeFeature& feature);
 /// The text of `status` in answers.
 const char* name_of(QueryStatus status);
 
-/// Writes the status of an unusable answer; false if the answer is usable.
+/// Writes the status of an unusable answer. Returns false if the answer is usable.
 bool write_fault(QueryStatus status, nlohmann::ordered_json& answer);
 
 // Answers to questions with a shape as `other`, which do not use the ground.
@@ -39,10 +39,10 @@ void answer_pair_cast(const CastQuestion& question, const OtherShape& other,
 void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
                       nlohmann::ordered_json& answer);
 
-/// The motion between two poses, rotating by the smaller angle.
+/// The motion between two poses that rotates by at most half a turn.
 Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
 
-/// Targets of a pick besides the ground.
+/// What a pick can hit besides the ground.
 struct PickScene {
     std::vector<PlacedBody> bodies = {};                   ///< of a scene, in their initial state
     std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
@@ -50,15 +50,15 @@ struct PickScene {
     std::optional<ObjectPicker> picker = {};               ///< created by the first pick
 };
 
-/// The nearest of ground, bodies and objects on the ray through a point of a picture. Ties go to the ground, then
-/// bodies by index, then objects in the order of ObjectPicker::ray().
+/// Answers with the nearest hit of ground, bodies and objects on the ray through a point of a picture. At equal
+/// distances the ground comes first, then bodies by index, then objects in the order of ObjectPicker::ray().
 void answer_pick(const PickQuestion& question, QueryGround& ground, PickScene& scene,
                  nlohmann::ordered_json& answer);
 
 /// Answers one line with the id, `status` and the result.
 ///
-/// The answer depends only on the terrain and the contact spacing, not on earlier questions; it is `not_resident` only
-/// if the question exceeds the memory ceiling, or the source cannot be read.
+/// The answer depends only on the question, the terrain and the contact spacing, not on earlier questions. It is
+/// `not_resident` only if the ground for the question exceeds the memory ceiling, or the source cannot be read.
 ///
 /// @param scene bodies and objects for picks
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, PickScene& scene);

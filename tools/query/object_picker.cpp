@@ -17,7 +17,7 @@ namespace {
 // Number of halvings: ends are accurate to 1/256 of the segment within the extent.
 constexpr int kHalvings = 8;
 
-/// Bisection of a segment for the parts near the surface.
+/// Finds the ends of the part of a segment near the surface, by bisection.
 class NearSearch {
 public:
     NearSearch(const WorldPos& from_world, const WorldPos& displacement, const HeightSource& source,
@@ -88,7 +88,7 @@ namespace {
 
 // Cached squares are dropped beyond this number of objects: 2^20 take about 50 MB.
 constexpr std::size_t kMostKeptPoints = std::size_t{1} << 20;
-// Relative margin, above the rounding of positions and radii.
+// Relative margin, larger than the rounding errors of positions and radii.
 constexpr double kReachSlack = 1e-9;
 
 double radius_of(const TriangleMesh& mesh) {
@@ -110,7 +110,7 @@ public:
     Search(const WorldPos& from_world, const WorldPos& to_world, double limit)
         : from_(from_world), displacement_(to_world - from_world), limit_(limit) {}
 
-    /// Records the object if the segment meets it before all others.
+    /// Records the object if the segment hits it before all objects visited so far.
     void visit(const MeshRays& rays, const Pose& world_from_object, PickedObject object) {
         const Eigen::Matrix3d object_from_world =
             world_from_object.rotation.transpose() / object.scale;
@@ -184,8 +184,8 @@ Result<std::optional<PickedObject>> ObjectPicker::ray(const WorldPos& from_world
     return search.first();
 }
 
-// Visits the squares near the segment, in pieces of a square's side, up to the first hit: an object met by a piece has
-// its origin within `reach` of it.
+// Visits the squares near the segment, up to the first hit. The segment is divided into pieces as long as a square's
+// side: an object that a piece hits has its origin within `reach` of the piece.
 Result<void> ObjectPicker::search_scatter(Scattered& scattered, Search& search) {
     const WorldPos from = search.at(0.0), to = search.at(search.limit());
     // objects stand on triangles, whose corners are at most a cell away
@@ -234,7 +234,7 @@ Result<const std::vector<ScatterPoint>*> ObjectPicker::points_of(Scattered& scat
         for (Scattered& each : scattered_) each.squares.clear();
         kept_points_ = 0;
     }
-    // one more for the square itself
+    // plus one for the square itself
     kept_points_ += points.size() + 1;
     return &scattered.squares.emplace(square, std::move(points)).first->second;
 }

@@ -23,8 +23,8 @@ struct SegmentPart {
     double end = 1.0;
 };
 
-/// The part of a segment that may be within a margin of the surface over the extent, by the source's intervals; a ray
-/// need not load ground outside it. None if no point of the segment is so near.
+/// The part of a segment that may be within a margin of the surface, according to the source's intervals. A ray needs
+/// no ground outside this part. Absent if no point of the segment is so near.
 ///
 /// @param margin metres, >= 0, along each axis
 ///
@@ -41,12 +41,12 @@ struct PickedObject {
     WorldPos position_world = WorldPos::Zero();         ///< of the object's origin
     double scale = 1.0;                                 ///< of the object
     double fraction = 0.0;                              ///< of the segment, 0 to 1
-    WorldPos point_world = WorldPos::Zero();            ///< where the segment meets the object
+    WorldPos point_world = WorldPos::Zero();            ///< where the segment hits the object
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, world axes, against the segment
-    std::uint32_t triangle = 0;                         ///< of the mesh
+    std::uint32_t triangle = 0;                         ///< index in the mesh
 };
 
-/// The objects of a scene for rays, placed and scattered, by the triangles of their meshes.
+/// Casts rays against the triangles of a scene's objects, placed and scattered.
 class ObjectPicker {
 public:
     /// @param source  ground of scattered objects
@@ -56,11 +56,11 @@ public:
     static Result<ObjectPicker> create(std::shared_ptr<const HeightSource> source,
                                        const SceneObjects& objects);
 
-    /// The first object that a segment meets. Ties go to the least entry, square (by y, then x) and index: the answer
-    /// does not depend on earlier calls.
+    /// The first object that a segment hits. Of several at the same point, it is the one with the least entry, square
+    /// (by y, then x) and index, so that the answer does not depend on earlier calls.
     ///
-    /// @param from_world, to_world finite
-    /// @param limit only objects up to this fraction of the segment
+    /// @param from_world, to_world ends of the segment, finite
+    /// @param limit fraction of the segment beyond which objects are ignored
     ///
     /// Fails: as Scatter::objects_in()
     /// Cost:  O(placed objects + objects of the squares along the segment, up to the first hit)
@@ -76,7 +76,7 @@ private:
     struct Scattered {
         std::size_t entry = 0, mesh = 0;
         Scatter scatter;
-        double reach = 0.0;  // of the largest object from its origin, metres
+        double reach = 0.0;  // largest distance of an object's points from its origin, metres
         std::map<ScatterSquare, std::vector<ScatterPoint>> squares = {};  // computed so far
     };
     class Search;

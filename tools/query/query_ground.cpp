@@ -34,7 +34,7 @@ bool QueryGround::load(const WorldRect& region) {
         std::max(region.west - margin, extent.west), std::max(region.south - margin, extent.south),
         std::min(region.east + margin, extent.east), std::min(region.north + margin, extent.north)};
     if (!(wanted.west <= wanted.east && wanted.south <= wanted.north)) return true;
-    // refuse requests that can never fit at once
+    // refuses without a load requests that can never fit
     const double side = margin * kChunkCells;
     const double chunk_count = std::floor((wanted.east - wanted.west) / side) *
                                std::floor((wanted.north - wanted.south) / side);
@@ -147,7 +147,7 @@ bool NearPieces::may_be_near(std::uint64_t first, int log2_count) {
              std::max(a.z(), b.z()) < heights.low - margin_);
 }
 
-// The first piece of a node, at or after next_, that may be near.
+// The first piece of a node of the tree, at or after next_, that may be near the surface.
 std::optional<std::uint64_t> NearPieces::first_near(std::uint64_t first, int log2_count) {
     if (first + (std::uint64_t{1} << log2_count) <= next_ || has_given_up()) return std::nullopt;
     if (!may_be_near(first, log2_count)) return std::nullopt;

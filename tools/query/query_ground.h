@@ -33,7 +33,7 @@ public:
     /// Source of the ground.
     const HeightSource& source() const { return *source_; }
 
-    /// Replaced by load().
+    /// The ground loaded so far, which load() replaces.
     const Ground& ground() const { return *ground_; }
 
     /// Loads the ground of a rectangle and one cell around it, and keeps it until release(). False if it does not fit
@@ -53,14 +53,14 @@ private:
     std::optional<Ground> ground_;
     std::vector<RequiredRegion> held_;
     std::size_t max_chunks_ = 0;  ///< capacity of the memory ceiling
-    double time_s_ = 0.0;         ///< number of loads: only the order matters
+    double time_s_ = 0.0;         ///< the pager's time: a count, because only the order matters
 };
 
 /// Largest number of pieces of a path.
 inline constexpr std::size_t kMostPathPieces = std::size_t{1} << 20;
 
-/// Rectangles that cover the part of a segment above the extent, with `reach` to each side, in order along it. Each
-/// rectangle covers a piece of at most `side` metres; only the first kMostPathPieces are returned.
+/// Rectangles that cover the part of a segment over the extent, with a margin of `reach` on each side, in order along
+/// the segment. Each covers a piece of at most `side` metres. Only the first kMostPathPieces are returned.
 std::vector<WorldRect> cut_path(const WorldPos& from_world, const WorldPos& to_world, double reach,
                                 double side, const WorldRect& extent);
 
@@ -87,8 +87,8 @@ auto ask_around(QueryGround& ground, const WorldPos& centre_world, double reach,
     return answer;
 }
 
-/// Calls `ask` while loading ground along a segment in growing batches, until the answer is complete: a motion that
-/// ends early at the ground loads nothing beyond.
+/// Calls `ask` until the answer is complete, and between the calls loads ground along a segment in growing batches, so
+/// that a motion that the ground stops early does not load its whole path.
 template <class Ask>
 auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world,
                double reach, Ask ask) {
@@ -107,7 +107,7 @@ auto ask_along(QueryGround& ground, const WorldPos& from_world, const WorldPos& 
     return answer;
 }
 
-/// Rays longer than this in the plane, metres, are answered by long_ray().
+/// Rays with a horizontal length above this, metres, are answered by long_ray().
 inline constexpr double kLongRay = 0x1p18;
 
 /// A part of a segment, as fractions of its length.
@@ -116,16 +116,16 @@ struct RayPiece {
     double end = 1.0;
 };
 
-/// The pieces of a segment that may be near the surface, by the source's intervals, in order along it. Ground between
-/// them need not be loaded.
+/// The pieces of a segment that may be near the surface, according to the source's intervals, in order along the
+/// segment. A ray needs no ground between them.
 class NearPieces {
 public:
-    /// @param side    largest length of a piece in the plane, metres, > 0
+    /// @param side    largest horizontal length of a piece, metres, > 0
     /// @param margin  distance that counts as near along each axis, metres, >= 0
     NearPieces(const WorldPos& from_world, const WorldPos& to_world, const HeightSource& source,
                double side, double margin);
 
-    /// The next piece; none at the end, or if has_given_up().
+    /// The next piece; absent at the end of the segment, or if has_given_up().
     std::optional<RayPiece> next();
 
     /// Whether next() ended because it had computed kMostIntervals intervals.
@@ -148,9 +148,9 @@ private:
     std::uint64_t intervals_ = 0;
 };
 
-/// Ground::ray() that loads ground piece by piece, only where the ray may meet it. Fraction and point are computed from
-/// the piece that meets the ground, so that their error is the rounding of its ends, a unit in the last place of the
-/// coordinates. `not_resident` if the ground does not fit in memory, or if NearPieces gives up.
+/// Answers as Ground::ray(), but loads ground piece by piece, only where the ray may hit it. Fraction and point are
+/// computed from the piece that hits the ground, so that their error is the rounding of the piece's ends: a unit in the
+/// last place of the coordinates. `not_resident` if the ground does not fit in memory, or if NearPieces gives up.
 RayAnswer long_ray(QueryGround& ground, const WorldPos& from_world, const WorldPos& to_world);
 
 }  // namespace terrane::tools

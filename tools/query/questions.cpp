@@ -69,7 +69,7 @@ Parsed<double> read_number_or(const Json& object, const char* key, double otherw
     return read_number(object, key);
 }
 
-/// A direction of length 1.
+/// Reads a direction and scales it to length 1.
 Parsed<Eigen::Vector3d> read_direction(const Json& object, const char* key) {
     const auto numbers = read_array<3>(object, key);
     if (!numbers) return wrong(numbers.error());
@@ -199,7 +199,7 @@ Parsed<Question> read_height_below(const Json& object) {
     return question;
 }
 
-// A shape with start and end pose; without `to` the end is the start.
+// Reads a shape with its start and end poses. Without `to` the end pose is the start pose.
 Parsed<OtherShape> read_moving(const Json& object) {
     const Parsed<Shape> shape = read_shape(object, "shape");
     if (!shape) return wrong(shape.error());
@@ -219,7 +219,7 @@ Parsed<OtherShape> read_moving(const Json& object) {
     return moving;
 }
 
-// The shape of `other`, if present.
+// Reads the shape at `other`, if that key is present.
 Parsed<std::optional<OtherShape>> read_other(const Json& object) {
     const auto found = object.find("other");
     if (found == object.end()) return std::optional<OtherShape>();

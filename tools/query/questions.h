@@ -22,12 +22,12 @@ namespace terrane::tools {
 /// flush its answers.
 class LineReader {
 public:
-    /// Fits the largest hull or compound with all digits.
+    /// Enough for the largest hull or compound, with all digits.
     static constexpr std::size_t kMaxLine_bytes = std::size_t{1} << 24;
 
     enum class Status {
         line,      ///< a line; the last one may lack a line end
-        too_long,  ///< skipped a line above kMaxLine_bytes
+        too_long,  ///< a line of more than kMaxLine_bytes, which was skipped
         end,       ///< end of input
         failed,    ///< read error: see errno
     };
@@ -52,7 +52,7 @@ struct HeightQuestion {
     std::optional<double> below = {};
 };
 
-/// The shape of `other`, which replaces the ground. At rest its end pose equals its start pose.
+/// The shape at the key `other`, which replaces the ground. If it rests, its end pose equals its start pose.
 struct OtherShape {
     Shape shape;
     Pose start;
@@ -88,7 +88,7 @@ struct CastQuestion {
 struct PickQuestion {
     View view;
     double x_px = 0.0, y_px = 0.0;  ///< from the left and the top edge; pixel i spans i to i + 1
-    double far_distance = 0.0;      ///< metres from the eye; hits beyond are ignored
+    double far_distance = 0.0;      ///< metres from the eye; farther hits are ignored
 };
 
 using Question =
@@ -96,20 +96,20 @@ using Question =
 
 /// One line of input.
 struct QueryLine {
-    nlohmann::ordered_json id;  ///< echoed in the answer; discarded if the line has none
+    nlohmann::ordered_json id;  ///< repeated in the answer; `discarded` if the line has none
     bool has_id = false;
     /// The question, or an error message.
     tl::expected<Question, std::string> question;
 };
 
-/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates are within 2e9 m of the origin; a rotation is [w,
-/// x, y, z] of length 1 within 1e-6, the identity if absent.
+/// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates must be within 2e9 m of 0. A rotation is [w, x, y,
+/// z] of length 1 within 1e-6, by default the identity.
 QueryLine parse_query(std::string_view line);
 
-/// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, named as the
-/// flags of `terrane mesh`. `look` may be replaced by `forward`, a direction of any length. `up` is the direction that
-/// is up in the picture, by default z, or north if the camera looks straight up or down. The pixel must be within the
-/// picture, including its edges. fov_deg is 0.1 to 179, 60 if absent; far_m is above 0, at most 1e9.
+/// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, with the
+/// names of flags of `terrane mesh`. `forward`, a direction of any length, may take the place of `look`. `up` is the
+/// direction that is up in the picture, by default z, or north if the camera looks straight up or down. The pixel must
+/// be within the picture, including its edges. fov_deg is 0.1 to 179, by default 60; far_m is above 0, at most 1e9.
 Parsed<PickQuestion> read_pick(const nlohmann::ordered_json& object);
 
 }  // namespace terrane::tools

@@ -28,7 +28,7 @@ std::uint8_t to_level(float value) {
     return static_cast<std::uint8_t>(255.0f * (value > 0.0f ? std::min(value, 1.0f) : 0.0f) + 0.5f);
 }
 
-/// @param is_linear true for glTF; other formats have display gamma
+/// @param is_linear whether the file's colours are linear, as in glTF; other formats have display gamma
 std::array<std::uint8_t, 4> to_colour(const aiColor4D& c, bool is_linear) {
     const auto level = [&](float value) {
         return to_level(is_linear ? std::pow(std::max(value, 0.0f), 1.0f / 2.2f) : value);
@@ -52,7 +52,7 @@ public:
     void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-/// Whether the lengths in a GLB file's header match its size: assimp allocates memory for them before reading.
+/// Whether the lengths in a GLB file's header fit in its size. assimp allocates that much memory before it reads.
 bool has_glb_header(std::string_view bytes) {
     std::uint32_t words[5];  // magic, version, bytes, bytes of the JSON chunk, its kind
     if (bytes.size() < sizeof words) return false;
@@ -147,7 +147,7 @@ Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string
     try {
         Assimp::Importer importer;
         importer.SetIOHandler(new NoFiles);  // owned by the importer
-        // only the importer for the extension: others would guess from the content
+        // keeps only the importer for the extension: others would guess the format from the content
         for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
             Assimp::BaseImporter* const kind = importer.GetImporter(i);
             std::set<std::string> endings;

@@ -24,12 +24,12 @@ namespace {
 constexpr std::size_t kMostCrates = 10'000;
 constexpr double kLeastHalf = 0.2, kGreatestHalf = 0.5;            // half extents, metres
 constexpr double kLeastDensity = 100.0, kGreatestDensity = 400.0;  // kg/m^3
-constexpr double kLane = 1.0;         // largest distance of a crate on the path from it, metres
+constexpr double kLane = 1.0;         // largest distance from the path of the crates on it, metres
 constexpr double kLeastBeside = 5.0;  // least half width of the strip for other crates, metres
 constexpr double kAreaOfOne = 8.0;    // least area of the strip for one crate, m^2
-constexpr double kApart = 0.2;        // least gap of the crates' bounding discs, metres
-constexpr double kGentle = 0.906;  // cosine of the slope beyond which other positions are preferred
-constexpr int kTries = 64;         // positions tried for a crate
+constexpr double kApart = 0.2;        // least gap between the crates' bounding discs, metres
+constexpr double kGentle = 0.906;     // cosine of the steepest slope that is not avoided
+constexpr int kTries = 64;            // positions tried for a crate
 
 double strip_half_width(const CrateLayout& layout) {
     const double area = kAreaOfOne * static_cast<double>(layout.count);
@@ -42,7 +42,7 @@ Eigen::Vector2d point_beside(const Polyline& path, double along, double left) {
     return path.at(along) + left * Eigen::Vector2d(-direction.y(), direction.x());
 }
 
-/// The pose of a box that lies on the plane of the ground, rotated by `yaw` about its normal.
+/// The pose of a box of half height `half` that lies on the plane of the ground, rotated by `yaw` about the normal.
 Pose pose_on(const HeightAnswer& at, const Eigen::Vector2d& p_world, double yaw, double half) {
     const Eigen::Vector3d along =
         Eigen::Vector3d(std::cos(yaw), std::sin(yaw), 0.0).cross(at.normal).normalized();
@@ -61,7 +61,7 @@ public:
           obstacles_(obstacles),
           half_width_(strip_half_width(layout)) {}
 
-    /// False if no position is found.
+    /// Places the crate with an index; false if no position is found.
     bool place(std::size_t index) {
         BodyRandom random(layout_.seed, index);
         PlacedBody crate;
@@ -168,10 +168,10 @@ constexpr double kPlace =
     5.0;  // side of the grid square of each body, metres: more than the longest box
 constexpr double kClearance = 2.0;  // least height of a start above the ground, metres
 constexpr double kFurtherUp =
-    10.0;  // range of start heights, metres, so that bodies do not all land at once
+    10.0;  // range of the heights of starts, metres, so that bodies do not all land at once
 constexpr std::uint64_t kLayoutTries = 64;  // positions tried before a body is left out
 
-/// Upper bound of the contact surface under a disc; absent if part of the disc has no ground.
+/// Upper bound of the heights of the contact surface under a disc; absent if part of the disc has no ground.
 std::optional<double> ground_below(const Ground& ground, double x, double y, double radius) {
     const CellRange cells{ground.column_at(x - radius), ground.row_at(y - radius),
                           ground.column_at(x + radius), ground.row_at(y + radius)};
@@ -278,7 +278,7 @@ namespace {
 
 // Objects are selected again when a body enters another cube of this side, metres.
 constexpr double kCube = 8.0;
-// Look-ahead of a body's motion for which objects are added, seconds.
+// Objects are added for the motion of bodies over this time, seconds.
 constexpr double kAhead = 0.25;
 // Scattered objects have their own layer, which identifies them in a loaded world.
 constexpr std::uint32_t kScatterLayer = std::uint32_t{1} << 31;
@@ -349,7 +349,7 @@ Result<ObjectBodies> ObjectBodies::create(std::shared_ptr<const HeightSource> so
     return made;
 }
 
-// The result is quantised: bodies at rest and small motions do not change it.
+// The result is quantised, so that it stays the same while bodies rest or move little.
 std::vector<ObjectBodies::Surroundings> ObjectBodies::surroundings_of(const World& world) {
     std::vector<Surroundings> around;
     const double corner = 0.5 * std::sqrt(3.0) * kCube;
@@ -376,7 +376,7 @@ std::vector<ObjectBodies::Surroundings> ObjectBodies::surroundings_of(const Worl
     return around;
 }
 
-// The objects near bodies; drops squares that are not near any.
+// Finds the scattered objects near bodies, and drops the stored squares that are not near any body.
 Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surroundings> around) {
     std::set<Key> found;
     for (std::size_t i = 0; i < scatters_.size(); ++i) {
@@ -413,7 +413,7 @@ Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surr
     return found;
 }
 
-// Reuses a body that the world already has for the object.
+// Adds an object to the world, or reuses the body that a loaded world has for it. Absent if it would overlap a body.
 Result<std::optional<BodyId>> ObjectBodies::add(const Key& key, World& world,
                                                 const Ground& ground) {
     const StaticScatter& scatter = *scatters_[key.scatter];

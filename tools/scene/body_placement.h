@@ -33,25 +33,25 @@ struct CrateLayout {
     Polyline path;
     std::size_t count = 0;
     std::uint64_t seed = 1;
-    double start_radius = 0.0;  ///< of a disc around the path's start without crates, metres
+    double start_radius = 0.0;  ///< of the disc around the path's start that has no crates, metres
 };
 
 /// Adds --crates.
 void add_crates_option(CLI::App& app, std::size_t& count);
 
-/// The pager's needs for lay_out_crates(); none without crates.
+/// Needs that make the ground for lay_out_crates() resident; empty if there are no crates.
 std::vector<BodyNeed> crate_needs(const CrateLayout& layout, const HeightSource& source);
 
-/// Boxes with half extents of 0.2 to 0.5 m and 100 to 400 kg/m^3, at rest on the ground and not overlapping each other
-/// or the bodies of `obstacles`. One in four is within 1 m of the path as long as there is space, the others within 5
-/// m, or farther if there are many. The same arguments give the same bits. Ground steeper than 25 degrees is used only
-/// if there is no other.
+/// Lays out boxes with half extents of 0.2 to 0.5 m and densities of 100 to 400 kg/m^3, at rest on the ground. They do
+/// not overlap each other or the bodies of `obstacles`. One in four is within 1 m of the path as long as there is
+/// space; the others are within 5 m, or farther if there are many. Ground steeper than 25 degrees is used only for a
+/// box that finds no place on gentler ground. The same arguments give the same bits.
 ///
-/// Fails: exit_failed if ground is not resident or outside, or too little of it is free
+/// Fails: exit_failed if a box finds no place, because the ground is not resident, outside or occupied
 CommandResult<std::vector<PlacedBody>> lay_out_crates(const CrateLayout& layout,
                                                       const Ground& ground, const World& obstacles);
 
-/// In the order of the names of --shape; `file` is DropLayout::file_shape.
+/// Kinds of dropped bodies, in the order of the names of --shape. For `file` the shape is DropLayout::file_shape.
 enum class DropShape { sphere, capsule, box, hull, compound, mixed, file };
 
 struct DropLayout {
@@ -61,22 +61,22 @@ struct DropLayout {
     std::optional<Shape> file_shape = {};  ///< of a mesh file, already scaled
     std::size_t count = 1000;
     double speed = 0.0;  ///< downward at the start, m/s
-    double spin = 0.0;   ///< rad/s, about a random axis of each body
+    double spin = 0.0;   ///< rad/s, about a random axis for each body
     std::uint64_t seed = 1;
     std::optional<WorldVec2> start = {};  ///< centre, metres; absent: the extent's centre
 };
 
-/// Sphere of radius 0.5; capsule of radius 0.4 and half height 0.8; box of half extents 1, 2, 0.5; hull: a stone of six
-/// corners; compound: a hammer, whose head is a box and whose handle is a capsule; each times the scale. Mixed
-/// alternates the first three, by the body's index modulo 3.
+/// The shape of a body. All lengths are metres times the scale. A sphere has radius 0.5; a capsule radius 0.4 and half
+/// height 0.8; a box half extents 1, 2, 0.5. A hull is a stone with six corners. A compound is a hammer: its head is a
+/// box, its handle a capsule. `mixed` gives a sphere, a capsule and a box in turn, by the body's index modulo 3.
 Shape shape_of_body(const DropLayout& layout, std::size_t body);
 
 /// The square over which bodies start, clipped to the extent.
 WorldRect drop_area(const DropLayout& layout, const WorldRect& extent);
 
-/// Bodies on a grid over drop_area(), shifted and rotated by a hash of seed and index, each 2 to 12 m (times the
-/// scale) above the ground below it. The same arguments give the same bits. A body without ground below it, or
-/// overlapping a body of `obstacles`, is moved elsewhere in the area, and omitted after kTries failed positions.
+/// Lays out bodies on a grid over drop_area(), shifted and rotated by a hash of seed and index. Each bounding sphere is
+/// 2 to 12 m (times the scale) above the highest ground below it. A body without ground below it, or touching a body of
+/// `obstacles`, is moved elsewhere in the area, and omitted after 64 failed moves. Equal arguments give equal bits.
 ///
 /// Requires the area's ground to be resident.
 std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
@@ -86,8 +86,9 @@ std::vector<PlacedBody> lay_out(const DropLayout& layout, const Ground& ground,
 /// dynamic bodies.
 class ObjectBodies {
 public:
-    /// @param source  ground of scattered objects, including volumes: no objects stand where volumes replace it
-    /// @param objects of the scene; null: none
+    /// @param source  ground on which objects are scattered, including its volumes: no objects stand where a volume
+    ///                replaces the heightfield
+    /// @param objects of the scene; null if it has none
     ///
     /// Fails: as make_mesh_body() for a mesh with static objects, and Scatter::create()
     static Result<ObjectBodies> create(std::shared_ptr<const HeightSource> source,
@@ -96,9 +97,9 @@ public:
     /// The individually placed objects.
     std::span<const PlacedBody> placed() const { return placed_; }
 
-    /// Call before each step: adds scattered objects near dynamic bodies, and removes those far from all. An object is
-    /// left out while it would overlap a dynamic body. The objects in the world depend only on the world's state: a
-    /// saved and loaded world continues with the same ones.
+    /// Call before each step: adds scattered objects near dynamic bodies, and removes those far from all dynamic
+    /// bodies. An object is left out while it would overlap a dynamic body. The objects in the world depend only on the
+    /// world's state: a saved and loaded world continues with the same objects.
     ///
     /// Fails: as Scatter::objects_in() and World::add()
     /// Cost:  O(bodies); after a body has moved by some metres, also O(objects near bodies)
@@ -108,7 +109,7 @@ private:
     struct StaticScatter {
         Scatter scatter;
         Compound shape;       // at scale 1
-        double radius = 0.0;  // of the largest object, about its origin, metres
+        double radius = 0.0;  // bounding radius of the largest object about its origin, metres
         std::map<ScatterSquare, std::vector<ScatterPoint>> squares = {};  // near bodies
     };
     // Identifies a scattered object by scatter, square and index.
@@ -118,10 +119,10 @@ private:
         std::size_t index = 0;
         friend constexpr auto operator<=>(const Key&, const Key&) = default;
     };
-    // The cube of space that contains a body, and a bound of its motion.
+    // The cube of space that contains a body's origin, and how far the body may reach soon.
     struct Surroundings {
         std::array<std::int64_t, 3> cube{};
-        double reach = 0.0;  // metres from the cube's centre
+        double reach = 0.0;  // distance from the cube's centre, metres
         friend constexpr auto operator<=>(const Surroundings&, const Surroundings&) = default;
     };
 
@@ -132,9 +133,9 @@ private:
     std::vector<PlacedBody> placed_;
     std::vector<std::unique_ptr<StaticScatter>> scatters_;
     std::vector<Surroundings> around_;           // at the last selection of objects; sorted
-    std::map<Key, std::optional<BodyId>> near_;  // none: left out because of an overlap
+    std::map<Key, std::optional<BodyId>> near_;  // without an id if left out because of an overlap
     bool has_followed_ = false;
-    // Scattered objects of a loaded world, by position, until the first follow() takes them over.
+    // The scattered objects of a loaded world, by position; empty after the first follow().
     std::map<std::array<double, 3>, BodyId> loaded_;
 };
 

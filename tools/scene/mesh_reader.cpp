@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // assimp 5.2 cannot replace these readers of PLY and OBJ: its positions are float (steps of 0.5 m at a northing of
-// 4.5e6 m), every corner of an OBJ face becomes a point (4 times the time), and truncated PLY files are accepted, never
-// end, or crash it.
+// 4.5e6 m), it makes a point of every corner of an OBJ face (4 times the time), and on a truncated PLY file it
+// succeeds, hangs or crashes.
 #include "scene/mesh_files.h"
 
 #include <fmt/format.h>
@@ -46,8 +46,8 @@ std::string_view read_word(std::string_view& text) {
     return word;
 }
 
-/// Parses a word as a number, independent of the locale; none if it is not one. A leading + is allowed; "nan" and "inf"
-/// are real numbers.
+/// Parses a word as a number, independent of the locale; absent if the word is not a number. A leading + is allowed. As
+/// a floating-point number, "nan" and "inf" are accepted.
 template <class Number>
 std::optional<Number> number_of(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
@@ -102,7 +102,7 @@ struct PlyElement {
 };
 
 struct PlyHeader {
-    std::optional<std::endian> byte_order;  // none: text
+    std::optional<std::endian> byte_order;  // absent for a text file
     std::vector<PlyElement> elements;
 };
 
@@ -129,7 +129,7 @@ bool read_property(std::string_view line, PlyHeader& header) {
     return true;
 }
 
-/// Removes the header from the bytes.
+/// Parses the header and removes it from the bytes.
 Result<PlyHeader> read_header(std::string_view& bytes) {
     if (read_line(bytes) != "ply") return bad("its first line is not 'ply'");
     PlyHeader header;
@@ -158,13 +158,13 @@ Result<PlyHeader> read_header(std::string_view& bytes) {
     return bad("its header has no end");
 }
 
-/// Reads the numbers after the header in order.
+/// Reads the numbers after the header, one by one.
 class PlyNumbers {
 public:
     PlyNumbers(std::string_view bytes, std::optional<std::endian> order)
         : bytes_(bytes), order_(order) {}
 
-    /// None at the end of the file, or if a word of a text file is not a number.
+    /// The next number; absent at the end of the file, or if the next word of a text file is not a number.
     std::optional<double> next(const PlyType& type) {
         if (!order_) return number_of<double>(read_word(bytes_));
         if (bytes_.size() < type.size) return std::nullopt;
@@ -180,7 +180,7 @@ private:
     std::optional<std::endian> order_;
 };
 
-/// Reads one element: its number of each scalar property by position, and its list of corners.
+/// Reads the elements after the header into a mesh. Must be called for each element of the header, in order.
 class PlyElements {
 public:
     PlyElements(std::string_view bytes, const PlyHeader& header)
@@ -238,7 +238,7 @@ private:
             ++normal_count_;
         } else if ((name == "s" || name == "u" || name == "t" || name == "v") &&
                    texture_count_ < 2) {
-            // of two pairs the first one
+            // if a vertex has both s, t and u, v, the first pair is used
             texture_[name == "s" || name == "u" ? 0 : 1] = static_cast<float>(value);
             ++texture_count_;
         }
@@ -275,7 +275,7 @@ private:
     std::array<std::uint8_t, 4> colour_{0, 0, 0, 255};
     Eigen::Vector3f normal_ = Eigen::Vector3f::Zero();
     Eigen::Vector2f texture_ = Eigen::Vector2f::Zero();
-    int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // count of each
+    int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // of the element
     std::vector<std::int64_t> corners_;
 };
 
@@ -326,14 +326,15 @@ Result<TriangleMesh> parse_ply(std::string_view bytes) {
 
 namespace {
 
-/// The index from 0 of "7" or "-1". Negative numbers count back from the last of `count`.
+/// The index, from 0, that a word such as "7" or "-1" denotes. Positive numbers count from the first of `count` items,
+/// negative ones backwards from the last.
 std::optional<std::int64_t> index_of(std::string_view word, std::size_t count) {
     const auto index = number_of<std::int64_t>(word);
     if (!index || *index == 0) return std::nullopt;
     return *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(count);
 }
 
-/// The first numbers of a line; none if there are fewer.
+/// Removes the first `count` numbers from a line and returns them; absent if the line has fewer.
 std::optional<Eigen::Vector3d> take_vector(std::string_view& line, int count) {
     Eigen::Vector3d vector = Eigen::Vector3d::Zero();
     for (int i = 0; i < count; ++i) {
@@ -368,7 +369,7 @@ public:
     }
 
 private:
-    /// Indices from 0: point, texture coordinate, normal; -1 if a corner has none.
+    /// The indices, from 0, of a corner's point, texture coordinate and normal; -1 for an attribute that it lacks.
     using Corner = std::array<std::int64_t, 3>;
 
     Result<void> add_point(std::string_view line) {
@@ -409,7 +410,7 @@ private:
         return {};
     }
 
-    /// Adds the vertex of a corner such as "7/1/3" or "7//3". False if an attribute is not defined before it.
+    /// Adds the vertex of a corner such as "7/1/3" or "7//3". False if no earlier line defines one of its attributes.
     bool add_vertex(std::string_view word, std::int64_t point) {
         Corner corner{point, -1, -1};
         const std::array<std::size_t, 3> counts{0, texture_.size(), normals_.size()};
@@ -429,7 +430,7 @@ private:
         return true;
     }
 
-    /// One vertex for each combination of position and attributes.
+    /// The mesh with one vertex for each combination of position and attributes.
     TriangleMesh split() {
         const bool has_texture = std::ranges::none_of(corners_, [](auto& c) { return c[1] < 0; });
         const bool has_normals = std::ranges::none_of(corners_, [](auto& c) { return c[2] < 0; });
@@ -448,11 +449,11 @@ private:
 
     bool has_attributes_;
     TriangleMesh mesh_;   // without attributes
-    TriangleMesh split_;  // with them
+    TriangleMesh split_;  // with attributes
     std::vector<Eigen::Vector2f> texture_;
     std::vector<Eigen::Vector3f> normals_;
-    std::map<Corner, std::uint32_t> numbers_;  // of the vertices of `split_`
-    std::vector<Corner> corners_;              // of these vertices
+    std::map<Corner, std::uint32_t> numbers_;  // index of the vertex of `split_` for a corner
+    std::vector<Corner> corners_;              // [vertices of split_]
     std::vector<std::int64_t> points_;         // of the current face
     std::vector<std::uint32_t> vertices_;
 };
@@ -487,7 +488,7 @@ void weld_points(TriangleMesh& mesh) {
     };
     std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0u);
-    // NaN has no order; the check of points refuses such a mesh later
+    // NaN has no order; a mesh with NaN is refused later, when its points are checked
     if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return;
     std::ranges::stable_sort(order, less);
     for (std::size_t i = 0; i < order.size(); ++i) {

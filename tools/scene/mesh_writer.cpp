@@ -96,7 +96,7 @@ std::string_view bytes_of(const T& value) {
     return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-// To glTF's axes: x east, y up, z south.
+// Converts a vector to glTF's axes: x east, y up, z south.
 template <class Scalar>
 Eigen::Matrix<Scalar, 3, 1> to_gltf(const Eigen::Matrix<Scalar, 3, 1>& v) {
     return {v.x(), v.z(), -v.y()};
@@ -193,7 +193,7 @@ Result<void> write_glb(const IndexedMesh& mesh, const std::string& path) {
 
 namespace {
 
-// "7", "7/7", "7//7" or "7/7/7": OBJ counts from 1, and every vertex has its own attributes.
+// Writes a corner as "7", "7/7", "7//7" or "7/7/7": OBJ counts from 1, and every vertex has its own attributes.
 void write_corner(const IndexedMesh& mesh, std::uint32_t vertex, fmt::memory_buffer& line) {
     const std::uint64_t number = std::uint64_t{vertex} + 1;
     fmt::format_to(std::back_inserter(line), " {}", number);

@@ -111,7 +111,7 @@ bool is_file_shape(const Json& body) {
     return shape != body.end() && shape->is_object() && shape->contains("file");
 }
 
-/// The shape `{"file":..,"proxy_error_m":..}`.
+/// Parses the shape `{"file":..,"proxy_error_m":..}`.
 Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder) {
     const Parsed<void> known = check_keys(shape, "shape", {"file", "proxy_error_m"});
     if (!known) return wrong(known.error());
@@ -127,7 +127,7 @@ Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder) {
     return *std::move(made);
 }
 
-/// The shape of a body. Messages begin with the rest of its key path.
+/// Parses the shape of a body. Messages begin with the key path from the body on: "shape.file".
 Parsed<Shape> read_body_shape(const Json& body, const std::string& folder) {
     if (is_file_shape(body)) return read_file_shape(body["shape"], folder);
     Parsed<Shape> shape = read_shape(body, "shape");
@@ -221,7 +221,7 @@ Parsed<std::vector<PlacedBody>> read_bodies(const Json& list, const std::string&
         }
         Parsed<PlacedBody> body = read_body(each, folder);
         if (!body) return wrong(path + "." + body.error());
-        // further checks of the library
+        // the library makes further checks
         const Result<BodyId> added = world->add(body->settings, body->state);
         if (!added) return wrong(path + ": " + added.error().message);
         bodies.push_back(*std::move(body));

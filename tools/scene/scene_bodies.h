@@ -27,13 +27,13 @@ Result<std::vector<BodyId>> add_bodies(std::span<const PlacedBody> bodies, World
 bool is_free(const World& world, const Ground& ground, const Shape& shape,
              const Pose& world_from_shape);
 
-/// Default error of proxies of bodies from files, metres.
+/// Default error of the collision proxy of a body from a mesh file, metres.
 inline constexpr double kUsualProxyError = 0.02;
 
 /// A body's shape from a mesh: the hulls of make_collision_proxy().
 ///
-/// @param file        of the mesh, for messages
-/// @param proxy_error metres
+/// @param file        path of the mesh, for messages
+/// @param proxy_error largest error of the hulls, metres
 ///
 /// Fails: as make_collision_proxy(); bad_data if the mesh is not closed or has no thickness, or if the hulls do not
 ///        reach the error. The message names the file
@@ -42,15 +42,15 @@ Result<Compound> make_mesh_body(const TriangleMesh& mesh, const std::string& fil
 
 /// A uniformly scaled compound.
 ///
-/// @param scale factor of its parts and their positions, > 0
+/// @param scale factor of the sizes and positions of the parts, > 0
 ///
-/// Fails: as Compound::create(), for sizes out of its range
+/// Fails: as Compound::create(), for scaled sizes out of range
 Result<Compound> scaled(const Compound& compound, double scale);
 
 /// A body's shape from a mesh file.
 ///
 /// @param scale       multiplies the file's points
-/// @param proxy_error metres, after scaling
+/// @param proxy_error largest error of the hulls after scaling, metres
 ///
 /// Fails: as read_mesh() and make_mesh_body()
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale = 1.0);

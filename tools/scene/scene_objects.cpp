@@ -114,7 +114,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
-// Default error of a mesh's proxy, relative to its largest extent.
+// Default error of a mesh's proxy, relative to the mesh's largest extent.
 constexpr double kUsualProxyShare = 0.03;
 
 double largest_extent(const TriangleMesh& mesh) {
@@ -127,7 +127,7 @@ double largest_extent(const TriangleMesh& mesh) {
     return (high - low).maxCoeff();
 }
 
-/// The error of an object's proxy; none if the object is not static.
+/// The error of an object's proxy; absent if the object is not static.
 Parsed<std::optional<double>> read_proxy_error(const Json& object, const TriangleMesh& mesh) {
     bool is_static = false;
     if (const auto found = object.find("static"); found != object.end()) {
@@ -149,7 +149,7 @@ struct ObjectReader {
     std::string folder;
     SceneObjects made;
 
-    /// Index of the mesh at a key.
+    /// Index of the mesh that an object names; reads its file if no earlier object names it.
     Parsed<std::size_t> read_mesh_of(const Json& object) {
         const auto found = object.find("mesh");
         if (found == object.end()) return wrong("mesh is missing");

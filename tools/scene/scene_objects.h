@@ -16,15 +16,14 @@
 
 namespace terrane::tools {
 
-/// `surface` of a scene: friction by place.
+/// `surface` of a scene: friction and restitution by position.
 struct SceneSurface {
     std::string raster;              ///< path of a raster of friction; "" for rectangles
     std::vector<SurfaceRect> rects;  ///< the last one that contains a position applies
 };
 
-/// Parses `surface` of a scene: the file of a raster, or
-/// `[{"rect":[west,south,east,north],"friction":f,"restitution":r}..]`, metres of the world. Errors begin with the path
-/// of the key.
+/// Parses `surface` of a scene: the path of a raster of friction, or a list of rectangles in metres of the world,
+/// `[{"rect":[west,south,east,north],"friction":f,"restitution":r}..]`. Errors begin with the path of the key.
 ///
 /// @param folder base of relative paths
 Parsed<SceneSurface> read_surface(const nlohmann::ordered_json& value, const std::string& folder);
@@ -32,10 +31,10 @@ Parsed<SceneSurface> read_surface(const nlohmann::ordered_json& value, const std
 /// `imagery` of a scene: colours draped over the ground.
 struct SceneImagery {
     std::string raster;
-    std::vector<int> bands;  ///< for red, green and blue, or for grey; empty: the file's default
+    std::vector<int> bands;  ///< of red, green and blue, or of grey; empty: the file's default
 };
 
-/// Parses `imagery` of a scene: the file of a raster, or `{"file":"..","bands":[3,2,1]}`. Errors begin with the path of
+/// Parses `imagery` of a scene: the path of a raster, or `{"file":"..","bands":[3,2,1]}`. Errors begin with the path of
 /// the key.
 ///
 /// @param folder base of relative paths
@@ -63,7 +62,7 @@ struct SceneObject {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes
     Pose world_from_object;
     double scale = 1.0;
-    /// Error of the collision proxy, metres at scale 1; none: no collisions.
+    /// Error of the collision proxy, metres at scale 1; absent for an object without collisions.
     std::optional<double> proxy_error = {};
     std::size_t entry = 0;  ///< index in the scene's list
 };

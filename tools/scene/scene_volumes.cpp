@@ -19,7 +19,7 @@
 
 namespace terrane::tools {
 
-/// The shape of a scene's volume and its kind's name in scene files.
+/// The shape of a volume, and the name of its kind in scene files.
 struct SceneVolumeShape {
     std::string kind;  ///< sphere, capsule, box, hull, tube, mesh or vdb
     std::string file;  ///< of a mesh or vdb: its path; else ""
@@ -37,7 +37,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Path of a file of a scene.
+/// The path of a file that a scene names, relative to the scene's folder.
 std::string in_folder(const std::string& folder, const Json& file) {
     return (std::filesystem::path(folder) / file.get<std::string>()).string();
 }
@@ -204,7 +204,7 @@ Parsed<double> read_voxel(const Json& volume, double otherwise) {
     return voxel;
 }
 
-/// Parses all keys except the shape. Messages begin with the rest of the key path.
+/// Parses all keys of a volume except its shape. Messages begin with the key path from the volume on.
 Parsed<VolumeOperation> read_operation(const Json& volume) {
     VolumeOperation operation;
     const Parsed<VolumeOp> op = read_op(volume);
@@ -219,7 +219,7 @@ Parsed<VolumeOperation> read_operation(const Json& volume) {
     return operation;
 }
 
-/// "volumes[2]", with the file of its shape.
+/// Name of a volume in messages: "volumes[2]", or "volumes[2], mesh 'cave.ply'" if its shape is a file.
 std::string called(std::size_t index, const SceneVolumes& volumes) {
     const SceneVolumes::Name& name = volumes.names[index];
     if (name.file.empty()) return fmt::format("volumes[{}]", index);

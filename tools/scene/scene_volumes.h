@@ -35,25 +35,25 @@ Parsed<std::shared_ptr<const SceneVolumes>> read_volumes(const nlohmann::ordered
 /// The smallest voxel_m of the list, metres.
 double finest_voxel(const SceneVolumes& volumes);
 
-/// Places volumes at the finest level of a ground.
+/// Places volumes on the finest level of a ground.
 ///
 /// Fails: as Volumes::create(), and invalid_argument for a volume outside the ground's extent; messages begin with
 ///        "volumes[2]"
 Result<std::shared_ptr<const SceneVolumeField>> place_volumes(const SceneVolumes& volumes,
                                                               const HeightSource& ground);
 
-/// A ground with volumes: VolumeHeights. `ground` must have the lattice on which they were placed.
+/// A ground joined with volumes, as VolumeHeights. `ground` must have the lattice on which the volumes were placed.
 Result<std::shared_ptr<const HeightSource>> add_volumes(std::shared_ptr<const HeightSource> ground,
                                                         const SceneVolumeField& field);
 
-/// The same as a source for a VolumeEditor; without volumes if `field` is null. Fails if the program was built without
-/// terrane::volume.
+/// A ground joined with volumes that a VolumeEditor can change; initially without volumes if `field` is null. Fails if
+/// the program was built without terrane::volume.
 Result<std::shared_ptr<VolumeHeights>> make_diggable(std::shared_ptr<const HeightSource> ground,
                                                      const SceneVolumeField* field);
 
 /// The volumes in the output of `terrane info`, in their order: `[{"op":"remove","shape":"tube","voxel_m":v,
-/// "bounds_m":[[x,y,z],[x,y,z]]}..]`, where v is the spacing of their contours, and the bounds of a .vdb file are those
-/// of its narrow band.
+/// "bounds_m":[[x,y,z],[x,y,z]]}..]`. v is the spacing of the volume's contours. The bounds of a .vdb file are those of
+/// its narrow band.
 nlohmann::ordered_json describe_volumes(const SceneVolumeField& field);
 
 }  // namespace terrane::tools

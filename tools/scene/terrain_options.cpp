@@ -30,15 +30,15 @@
 namespace terrane::tools {
 namespace {
 
-constexpr int kChunkLog2 = 7;     // number of cells along a chunk
+constexpr int kChunkLog2 = 7;     // log2 of the number of cells along a chunk's side
 constexpr int kMostLevels = 24;   // below the root squares, as Lattice allows
-constexpr int kBoundedLog2 = 17;  // side of a bounded world, and the limit of --world-m, metres
-// Root squares of a windowed world, and how many are resident along a side: a camera in the middle two is at least one
-// root square away from the edge.
+constexpr int kBoundedLog2 = 17;  // log2 of the side of a bounded world and the limit of --world-m
+// Log2 of the side of a windowed world's root squares, metres; and how many of them are resident along the window's
+// side: a camera in the middle two is at least one root square away from the window's edge.
 constexpr int kWindowRootLog2 = 16;
 constexpr int kWindow = 4;
 
-// Log2 of the next power of two.
+// Log2 of the least power of two that is not below a value.
 int log2_above(double value) {
     int exponent = 0;
     const double mantissa = std::frexp(value, &exponent);
@@ -50,8 +50,7 @@ double reach_of(int spacing_log2) {
     return std::ldexp(1.0, std::min(kMostWorldLog2 - 1, spacing_log2 + 40));
 }
 
-// The multiple of `side` nearest to `place`, among those from which an interval of length `side` in either direction
-// stays within `reach`.
+// The multiple of `side` nearest to `place`, among those at least `side` inside the range from -reach to reach.
 double middle_near(double place, double side, double reach) {
     const double farthest = reach - side;
     return std::clamp(std::floor(place / side + 0.5) * side, -farthest, farthest);
@@ -61,7 +60,7 @@ struct RootRange {
     std::int32_t first = 0, count = 0;
 };
 
-// Root squares within a reach of 0 whose chunks have keys.
+// The root squares between -reach and reach along an axis whose chunks have keys.
 RootRange roots_within(double origin, double side, double reach, int finest_level) {
     const double most = std::ldexp(1.0, 31 - finest_level) - 1.0;
     const double first = std::max(std::ceil((-reach - origin) / side), -most);
@@ -76,7 +75,7 @@ CommandResult<void> check_start(const std::optional<WorldVec2>& start, double mo
         start->x(), start->y()));
 }
 
-// Four root squares around a middle.
+// Sets four root squares around a point.
 void set_four_roots(double middle_x, double middle_y, int root_log2,
                     FractalSettings& settings_out) {
     settings_out.origin_x = middle_x;
@@ -148,7 +147,8 @@ WorldVec2 middle_of(const WorldRect& rect) {
 
 namespace {
 
-/// Range of the spacing: a finer lattice is not representable, and with a coarser one a root square has no chunk.
+/// Range of a fractal's finest spacing: a finer lattice is not representable, and with a coarser one a root square
+/// would be smaller than a chunk.
 constexpr int kFinestLog2 = -15, kCoarsestLog2 = 9;
 
 constexpr double kMebibyte = 1024.0 * 1024.0;
@@ -173,7 +173,7 @@ std::optional<FractalKind> parse_fractal_kind(std::string_view text) {
     return static_cast<FractalKind>(found - std::begin(kFractalKinds));
 }
 
-/// The finest voxel of volumes and digs if it determines the finest spacing instead of --detail-m or detail_m.
+/// The finest voxel of volumes and digs, which may determine the finest spacing; absent if the user gave a spacing.
 std::optional<double> deciding_voxel(const TerrainOptions& options) {
     if (options.detail_m) return std::nullopt;
     if (options.volumes == nullptr) return options.dig_spacing;
@@ -242,7 +242,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     settings.detail_seed = options.seed;
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
     const std::optional<double> voxel = deciding_voxel(options);
-    // keeps the default detail if it is fine enough
+    // keeps the default spacing of detail if it is fine enough for the voxel
     if (voxel && !(options.seed && std::numbers::sqrt2 * *voxel >= settings.finest_spacing)) {
         settings.finest_spacing = *voxel;
         settings.spacing_tolerance = std::numbers::sqrt2;
@@ -250,7 +250,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (options.dem_memory_mb) {
         settings.memory_bytes = static_cast<std::size_t>(*options.dem_memory_mb * kMebibyte);
     }
-    // GDAL's default cache is 5 % of the machine's memory, on top of that limit; keeps a value set by the user
+    // GDAL's cache, by default 5 % of the machine's memory, is not part of that limit; keeps a value set by the user
     setenv("GDAL_CACHEMAX", kGdalCache_mb, 0);
     Progress progress("opening " + options.dem);
     settings.progress = [&progress](double share) {
@@ -263,7 +263,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         DemHeights::open(options.dem, settings, &info);
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
-        // the only setting that comes from the command line: the message names the flag instead
+        // finest_spacing is the only setting that comes from the command line: the message names its flag instead
         std::string message = source.error().message;
         constexpr std::string_view kArgument = "finest_spacing";
         if (message.starts_with(kArgument)) {
@@ -304,7 +304,7 @@ CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene,
 }
 
 CommandResult<std::string> read_text(const std::string& path) {
-    // a folder would open as an empty stream: check first
+    // checked first, because a folder would open as an empty stream
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {
@@ -595,7 +595,7 @@ CommandResult<Terrain> open_baked(const std::string& path) {
         dem.scale_error = note.at("scale_error").get<double>();
         terrain.dem = dem;
     } catch (const nlohmann::json::exception&) {
-        // the note of another program: not needed for the terrain
+        // another program wrote the note; the terrain does not need it
     }
     return terrain;
 }
@@ -627,7 +627,7 @@ CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget) {
 }
 
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb) {
-    // two windows while a window moves
+    // the root squares of two windows are resident while the window moves
     const std::size_t windows = terrain.source->lattice().root_window > 0 ? 2 : 1;
     const std::size_t roots = windows * count_roots(terrain);
     const double least = static_cast<double>(roots * Chunk::max_bytes()) / 0x1p20;

@@ -24,7 +24,7 @@ namespace terrane::tools {
 /// Log2 of the largest side of a fractal's world, metres: from -2^31 to 2^31 m.
 inline constexpr int kMostWorldLog2 = 32;
 
-/// Side of the part of an endless world that a command works in, metres.
+/// Side of the square of an endless world in which a command works, metres.
 inline constexpr double kWorkSide = 131072.0;
 
 /// Size of a fractal's world without --world-m.
@@ -32,20 +32,20 @@ enum class WorldKind {
     /// As large as its spacing allows, up to kMostWorldLog2, with a root window of twice kWorkSide that moves with the
     /// camera: for commands that draw or play.
     windowed,
-    /// The same size in four root squares: for queries, which load little.
+    /// As large as `windowed`, in four root squares: for queries, which load little.
     whole,
-    /// A side of kWorkSide around the start, in four root squares: for commands that read all of it.
+    /// A side of kWorkSide around the start, in four root squares: for commands that read the whole world.
     bounded,
 };
 
-/// Sets the root squares of a fractal's world. With a side it is centred on (0, 0). Without one its centre, or the
-/// origin of its keys, is the multiple of a root square's side nearest to the start, so that fine spacings, whose keys
-/// have a short range, also have a world there. Heights are functions of position and seed only and do not depend on
-/// the world.
+/// Sets the root squares of a fractal's world. With a side, the world is centred on (0, 0). Without a side, the
+/// multiple of a root square's side nearest to the start becomes the world's centre or, if it is windowed, the origin
+/// of its chunk keys: at fine spacings keys have a short range, and the world must contain the start. Heights depend
+/// only on position and seed, not on the world.
 ///
-/// @param side_m  of --world-m, metres; rounded up to a power of two, in four root squares
-/// @param start   of --start-m
-/// @param settings_out its spacing is read
+/// @param side_m  value of --world-m, metres; rounded up to a power of two, and divided into four root squares
+/// @param start   value of --start-m
+/// @param settings_out its spacing must be set
 ///
 /// Fails: exit_usage if the side or the start is out of range
 CommandResult<void> lay_out_world(std::optional<double> side_m,
@@ -102,35 +102,36 @@ struct Terrain {
         std::nullopt;  ///< start position of commands, inside the extent, metres
 };
 
-/// The part of the world that a command works in, to which built-in paths, default views and tints are fitted: the
-/// extent; with a start, or in an endless world, the square of side kWorkSide around the start or (0, 0), clipped to
-/// the extent.
+/// The part of the world in which a command works, to which built-in paths, default views and tints are fitted. It is
+/// the extent; but with a start or in an endless world it is the square of side kWorkSide around the start, by default
+/// (0, 0), clipped to the extent.
 WorldRect work_region(const Terrain& terrain);
 
-/// Default position of a command: the start, otherwise the centre of work_region(). Metres.
+/// Default position of a command, metres: the start if there is one, otherwise the centre of work_region().
 WorldVec2 start_of(const Terrain& terrain);
 
 /// The source of a terrain without its volumes.
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain);
 
-/// Adds the volumes of a terrain to another source of its heightfield, such as a slower one; returns that source if
-/// there are none.
+/// Adds the volumes of a terrain to another source of its heightfield, such as a slower one. Returns `heightfield` if
+/// the terrain has no volumes.
 CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
     const Terrain& terrain, std::shared_ptr<const HeightSource> heightfield);
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `imagery` (read_imagery()) and `water_m` as options; refuses other keys. Paths of files are relative to the folder
-/// of the scene file.
+/// `imagery` (read_imagery()) and `water_m` as optional keys; refuses other keys. Paths of files are relative to the
+/// folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);
 
-/// Opens the selected terrain. Finest spacing of a fractal: the largest power of two up to detail_m, default 1 m; of a
-/// raster: its cell, or with detail 1 m by default. Volumes refine coarser defaults: a fractal gets the largest power
-/// of two up to their finest voxel; square cells are halved until they are at most the square root of 2 times the
-/// voxel, other rasters get exactly the voxel. TerrainOptions::dig_spacing acts in the same way. A baked terrain has
-/// its own spacing. The world of a fractal: lay_out_world().
+/// Opens the selected terrain. The finest spacing of a fractal is the largest power of two up to detail_m, by default 1
+/// m. That of a raster is detail_m, by default its cell, or 1 m if it has detail. Volumes refine a default that is
+/// coarser than their finest voxel: a fractal gets the largest power of two up to the voxel; square cells are halved
+/// until they are at most the square root of 2 times the voxel; other rasters get exactly the voxel.
+/// TerrainOptions::dig_spacing acts like a voxel. A baked terrain has its own spacing. lay_out_world() sets the world
+/// of a fractal.
 ///
 /// Fails: exit_usage if no terrain is selected or a value is out of range; exit_failed if a file cannot be read or is
 ///        invalid
@@ -142,15 +143,15 @@ std::string note_of(const Terrain& terrain);
 /// Opens a terrain written by `terrane bake`.
 CommandResult<Terrain> open_baked(const std::string& path);
 
-/// The cache of bounds selected by --cache. "": the user's cache folder, $XDG_CACHE_HOME/terrane or ~/.cache/terrane;
-/// none if neither variable is set.
+/// The cache of bounds selected by --cache. For "" it is the user's cache folder, $XDG_CACHE_HOME/terrane or
+/// $HOME/.cache/terrane; there is no cache if neither variable is set.
 DemCache choose_cache(const std::string& option);
 
 /// Largest triangle budget.
 inline constexpr std::size_t kMostTriangles = 1'000'000'000;
 
-/// Check that --budget (triangles) and --memory-mb hold the root squares of the terrain, which are always resident.
-/// Fail with exit_failed, not exit_usage, because the number of root squares depends on the terrain.
+/// Check that --budget (triangles) and --memory-mb are enough for the root squares of the terrain, which are always
+/// resident. Fail with exit_failed, not exit_usage, because the number of root squares depends on the terrain.
 CommandResult<void> check_budget(const Terrain& terrain, std::size_t budget);
 CommandResult<void> check_memory(const Terrain& terrain, double memory_mb);
 

@@ -29,7 +29,7 @@ const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Cons
 struct WheelRuts::State {
     std::shared_ptr<const HeightSource> undisturbed;
     VolumeEditor editor;
-    /// Per wheel: position of its last dig, or where it began to roll; none while it does not roll on the ground.
+    /// For each wheel on the ground: where its last dig was or, before that, where it touched the ground; else absent.
     std::vector<std::optional<Eigen::Vector2d>> places = {};
     std::uint64_t digs = 0;
     struct Waiting {
@@ -88,7 +88,7 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
         const double travelled = (now - *place).norm();
         if (travelled < kStep || !(speed > kLeastSpeed)) continue;
         const Eigen::Vector2d from = *std::exchange(place, now);
-        // ahead, so that the wheel rolls in its rut and not over the rut's end
+        // the end of the groove, ahead of the wheel, so that the wheel does not roll over it
         const Eigen::Vector2d next = now + (wheel_radius + kStep) / speed * velocity;
         const double below =
             state.undisturbed->height(wheel.point_world.x(), wheel.point_world.y()) -
@@ -99,7 +99,7 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
         Pose pose;
         pose.translation = state.groove(from);
         const VolumeTube groove{{WorldPos::Zero(), state.groove(next) - pose.translation}, kRadius};
-        // fails only at the world's border, where there is nothing to dig
+        // digging fails only at the world's border, where there is nothing to dig
         const Result<std::uint32_t> change = state.editor.dig(groove, pose);
         if (!change) continue;
         ++state.digs;

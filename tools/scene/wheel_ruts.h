@@ -18,7 +18,7 @@ inline constexpr double kMostRutSpacing = 0.5;
 inline constexpr double kRutSpacing = 0.25;
 
 /// The ruts that a vehicle's wheels leave in the heightfield: grooves of constant depth below the undisturbed ground,
-/// dug by a VolumeEditor. There are none on the floors of caves, or where wheels stand on bodies.
+/// dug by a VolumeEditor. Wheels leave no ruts on the floors of caves or on bodies.
 class WheelRuts {
 public:
     /// Makes the terrain's source diggable: call before a pager is created.
@@ -30,7 +30,8 @@ public:
     static CommandResult<std::unique_ptr<WheelRuts>> create(Terrain& terrain, int worker_count);
     ~WheelRuts();
 
-    /// Digs under the wheels of a vehicle that have rolled since the last dig, slightly ahead of each.
+    /// Extends the rut of each wheel that has rolled far enough since its last dig: digs from there to slightly ahead
+    /// of the wheel, so that it does not roll over the end of its rut.
     void roll(const VehicleState& vehicle, double wheel_radius, const Ground& ground);
     /// Applies completed digs. Call once a frame, before Pager::update().
     ///
