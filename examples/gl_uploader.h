@@ -10,7 +10,7 @@
 
 class GlUploader {
 public:
-    // After each MeshBuffers::update(), with the context current.
+    // Call after each MeshBuffers::update(), with the context current.
     void upload(const terrane::MeshBuffers& buffers) {
         for (const terrane::ChunkKey& key : buffers.gone()) {
             release(parts_.at(key));
@@ -28,7 +28,7 @@ public:
         }
     }
 
-    // With a program whose attribute 0 is the position, metres from MeshBuffers::origin_world(), and 1 the normal.
+    // Uses the current program: attribute 0 is the position, metres from MeshBuffers::origin_world(), 1 the normal.
     void draw() const {
         for (const auto& [key, part] : parts_) {
             glBindVertexArray(part.vertex_array);
@@ -37,7 +37,7 @@ public:
         glBindVertexArray(0);
     }
 
-    // While the context is still there.
+    // Call while the context still exists.
     void clear() {
         for (auto& [key, part] : parts_) release(part);
         parts_.clear();

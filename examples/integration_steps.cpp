@@ -13,15 +13,15 @@
 
 using namespace terrane;
 
-// Teleports a body when its ground is resident, which the terrain aims at until deadline_s, on the clock of update().
-// finish() is called every frame; true when it has happened.
+// Teleports a body once the ground at its goal is resident. The terrain tries to load it by deadline_s, on the clock of
+// update(). Call finish() in every frame; it returns true when the body has been teleported.
 struct Teleport {
     BodyId body;
     WorldPos goal_world = WorldPos::Zero();
     RequiredRegion region;
 
     void begin(Terrain& terrain, double deadline_s) {
-        const double reach = 50.0;  // what it may touch in its first frames
+        const double reach = 50.0;  // metres around the goal that the body may touch at first
         region = terrain.require({.west = goal_world.x() - reach,
                                   .south = goal_world.y() - reach,
                                   .east = goal_world.x() + reach,
@@ -39,7 +39,7 @@ struct Teleport {
     }
 };
 
-// A height that the simulator can work without: the last one stands in where ground is on its way.
+// For a simulator that can run without an exact height: while ground is being loaded, the last height is used.
 std::optional<double> height_or_last(const Ground& ground, double x, double y,
                                      std::optional<double> last) {
     const HeightAnswer at = ground.height(x, y);
@@ -57,7 +57,7 @@ std::optional<double> height_or_last(const Ground& ground, double x, double y,
     return std::nullopt;
 }
 
-// A step that happens only when all bodies have their ground: for simulators in which nobody may be parked.
+// Steps only when all bodies have their ground, for simulators in which no body may be parked.
 bool step_or_wait(Terrain& terrain, World& world, double& time_s, double dt) {
     const Frame& frame = terrain.update({}, world.needs(), time_s);
     if (frame.groundless_bodies > 0) {
@@ -69,7 +69,7 @@ bool step_or_wait(Terrain& terrain, World& world, double& time_s, double dt) {
     return report.parked == 0;
 }
 
-// Rays of a lidar on two threads: all read one Ground, which stays as it is whatever is loaded meanwhile.
+// Rays of a lidar on two threads: all read one Ground, which does not change, whatever is loaded meanwhile.
 std::vector<RayAnswer> scan(const Ground& ground, const WorldPos& eye_world,
                             const std::vector<WorldPos>& ends_world) {
     std::vector<RayAnswer> answers(ends_world.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What of a TerrainMesh goes to a GPU, and when. The device here is a few arrays; its vertex shader is
-// a function that reads nothing else, and is compared with the mesh itself.
+// Which data of a TerrainMesh are uploaded to a GPU, and when. Here the device is a few arrays, and its vertex shader
+// is a function that reads nothing else. Its results are compared with the mesh.
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/terrain.h>
 
@@ -22,16 +22,16 @@ struct DrawCall {
     std::uint32_t first_index, index_count;  // into Device::indices
     std::uint32_t first_vertex;              // of the chunk's slot in Device::heights
     std::int32_t first_offset;               // in Device::offsets, or -1: nothing morphs
-    std::int32_t corner_x, corner_y;         // south-west sample from the eye, finest spacings
+    std::int32_t corner_x, corner_y;         // south-west sample minus eye, finest spacings
     std::int32_t step;                       // finest spacings between samples
 };
 
 struct Device {
-    std::vector<std::int32_t> heights;   // slots of 129 x 129: kept while a chunk is resident
-    std::vector<std::uint16_t> indices;  // anew each frame
-    std::vector<float> offsets;          // anew each frame, of chunks that morph
-    std::vector<DrawCall> draws;         // anew each frame
-    float spacing, quantum;              // once
+    std::vector<std::int32_t> heights;   // slots of 129 x 129, for resident chunks
+    std::vector<std::uint16_t> indices;  // written each frame
+    std::vector<float> offsets;          // written each frame, of chunks that morph
+    std::vector<DrawCall> draws;         // written each frame
+    float spacing, quantum;              // metres; written once
     std::int32_t eye_z;                  // quanta; each frame
     float remainder[3];                  // eye minus its lattice point, metres; each frame
 };
@@ -97,7 +97,7 @@ private:
         return slots_[chunk.key] = slot;
     }
 
-    // What is no longer resident is not drawn any more: its slot is free.
+    // A chunk that is no longer resident is not drawn any more, so its slot is free.
     void forget_absent(const ResidentSet& resident) {
         std::erase_if(slots_, [&](const auto& entry) {
             if (resident.find_chunk(entry.first) != nullptr) return false;
@@ -122,14 +122,14 @@ LocalVec shade(const Device& device, const DrawCall& draw, std::uint16_t index) 
     LocalVec p(static_cast<float>(x) * device.spacing - device.remainder[0],
                static_cast<float>(y) * device.spacing - device.remainder[1],
                static_cast<float>(z) * device.quantum - device.remainder[2]);
-    // Last, so that vertices that do not morph are the same bits in every chunk.
+    // Added last, so that vertices that do not morph have the same bits in every chunk.
     if (draw.first_offset >= 0) {
         p.z() += device.offsets[static_cast<std::size_t>(draw.first_offset) + index];
     }
     return p;
 }
 
-// Largest distance of a shaded vertex from where the mesh says that it is, over its own from the eye.
+// Largest distance of a shaded vertex from its position in the mesh, divided by 1 m plus its distance from the eye.
 double largest_error(const TerrainMesh& mesh, const Device& device, const WorldPos& eye_world) {
     const Lattice& lattice = mesh.resident->lattice();
     double largest = 0.0;

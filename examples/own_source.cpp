@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A HeightSource of one's own: rows of dunes. check_source() tries whether it keeps its promises.
+// A HeightSource of one's own: rows of dunes. check_source() tests whether it keeps the source laws.
 #include <terrane/terrain/check_source.h>
 
 #include <algorithm>
@@ -37,8 +37,8 @@ public:
         return {};
     }
 
-    // The longest edge of a centre's two triangles is the diagonal of a square of side 2 s, of a
-    // midpoint's it is the edge of that square.
+    // The longest edge of a centre's two triangles is the diagonal of a square of side 2 s. For a midpoint it is an
+    // edge of such a square.
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
         const double s = lattice().spacing * static_cast<double>(grid.step);
         std::size_t i = 0;
@@ -63,7 +63,7 @@ public:
         return {-amplitude_, amplitude_};
     }
 
-    // The steepest slope is 8 amplitudes a wavelength.
+    // The steepest slope is 8 amplitudes per wavelength.
     double rise_bound(double distance) const override {
         return std::min(2.0 * amplitude_, 8.0 * amplitude_ / wavelength_ * distance);
     }
@@ -85,7 +85,7 @@ private:
 }  // namespace
 
 int main() {
-    // 2 x 2 root squares around the origin, 16 km each: 128 cells of 0.5 m, 8 times doubled.
+    // 2 x 2 root squares around the origin, with a side of 16 km: 128 cells of 0.5 m, doubled 8 times.
     Lattice lattice;
     lattice.spacing = 0.5;
     lattice.finest_level = 8;

@@ -20,9 +20,9 @@ View follow(const Pose& world_from_chassis) {
 }  // namespace
 
 int main() {
-    // Once. value() throws where a setting is out of range; check error() where settings are user data.
+    // Done once. value() throws if a setting is out of range; check error() if settings are user data.
     const auto source = FractalHeights::create({.seed = 7}).value();
-    // 0 loads inside update(), so that every run is the same; a real-time simulator uses threads.
+    // A worker_count of 0 loads inside update(), so that every run is the same; a real-time simulator uses threads.
     Terrain terrain =
         Terrain::create(source, {.paging = {.worker_count = 0},
                                  .meshes = {.triangle_budget = 100'000, .max_error_px = 1.0}})
@@ -43,18 +43,18 @@ int main() {
         return pose;
     };
     const BodyId truck = world.add_vehicle(make_truck(), above_ground(0, 0, 1.5)).value();
-    if (!world.set_controls(truck, VehicleControls{.throttle = 0.3})) return 1;  // of no vehicle
+    if (!world.set_controls(truck, VehicleControls{.throttle = 0.3})) return 1;  // no such vehicle
     for (int i = 0; i < 10; ++i) {
         const Pose above = above_ground(20 + 3 * i, 0, 5);
         world.add({.shape = Sphere{.radius = 0.4}, .mass = 30}, {.pose = above}).value();
     }
-    start.release();  // from here on needs() keep the ground
+    start.release();  // from here on world.needs() keeps the ground resident
 
     const double dt = 1.0 / 60.0;
     std::uint64_t parked = 0, too_deep = 0;
     for (int i = 0; i < 300; ++i) {
-        // 1. The camera and the needs of all bodies. Adopts loaded chunks, requests the next ones, triangulates the
-        //    view. Never waits for a thread.
+        // 1. Pass the camera and the needs of all bodies. update() adopts loaded chunks, requests the next ones and
+        //    triangulates the view. It never waits for a thread.
         const BodyState& chassis = world.state(truck);
         const Camera camera{.view = follow(chassis.pose), .velocity = chassis.velocity};
         const Frame& frame = terrain.update({camera}, world.needs(), i * dt);
