@@ -1,5 +1,5 @@
-// Bullet's bodies and its raycast vehicle on Terrane's ground, in the steps of docs/adapters.md. Prints where the
-// vehicle ends, and how many bodies are below the ground.
+// Bullet bodies and a Bullet raycast vehicle on Terrane ground: see docs/adapters.md. Prints where the vehicle ends,
+// and how many bodies end below the ground.
 #include "motion_trace.h"
 
 #include <terrane/adapters/bullet_bodies.h>

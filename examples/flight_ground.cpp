@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground under an aircraft: height above ground from earth-centred positions, as JSBSim asks a FGGroundCallback,
-// and a probe in a local frame with y up, as X-Plane has it. Flies a circle over a world that lies at 47 N, 8 E.
+// The ground below an aircraft, found in two ways: by earth-centred position, as JSBSim asks an FGGroundCallback, and
+// by a probe in a local frame with y up, as in X-Plane. The aircraft flies a circle around 47 N, 8 E.
 #include "motion_trace.h"
 
 #include <terrane/adapters/jsbsim_ground.h>
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
 
     double lowest_ft = 1e9, largest_difference = 0.0;
     for (int step = 0; step < 200; ++step) {
-        // The aircraft's position on the earth and in the world, and the ground below it, which it needs.
+        // Earth-centred and world position of the aircraft; requests the ground around the point below it.
         const double angle = 2.0 * std::numbers::pi * step / 200.0;
         const Eigen::Vector3d p_earth =
             ground.earth().earth_from_geodetic({(47.0 + 0.05 * std::sin(angle)) * degree,

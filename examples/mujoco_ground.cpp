@@ -1,4 +1,4 @@
-// MuJoCo's bodies on Terrane's ground, in the steps of docs/adapters.md. Prints how many end below the ground.
+// MuJoCo bodies fall onto Terrane ground: see docs/adapters.md. Prints how many of them end below the ground.
 #include "motion_trace.h"
 
 #include <terrane/adapters/mujoco_window.h>

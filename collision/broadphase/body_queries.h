@@ -19,7 +19,7 @@ namespace terrane::internal {
 /// overlapping boxes. For a compound, the box around the rotated body-frame box of its parts. NaN if the pose is not
 /// finite.
 ///
-/// @param pose the rotation must be orthonormal to 1e-6
+/// @param world_from_shape its rotation must be orthonormal to within 1e-6
 ///
 /// Cost: support points along six directions for a hull, else constant
 Aabb compute_aabb(const Shape& shape, const Pose& world_from_shape);

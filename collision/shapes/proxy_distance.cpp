@@ -24,8 +24,8 @@ double box_distance(const Aabb& box, const Eigen::Vector3d& p) {
     return std::sqrt(square);
 }
 
-/// Whether the directed edge a -> b, projected along z, crosses the ray from p along +x: 1 if it crosses upward in y,
-/// -1 if downward, else 0. Computed from the lower end, so that both triangles of an edge agree.
+/// 1 if the directed edge a -> b, projected along z, crosses the ray from p along +x upward in y, -1 if downward, else
+/// 0. Computed from the lower end, so that both triangles of an edge agree.
 int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& p) {
     const bool is_a_above = a.y() > p.y(), is_b_above = b.y() > p.y();
     if (is_a_above == is_b_above) return 0;
@@ -38,7 +38,8 @@ int crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Ve
 }
 
 bool has_balanced_edges(const std::vector<SolidMesh::Triangle>& triangles) {
-    // Undirected edges, with the number of uses in ascending direction minus the number in descending direction.
+    // One entry per use of an edge: its vertex indices in ascending order, and +1 if the triangle traverses it from the
+    // lower index to the higher, else -1. The mesh is balanced if the entries of each edge sum to 0.
     std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, int>> edges;
     edges.reserve(3 * triangles.size());
     for (const SolidMesh::Triangle& t : triangles) {

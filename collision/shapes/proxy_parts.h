@@ -23,7 +23,7 @@ struct SolidMesh {
     std::vector<Eigen::Vector3d> points;  ///< no two equal
     std::vector<Triangle> triangles;      ///< three different points each
     std::vector<AabbNode> tree;           ///< of the triangles' boxes
-    bool is_closed = false;  ///< every edge is used as often in one direction as in the other
+    bool is_closed = false;  ///< triangles traverse every edge equally often in both directions
     double extent = 0.0;     ///< largest side of the box around the points, metres
 
     std::array<Eigen::Vector3d, 3> corners(std::uint32_t triangle) const {
@@ -32,7 +32,7 @@ struct SolidMesh {
     }
 };
 
-/// Merges equal positions and drops triangles with equal corners.
+/// Welds equal positions and drops degenerate triangles: those of which two corners have the same position.
 ///
 /// @param mesh finite, with valid indices
 SolidMesh make_solid_mesh(const TriangleMesh& mesh);

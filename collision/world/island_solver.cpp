@@ -150,7 +150,8 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
     bounds_.resize(bodies.size());
     has_bounds_.resize(bodies.size(), 0);
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        // A dynamic body that is `fixed`, such as a parked one, is not still: its state may change.
+        // A still body keeps its box until forget_bounds(). A dynamic body that is `fixed` only for now, such as a
+        // parked one, is not still: its state may change without that call.
         const bool is_still = mobility[i] == Mobility::asleep ||
                               (is_moved_by_none(mobility[i]) &&
                                !(is_dynamic(bodies[i]) && mobility[i] == Mobility::fixed));

@@ -359,7 +359,7 @@ std::span<const BodyNeed> World::needs() {
     for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
         if (!state_->ids.is_used(i) || state_->type(i) != BodyType::dynamic_body) continue;
         const RigidBody& body = state_->bodies[i];
-        // An impact may deflect a body in any direction, so the reach of a long step counts in all directions.
+        // An impact may deflect a body in any direction, so its largest motion in kReachTime is added to the radius.
         const double speed = internal::greatest_speed(body);
         state_->needs.push_back({.centre_world = body.pose.translation,
                                  .velocity = body.velocity.linear,

@@ -10,11 +10,11 @@ namespace {
 
 constexpr double kRoundedUp = 1.0 + 0x1p-44;
 
-// Largest value of a w0 w1 + b w1 w2 + c w2 w0 for w >= 0 that sum to 1.
+// Upper bound, at most a 64th too large, of a w0 w1 + b w1 w2 + c w2 w0 for w >= 0 that sum to 1.
 double largest_on_triangle(double a, double b, double c) {
     const double most = std::max({a, b, c}), least = std::min({a, b, c});
     double largest = 0.25 * most;
-    // the differences below would be too inexact
+    // the differences below are too inexact then; this upper bound exceeds the largest value by at most a 64th
     if (least < most * 0x1p-6) return largest + 0.25 * least;
     // the weights of the stationary point have these ratios; if it is outside the triangle, the maximum is on an edge
     const double w0 = b * (a + c - b), w1 = c * (a + b - c), w2 = a * (b + c - a);
@@ -133,7 +133,7 @@ constexpr double kLeastShare = 0.02;
 
 }  // namespace
 
-// Finds all corners of cells in new triangle k. The image of u, if in the triangle, comes fourth, after its corners.
+// Finds all corners of cells in new triangle k. The image of u, if inside the triangle, follows its three corners.
 bool ContractionBound::find_corners(const Ring& ring, std::size_t k) {
     corner_count_ = 0;
     OverlayCorner corner;
@@ -265,8 +265,8 @@ void ContractionBound::add_cell(const Ring& ring, std::size_t i, TriangleBound& 
 }
 
 // Raises the new quadratic form until, on a whole cell, it is at least the old form plus the displacement. It suffices
-// that its polar form is so for all pairs of the cell's corners. Pairs along one edge of the new triangle, which
-// determine a single coefficient, come first.
+// that their polar forms satisfy this for all pairs of the cell's corners. Pairs along one edge of the new triangle,
+// which determine a single coefficient, come first.
 void ContractionBound::bound_cell(const Cell& cell, bool is_along_edge, TriangleBound& bound) {
     const bool was_exact =
         std::max({cell.edges[0], cell.edges[1], cell.edges[2], cell.constant}) == 0.0;

@@ -132,7 +132,7 @@ void Contractor::add_border_planes() {
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
         if (kinds_[u] == VertexKind::interior || !mesh_.find_ring(u, ring_) || ring_.is_closed)
             continue;
-        // only the edge from u to its first neighbour: the last neighbour adds the edge between it and u
+        // only the edge from u to its first neighbour: the edge to its last neighbour is added at that neighbour
         add_edge_plane({u, ring_.vertices[0], ring_.vertices[1]});
     }
 }
@@ -165,7 +165,7 @@ double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
     return options_.rules == nullptr ? by_planes : by_planes + options_.rules->cost(u, v);
 }
 
-// Queues the first of a vertex's candidates, if any; with `after`, the first of those that are ordered after it.
+// Queues a vertex's cheapest candidate or, given `after`, the next one after it; removes the vertex if there is none.
 void Contractor::queue_first(std::uint32_t u, const Neighbours& neighbours,
                              const Candidate* after) {
     Candidate best;
@@ -247,7 +247,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
         std::find(ring_.vertices.begin(),
                   ring_.vertices.begin() + static_cast<std::ptrdiff_t>(ring_.count), v);
     const Ring ring = ring_.rotated(static_cast<std::size_t>(place - ring_.vertices.begin()));
-    // if contractions may be deferred, the test that rarely refuses comes last
+    // if contractions may be deferred, keeps_topology() is tested last, because it rarely refuses
     const bool may_wait = !least_costs_.empty();
     if (!may_wait && !keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
@@ -277,7 +277,7 @@ bool Contractor::evaluate(std::uint32_t u, const Ring& ring, double limit) {
     return (is_good || bound_.evaluate_along_edge(u, ring)) && !folds_over(ring);
 }
 
-// Whether a new triangle would be folded onto the triangle behind the edge between two neighbours.
+// Whether a new triangle would be folded onto the triangle on the other side of its outer edge.
 bool Contractor::folds_over(const Ring& ring) {
     for (std::size_t i = 1; i + 1 < ring.count; ++i) {
         const std::uint32_t from = ring.vertices[i + 1], to = ring.vertices[i];

@@ -94,7 +94,7 @@ public:
     bool is_empty() const { return heap_.empty(); }
     const Candidate& first() const { return heap_.front(); }
 
-    /// The candidate at an index of the heap; those at small indices are among the next ones. nullptr beyond the end.
+    /// The candidate at an index of the heap; those at small indices are likely to come next. nullptr beyond the end.
     const Candidate* at(std::size_t place) const {
         return place < heap_.size() ? &heap_[place] : nullptr;
     }
@@ -322,7 +322,7 @@ private:
     // [vertices] whether a contraction of the vertex exceeded this level's error
     std::vector<std::uint8_t> is_over_limit_;
     std::size_t over_limit_count_ = 0;
-    // [vertices] whether the queued candidate is not the vertex's first one, because earlier ones were refused
+    // [vertices] whether the queued candidate is not the vertex's cheapest one, because cheaper ones were refused
     std::vector<std::uint8_t> had_refusal_;
     std::vector<double> least_costs_;  // [vertices] least cost of a queued candidate; may be empty
     std::optional<Components> components_;

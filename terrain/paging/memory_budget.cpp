@@ -12,7 +12,7 @@ constexpr double kGain = 1.25;
 constexpr double kSooner_s = 1.0;
 // A need that starts within this time counts as current.
 constexpr double kNow_s = 0.5;
-// A load of a drawn chunk with more slack than this evicts nothing, because the victim may be useful meanwhile.
+// A load of a chunk to be drawn with more slack than this evicts nothing: the victim may be useful in the meantime.
 constexpr double kEvictAhead_s = 1.0;
 // Maximum number of chunks that fade out simultaneously.
 constexpr std::size_t kMostFadingOut = 16;

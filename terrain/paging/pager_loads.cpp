@@ -145,8 +145,8 @@ bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) c
     return candidate.need.end_s >= arrival_s;
 }
 
-// Postpones loads of drawn chunks with more slack than kDrawnAhead_s, provided that all of them can still be loaded in
-// time. Predictions for a nearer time are more often right, so that fewer bytes are wasted.
+// Postpones loads of chunks to be drawn with more slack than kDrawnAhead_s, provided that all of them can still be
+// loaded in time. Predictions for a nearer time are more often right, so that fewer bytes are wasted.
 void Pager::State::postpone() {
     if (settings.policy == PagingPolicy::distance) return;
     double least_s = std::numeric_limits<double>::infinity();

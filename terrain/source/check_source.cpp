@@ -79,7 +79,8 @@ private:
         return static_cast<std::int64_t>(std::floor((place - origin) / spacing));
     }
 
-    // First index and number of points. Grids at an edge extend two steps beyond it, as far as chunks read.
+    // First index and number of points of a grid along one axis. Grids at an edge, unless coarser than the root level,
+    // are shifted outward by two steps: beyond the world they then include all samples that chunks read.
     std::pair<std::int64_t, int> along(std::int64_t step, std::int64_t low, std::int64_t high,
                                        std::int64_t world_low, std::int64_t world_high, bool at_low,
                                        bool at_high) {
@@ -102,13 +103,13 @@ private:
     int count_ = 0;
 };
 
-// Checks intervals over rectangles, and rises over distances, of various sizes around the spacing.
+// Checks intervals over squares and rectangles of various sizes, and rises over two distances.
 void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect& region,
                   std::int64_t step, int places, CheckRandom& random) {
     const double spacing = lattice.spacing * static_cast<double>(step);
     const int level = internal::level_of(lattice, step);
     for (int place = 0; place < places; ++place) {
-        // squares, as for chunks, and rectangles of any shape
+        // alternately squares of a chunk's size and rectangles of any shape
         const double width = place % 2 == 0 ? kChunkCells * spacing : random.between(0.0, spacing);
         const double depth = place % 2 == 0 ? width : random.between(0.0, 10.0 * spacing);
         const double x = random.between(region.west, region.east);
@@ -119,7 +120,7 @@ void check_ranges(SourceChecks& checks, const Lattice& lattice, const WorldRect&
     checks.check_rise(random.between(0.5, 8.0) * spacing, level);
 }
 
-// Asks for all grids again, in reverse order; then for up to kThreadGrids on several threads, on each in another order.
+// Reads all grids again, in reverse order; then up to kThreadGrids on each of several threads, in different orders.
 void check_repeats(const HeightSource& source, const SourceCheckSettings& settings,
                    const WorldRect& region, const std::vector<GridAnswers>& answered,
                    SourceChecks& checks) {

@@ -117,11 +117,11 @@ public:
     /// Turns the measured deviations of vertices into bounds.
     void finish(const SpacingBounds& bounds);
 
-    /// Measured deviation of the cell to the north-east of a lattice point, whose indices are in steps.
+    /// Measured deviation of the cell to the north-east of a lattice point with indices in units of the grid's step.
     double cell(std::int64_t x, std::int64_t y) {
         return cells_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }
-    /// Bound of a vertex of the grid's spacing, with indices in steps.
+    /// Bound of a vertex of the grid's spacing, with indices in units of the grid's step.
     double vertex(std::int64_t x, std::int64_t y) {
         return vertices_.at(static_cast<int>(x - first_x_), static_cast<int>(y - first_y_));
     }

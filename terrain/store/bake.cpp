@@ -54,7 +54,7 @@ private:
     PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
                 int shift)
         : HeightSource(lattice, extent), base_(base), shift_(shift) {}
-    /// Converts a grid from the part's finest spacings to the other source's.
+    /// Converts a grid from units of the part's finest spacing to units of the base's finest spacing.
     SampleGrid widen(const SampleGrid& grid) const {
         const std::int64_t factor = std::int64_t{1} << shift_;
         return {{grid.corner.x * factor, grid.corner.y * factor},
@@ -64,7 +64,7 @@ private:
     }
 
     const HeightSource& base_;
-    int shift_ = 0;  ///< levels of the other source that are finer than the part's finest
+    int shift_ = 0;  ///< number of the base's levels that are finer than the part's finest
 };
 
 namespace {

@@ -51,7 +51,7 @@ public:
     /// Names and values of additional columns of frames.csv.
     virtual std::vector<std::string> columns() const = 0;
     virtual std::vector<double> figures(const World& world) const = 0;
-    /// Appends the solids that show the traveller.
+    /// Appends the solids that represent the traveller.
     virtual void draw(const World& world, std::vector<DrawnObject>& objects) const = 0;
 };
 

@@ -103,7 +103,7 @@ int start(const std::vector<std::string>& arguments, int input, int complaints,
     int error = posix_spawnattr_init(&attributes);
     if (error == 0) {
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-        posix_spawnattr_setpgroup(&attributes, 0);  // its own: Ctrl-C does not end it
+        posix_spawnattr_setpgroup(&attributes, 0);  // a new group: Ctrl-C does not end it
         error =
             posix_spawnp(&process_out, kProgram, &actions, &attributes, pointers.data(), environ);
         posix_spawnattr_destroy(&attributes);
@@ -142,7 +142,7 @@ struct Film::State {
         return "ffmpeg has done nothing for " + std::to_string(patience_s) + " s";
     }
 
-    // As wait(), but absent if ffmpeg neither exits nor writes for patience_s.
+    // As wait(), but returns nothing if ffmpeg neither exits nor writes for patience_s.
     std::optional<int> wait_while_it_works() {
         using Clock = std::chrono::steady_clock;
         Clock::time_point last_change = Clock::now();
@@ -289,8 +289,7 @@ std::size_t Film::frame_count() const { return state_->frame_count; }
 
 }  // namespace terrane::tools
 
-// epoxy must come before GLFW, which would otherwise include its own GL headers
-//
+// Keeps GLFW from including the system's GL headers, which epoxy/gl.h replaces.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -330,7 +329,7 @@ Result<Window> Window::create(const std::string& title, int width, int height) {
         return fail(ErrorCode::device_unavailable, "no window can be opened: " + glfw_trouble());
     }
     auto state = std::make_unique<State>();
-    // EGL like the renderer's context, so that both use one driver
+    // EGL, as in the renderer's context, so that both use one driver
     glfwWindowHint(GLFW_CONTEXT_CREATION_API, GLFW_EGL_CONTEXT_API);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
@@ -356,7 +355,7 @@ void Window::show(const Image& image) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTextureSubImage2D(state_->texture, 0, 0, 0, image.width, image.height, GL_RGB,
                         GL_UNSIGNED_BYTE, image.rgb.data());
-    // row 0 is the top of a picture and the bottom in OpenGL
+    // row 0 is the top row of a picture, but the bottom row in OpenGL
     glBlitNamedFramebuffer(state_->framebuffer, 0, 0, 0, image.width, image.height, 0, height,
                            width, 0, GL_COLOR_BUFFER_BIT, GL_LINEAR);
     glfwSwapBuffers(state_->window);

@@ -39,7 +39,7 @@ struct TradeFigure {
 
 /// Summarizes repetitions.
 ///
-/// @param ratios [values] times relative to the reference loop of the same round; empty if the figure is not a time
+/// @param ratios [values] each time divided by the reference loop's just before it; empty if the figure is not a time
 TradeFigure summarize_figure(const std::vector<double>& values, const std::vector<double>& ratios);
 
 /// A figure in the form of trade.json.
@@ -112,7 +112,7 @@ struct Dial {
     std::string preset_flag = {};  ///< the flag with which presets set the dial; "" if they do not
     std::vector<TradeColumn> columns = {};
     std::string cost = {}, loss = {};  ///< keys of the front's columns; smaller is better for both
-    /// Returns why no value can have an effect at a place; absent if a value can. The function may be empty.
+    /// Returns why no value can have an effect at a place; absent if a value can have one. The function may be empty.
     std::function<std::optional<std::string>(const TradePlace&)> idle_reason = {};
     std::function<TradeTrials(const TradePlace&)> prepare = {};
     /// Returns sentences about a measured table. The function may be empty.
@@ -147,8 +147,8 @@ std::size_t column_index(const Dial& dial, const std::string& key);
 /// A table in the form of trade.json.
 nlohmann::ordered_json to_json(const TradeTable& table);
 
-/// Measures a dial. Its values and the reference loop take turns. The first turn warms up caches, and is dropped if
-/// there are others.
+/// Measures a dial in rounds. Each round measures every value once, each right after a run of the reference loop. The
+/// first round warms up caches, and is dropped if there are others.
 ///
 /// Fails: as the dial's trials; exit_failed if is_interrupted()
 CommandResult<TradeTable> measure_dial(const Dial& dial, const TradePlace& place,

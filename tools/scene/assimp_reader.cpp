@@ -52,9 +52,9 @@ public:
     void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-/// Whether the lengths in a GLB file's header fit in its size. assimp allocates that much memory before it reads.
+/// Whether a file has a GLB header whose lengths fit in the file: assimp allocates by these lengths before it reads.
 bool has_glb_header(std::string_view bytes) {
-    std::uint32_t words[5];  // magic, version, bytes, bytes of the JSON chunk, its kind
+    std::uint32_t words[5];  // magic, version, file length, length and type of chunk 0
     if (bytes.size() < sizeof words) return false;
     std::memcpy(words, bytes.data(), sizeof words);
     return bytes.starts_with("glTF") && words[2] <= bytes.size() &&

@@ -100,7 +100,7 @@ private:
             const Eigen::Vector3d& n = triangle.normal;
             const double gap = dot(n, p - triangle.v[0]);
             if (!is_gap(n, gap) || !is_foot_inside(p, triangle)) continue;
-            // only corners of the box face that is most nearly parallel to the triangle
+            // only corners of the box face that is most nearly parallel to the triangle and faces it
             const std::size_t nearest = at_start_.nearest_axis(n);
             if (((k >> nearest & 1) == 0) != (dot(n, at_start_.axes[nearest]) > 0.0)) continue;
             const auto name = static_cast<std::uint32_t>(k);

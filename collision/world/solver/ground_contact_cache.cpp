@@ -32,7 +32,7 @@ constexpr std::array<double, kOffsetCount> make_offset_depths() {
     return depths;
 }
 constexpr std::array<double, kOffsetCount> kOffsetDepths = make_offset_depths();
-/// Reuse distance: motion after which contacts are found anew, in tolerances.
+/// Reuse distance, in tolerances: if a body has moved farther, contacts are found anew.
 constexpr double kReuseDistance = 1.0 / 32.0;
 /// Contacts are reused only if the smallest gap at the refresh was at least this, in tolerances. Ground for which no
 /// contact was found was then at least as far away, and has come nearer by at most the reuse distance.
@@ -46,7 +46,7 @@ constexpr double kClearShare = 0.5;
 /// Bodies over more cells than this along an axis are always cast.
 constexpr double kMaxCells = 8.0;
 
-/// Whether all cells below and above a body widened by a margin are ground: then the body can only touch the surface
+/// Whether all cells below and above a body, widened by a margin, are ground. The body can then only touch the surface
 /// that the refresh examined, not the side of the ground.
 bool has_ground_around(const RigidBody& body, const Ground& ground, double margin) {
     const double around = body.tolerance + margin;
@@ -150,7 +150,7 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground,
         contacts_.push_back(contact);
     }
     is_same_ = is_same_ && contacts_.size() == previous_contacts_.size();
-    // Not if contacts were truncated: an omitted contact may be nearer than one of another part that was kept.
+    // False if contacts were truncated: an omitted contact may be nearer than one of another part that was kept.
     is_exhaustive_ = !is_on_mesh_ && is_complete && !contacts_.empty() &&
                      has_ground_around(body, ground, margin_);
     is_reusable_ = is_complete && offset_index_ == 0 && search.reach == 0.0 &&
@@ -161,7 +161,7 @@ void GroundContactCache::refresh(const RigidBody& body, const Ground& ground,
     }
 }
 
-/// Finds the contacts near volumes at the first offset at which the shrunk body is clear; none if no offset is.
+/// Finds the contacts near volumes at the first offset at which the shrunk body is clear. Finds none if no offset is.
 ContactAnswer GroundContactCache::find_on_mesh(const RigidBody& body, const Ground& ground,
                                                std::span<Contact> contacts_out,
                                                std::span<double> openings_out) {
@@ -289,7 +289,7 @@ std::optional<OffsetSurface> GroundContactCache::highest_clear_surface(
     for (int index = 0; index < kOffsetCount; ++index) {
         const double extra_offset = offset_depth(body, index) - offset_depth(body, 0);
         if (lift() > extra_offset) continue;
-        // Accepts a smaller gap if the next surface is too close to provide the required one.
+        // The gap must be at least `clear`, except at the last surface or if the next one is less than 2 * clear lower.
         if (index + 1 == kOffsetCount || least_gap(extra_offset, clear) >= clear ||
             offset_depth(body, index + 1) - offset_depth(body, index) < 2.0 * clear) {
             return surface(body, index);

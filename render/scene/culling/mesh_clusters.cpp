@@ -20,13 +20,13 @@ namespace terrane::internal {
 /// A triangle as input of split_to_clusters().
 struct SplitPoint {
     Eigen::Vector3d place;   ///< its centroid
-    Eigen::Vector3d normal;  ///< unit; zero: unusable
+    Eigen::Vector3d normal;  ///< unit; zero: the triangle has none
     std::uint32_t index = 0;
 };
 
-/// Orders triangles into consecutive clusters of at most `most` triangles that are close in position and normal.
-/// Triangles without a normal form separate clusters at the end. Indices ascend within a cluster. The order depends
-/// only on the points; equal points are ordered by index.
+/// Reorders triangles into consecutive clusters of at most `most` triangles that are close in position and normal.
+/// Triangles without a normal form separate clusters at the end. Indices ascend within a cluster. Where triangles with
+/// equal coordinates are split between clusters, those with lower indices come first.
 /// @returns the number of triangles of each cluster
 std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::uint32_t most);
 
@@ -119,9 +119,9 @@ std::vector<std::uint32_t> split_to_clusters(std::span<SplitPoint> points, std::
 // are the components of q - E along the axis and perpendicular to it.
 //
 // The triple product of the corners relative to E equals s times twice the area A. If vertices are displaced by up to
-// e, it changes by at most e d (p + 3 e), where p is the perimeter, and d is e plus the largest distance of a corner
-// from E: each term of the change has the factors e, an edge or e, and a distance or e. The triple product keeps its
-// sign if s > e d (p + 3 e) / 2A.
+// e, the product changes by at most e d (p + 3 e), where p is the perimeter, and d is e plus the largest distance of a
+// corner from E: each term of the change is a product of three factors: e; an edge or e; a distance from E or e. The
+// triple product keeps its sign if s > e d (p + 3 e) / 2A.
 
 namespace terrane {
 namespace {

@@ -29,18 +29,18 @@ void FrameObjects::begin(const View& view, float log2_least) {
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
 }
 
-// Upper bound of the factors of a cluster: the factor of its largest object at the nearest point of its box, with a
-// rounding margin.
+// Upper bound of the factors of a cluster's objects (log2): the factor of an object with the cluster's largest scale
+// and largest radius at the point of the cluster's box nearest to the eye, plus a rounding margin.
 float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
     const Aabb& box = cluster.bounds_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);
     const auto distance = static_cast<float>((eye_ - nearest).norm());
-    // spheres reach beyond the boxes of their objects
+    // bounding spheres extend beyond the objects' boxes
     const float least = distance - cluster.most_radius;
     return log2_pixels_ + cluster.most_log_scale - log2_of(std::max(least, near_)) + 0x1p-10f;
 }
 
-// Distances are to bounding spheres, which are nearer than any point of the object.
+// Distances are to bounding spheres: no point of an object is nearer than its sphere.
 void FrameObjects::compute_factors(const ObjectCluster& cluster,
                                    const Eigen::Vector3f& origin_eye) {
     const std::size_t count = cluster.size();
@@ -55,7 +55,7 @@ void FrameObjects::compute_factors(const ObjectCluster& cluster,
     }
 }
 
-// is_wanted(index): whether to add an object of the cluster, unless the ground hides it.
+// Adds the objects of a cluster for which is_wanted(index) is true, except small ones and those hidden by the ground.
 template <class IsWanted>
 void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
                              const HorizonMap* horizon_map, const IsWanted& is_wanted) {
@@ -106,7 +106,7 @@ void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
 void FrameObjects::add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
                                const ViewVolume& volume, const CasterVolume& casters,
                                bool is_in_view) {
-    // beyond the far plane no object is drawn, in view or not
+    // objects beyond the far plane are not drawn, not even as casters
     const PlaneState far_plane{.mask = 1 << PlaneState::kFarPlane, .first = PlaneState::kFarPlane};
     PlaneState around;
     const Containment where = volume.test_planes(cluster.bounds_world, around);

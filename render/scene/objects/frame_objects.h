@@ -21,7 +21,7 @@ namespace terrane::internal {
 class FrameObjects {
 public:
     void clear();
-    /// @param log2_least log2 of the least threshold in pixels: objects that are not drawn above it are omitted
+    /// @param log2_least log2 of the least threshold in pixels: objects that are not drawn at it are omitted
     void begin(const View& view, float log2_least);
 
     /// Adds the objects of a cluster that are in view and not hidden by the ground.
@@ -29,14 +29,14 @@ public:
     void add(const ObjectCluster& cluster, const LevelChoice& choice, const ViewVolume& volume,
              const HorizonMap* horizon_map);
 
-    /// Adds the objects of a cluster that are out of view (add() does not add them) and can cast a shadow into it.
+    /// Adds the objects of a cluster that are out of view (add() does not add them) and can cast shadows into the view.
     /// @param is_in_view whether add() has been called for the cluster
     void add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
 
     std::size_t size() const { return object_count_; }
-    /// Number of objects not drawn above the least threshold. A cluster of small objects is counted whole, in view or
-    /// not.
+    /// Number of objects that are not drawn at the least threshold. If this holds for a whole cluster, all its objects
+    /// count, in view or not.
     std::size_t left_out() const { return left_out_; }
     /// Number of objects hidden by the ground.
     std::size_t occluded() const { return occluded_; }

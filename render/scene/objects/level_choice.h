@@ -61,11 +61,11 @@ private:
 class DemandHistogram {
 public:
     void clear() { changes_.fill(0); }
-    /// Adds triangles that are drawn at thresholds below this one.
+    /// Adds triangles that are drawn at every threshold below 2^log2_px pixels.
     void add(float log2_px, std::int64_t triangles) {
         changes_[static_cast<std::size_t>(ErrorBins::bin_above(log2_px))] += triangles;
     }
-    /// Removes triangles, added at a larger threshold, that are not drawn below this one: a finer level replaces them.
+    /// Removes added triangles at every threshold below 2^log2_px pixels, where a finer level replaces them.
     void remove(float log2_px, std::int64_t triangles) {
         const int bin = ErrorBins::bin_below(log2_px);
         if (bin >= 0) changes_[static_cast<std::size_t>(bin)] -= triangles;
@@ -97,7 +97,7 @@ class LevelChoice {
 public:
     LevelChoice(const ObjectModel& model, double fade_ratio);
 
-    /// Adds the triangles of many objects at every threshold.
+    /// Adds the triangles that many objects draw at each threshold.
     ///
     /// @param factors histogram of log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(const FactorCounts& factors, DemandHistogram& histogram) const;
@@ -121,14 +121,14 @@ private:
 };
 
 /// The levels of an object with continuous levels of detail, on a logarithmic scale: the levels of
-/// ObjectModel::continuous, which differ by one contraction each, replace the meshes of ObjectModel::levels. Impostor
-/// and absence fade in as for other objects (LevelChoice).
+/// ObjectModel::continuous, which differ by one contraction each, replace the meshes of ObjectModel::levels.
+/// Transitions to the impostor, and to not being drawn, are those of other objects (LevelChoice).
 class ContinuousModel {
 public:
     /// @param model with ObjectModel::continuous
     ContinuousModel(const ObjectModel& model, double fade_ratio);
 
-    /// Adds the triangles of one object at every threshold.
+    /// Adds the triangles that one object draws at each threshold.
     ///
     /// @param log2_factor log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(float log2_factor, DemandHistogram& histogram) const;

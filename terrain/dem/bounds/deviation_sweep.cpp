@@ -30,7 +30,7 @@ struct Plane {
     }
 };
 
-/// The plane of a triangle, and where its deviation is written; null if it is not needed.
+/// The plane of a triangle, and the address to which its deviation is written: null if it is not needed.
 struct Target {
     Plane plane;
     float* deviation = nullptr;
@@ -38,11 +38,11 @@ struct Target {
     float known = 0.0f;  ///< largest so far, rounded outward
 };
 
-/// The half of a tile whose right angle is at this corner, or the whole tile.
+/// The whole tile, or the half of it whose right angle is at the named corner.
 enum class Part { whole, south_west, south_east, north_west, north_east };
 
 /// A square of a level, divided into the two triangles of its cell, and also into four triangles around its centre.
-/// Each of these is half the diamond of the midpoint of a side, a vertex whose spacing is half the side.
+/// Each of the four is half the diamond of the midpoint of a side: this vertex has half the side as its spacing.
 struct Square {
     std::int64_t west = 0, south = 0, side = 0;  ///< tiles
     bool is_cut_north_east = false;
@@ -170,7 +170,7 @@ void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, s
 template <typename Visit>
 void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visit) {
     const std::int64_t side = square.side;
-    // Tiles of the square before the core, along it and after it.
+    // Limits along one axis of the square's tiles before, in and after the core.
     const auto cuts = [side](std::int64_t begin, std::int64_t end, std::int64_t first) {
         return std::array<std::int64_t, 4>{0, std::clamp<std::int64_t>(begin - first, 0, side),
                                            std::clamp<std::int64_t>(end - first, 0, side), side};
@@ -278,14 +278,14 @@ Range corner_range(const std::array<double, 4>& heights, const Plane& plane, std
     return range;
 }
 
-// Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the longest
-// side cuts from corner to corner. An upper bound of the deviation over a tile is the deviation at the tile's corners
-// plus cell_high. Branch and bound: only tiles whose bound exceeds the deviation found so far are evaluated exactly,
-// for all triangles at once, block by block, while their part of the raster is in memory.
+// Triangles of the coarser levels consist of whole *tiles*, the cells of the first tier, and of tiles that the
+// triangle's longest side cuts from corner to corner. An upper bound of the deviation over a tile is the deviation at
+// its corners plus cell_high. Branch and bound: only tiles whose bound exceeds the deviation found so far are evaluated
+// exactly, for all triangles at once, block by block, while the block's part of the raster is in memory.
 //
-// The order decides which tiles are pruned, but not the result: a pruned tile does not exceed the maximum. Beyond the
-// raster, where there is no ground, the bound of a tile is used as its deviation, and only tiles in which it can be
-// extreme are visited (for_each_extreme_tile()).
+// The order of evaluation decides which tiles are pruned, but not the result: the bound of a pruned tile does not
+// exceed the maximum. Beyond the raster, where there is no ground, the bound of a tile is used as its deviation, and
+// only tiles in which it can be extreme are visited (for_each_extreme_tile()).
 
 namespace {
 
@@ -355,7 +355,7 @@ private:
     /// Whether a tile lies beyond the raster.
     bool is_beyond(std::int64_t column, std::int64_t row) const;
     Result<DiamondWindow> read_window(const Block& block) const;
-    /// Range of surface minus plane over a part of a tile of a block whose window has been read.
+    /// Extends a range by surface minus plane over a part of a tile. Requires that the block's window has been read.
     /// @param in_square position of the tile in the plane's square
     void add_part(const Block& block, const Plane& plane, LatticePoint in_square, int column,
                   int row, Part part, Range& range) const;
@@ -396,7 +396,8 @@ void Sweep::for_each_square(const Block& block, Visit&& visit) const {
         }
         const std::int64_t side = levels_[k].step / first_.step;
         const std::int64_t across = std::max<std::int64_t>(kBlockTiles / side, 1);
-        // Exact: blocks lie at multiples of their side. The shift rounds down.
+        // Indices of the first square. For squares no larger than a block the shift is exact, because blocks lie at
+        // multiples of their side. For larger squares it rounds down, to the square that contains the block.
         const int shift = std::countr_zero(static_cast<std::uint64_t>(side));
         const std::int64_t i = block.west >> shift, j = block.south >> shift;
         for (std::int64_t y = 0; y < across; ++y) {
@@ -545,7 +546,7 @@ void Sweep::add_part(const Block& block, const Plane& plane, LatticePoint in_squ
 }
 
 Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
-    // Beyond the raster first: a large deviation found there prunes more tiles.
+    // The squares beyond the raster come first: a large deviation found there prunes more tiles.
     for (std::size_t level = 0; level < levels_.size(); ++level) {
         const std::int64_t side = levels_[level].step / first_.step;
         const std::int64_t south = tiles_[level].south / side, north = tiles_[level].north / side;

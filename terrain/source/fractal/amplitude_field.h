@@ -36,7 +36,7 @@ public:
     AmplitudeBounds everywhere() const;
 
 private:
-    /// Largest amplitude and largest slopes along the axes over a square of node cells.
+    /// Largest amplitude and largest slopes along the axes over a square block of cells between nodes.
     struct Block {
         float most = 0.0f, slope_x = 0.0f, slope_y = 0.0f;
         void include(const Block& other);

@@ -23,9 +23,9 @@ std::array<bool, 4> sides_of_chunk(const VolumeTileKey& key) {
             place(key.row) == kTilesPerChunk - 1};
 }
 
-/// Largest vertical distance of a contour's vertices from the heightfield, metres. Over each triangle the vertical
-/// distance is linear, so this bounds the distance of all points of the contour. It also bounds the distance of every
-/// replaced part of the heightfield, because a part of the contour lies above or below that part.
+/// Largest vertical distance of a contour's vertices from the heightfield, metres. Each triangle of the contour is
+/// above or below one triangle of the heightfield: the distance is linear over it, so no point of the contour is
+/// farther. No replaced point of the heightfield is farther either: each is above or below a point of the contour.
 double farthest_from_ground(const VolumeTile& tile, const VolumeContour& contour) {
     const auto ground = [&](const VolumeNode& node) {
         return tile.ground(static_cast<int>(node.column - contour.key.column * kVolumeTileCells),

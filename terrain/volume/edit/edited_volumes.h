@@ -15,7 +15,7 @@
 
 namespace terrane::internal {
 
-/// A dig or fill, placed. Immutable.
+/// A placed dig or fill. Immutable.
 struct Edit {
     std::uint32_t number = 0;
     VolumeOperation operation;
@@ -65,10 +65,11 @@ struct ChunkVersion {
 std::optional<ChunkExtent> extent_with(const HeightSource& heights, const Volumes& volumes,
                                        const ChunkKey& key, const ChunkEdits& edits);
 
-/// Adds an edit to a chunk's edits, or removes the last one; returns the new edits.
+/// A copy of a chunk's edits with one more edit at the end.
 std::shared_ptr<const ChunkEdits> with_edit(const HeightSource& heights, const Volumes& volumes,
                                             const ChunkKey& key, const ChunkEdits& before,
                                             const std::shared_ptr<const Edit>& edit);
+/// A copy of a chunk's edits without the last one in force, which is recorded as undone by change `undo`.
 std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, const Volumes& volumes,
                                                const ChunkKey& key, const ChunkEdits& before,
                                                std::uint32_t undo);
@@ -77,11 +78,11 @@ std::shared_ptr<const ChunkEdits> without_last(const HeightSource& heights, cons
 /// that they lack; without tiles, starts from the volumes and applies all edits.
 ///
 /// Fails: as VolumeTile::create()
-/// Cost:  making the tiles that these edits touch; without tiles, all tiles
+/// Cost:  that of making the tiles that these edits touch or, without tiles, all tiles
 Result<std::shared_ptr<const ChunkTiles>> make_tiles(const Volumes& volumes, const Chunk& chunk,
                                                      const ChunkVersion& version);
 
-/// The volumes that touch a tile; then, of the first `edit_count` edits, the volumes of those that touch it, in order.
+/// The volumes that touch a tile, then those among the volumes of the first `edit_count` edits that touch it, in order.
 std::vector<const PlacedVolume*> operations_of(const Volumes& volumes, const EditList& edits,
                                                std::size_t edit_count, const VolumeTileKey& tile);
 
@@ -179,7 +180,7 @@ struct PreparedChange {
 /// make_tiles().
 ///
 /// @param before   current versions of all touched chunks
-/// @param snapshot for an undo: the versions before the edit, or null
+/// @param snapshot the versions before the undone edit, if they were kept; else null
 void begin(PreparedChange& prepared, const HeightSource& heights, const Volumes& volumes,
            const EditedVolumes& in_force, std::map<ChunkKey, ChunkVersion> before,
            const std::map<ChunkKey, ChunkVersion>* snapshot);

@@ -15,14 +15,14 @@ using HeightFunction = std::function<double(double x, double y)>;
 
 /// Settings of heights_from_function(): lattice, extent, and known bounds of the function.
 ///
-/// With `slope`, `curvature` or both, all results are certified. Over a triangle with longest edge l, the bound of the
-/// deviation is the smallest of
+/// With `slope`, `curvature` or both, all results are certified. The surface then deviates from a triangle with longest
+/// edge l by at most the smallest of these terms for which you state the bound:
 ///
 ///     slope * l / 2,    curvature * l^2 / 8,    range.high - range.low.
 ///
 /// Without a curvature, this bound decreases only in proportion to the spacing, so that more triangles are drawn.
-/// Without a slope, intervals are wide, so that more chunks are loaded. Without both, slope and curvature are estimated
-/// from samples, and the source is not certified: see HeightSource::is_certified().
+/// Without a slope, intervals are wide, so that more chunks are loaded. With neither, both are estimated from samples,
+/// and the source is not certified: see HeightSource::is_certified().
 struct FunctionHeightsSettings {
     WorldRect extent = {};        ///< of the ground, metres; finite and not empty
     double finest_spacing = 1.0;  ///< metres between samples of the finest level: Lattice::spacing

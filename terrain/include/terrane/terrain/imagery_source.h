@@ -18,9 +18,10 @@ class ImagerySource {
 public:
     virtual ~ImagerySource() = default;
 
-    /// The rectangle with data, world, metres.
+    /// The rectangle that has data, world, metres.
     virtual WorldRect rect() const = 0;
-    /// Side of the finest texels, metres, > 0: squares with smaller texels are not requested.
+    /// Side of the source's finest texels, metres, > 0. The finest squares that are requested are the coarsest ones
+    /// whose texels are no larger than this.
     virtual double texel_size() const = 0;
 
     /// Reads a square. Each texel has the colour at its centre, or the mean over its area if the source is finer.

@@ -93,17 +93,17 @@ struct Lattice {
     std::int32_t root_window =
         0;  ///< root squares along the side of the window, even, 4 to 64; 0: all are resident
 
-    /// Finest spacings between neighbouring samples of a level.
+    /// Distance between neighbouring samples of a level, in spacings of the finest level.
     constexpr std::int64_t step(int level) const {
         return std::int64_t{1} << (finest_level - level);
     }
-    /// Finest spacings along the side of a chunk of a level.
+    /// Side of a chunk of a level, in spacings of the finest level.
     constexpr std::int64_t chunk_side(int level) const { return kChunkCells * step(level); }
-    /// Metres between the samples of a level.
+    /// Distance between neighbouring samples of a level, metres.
     constexpr double level_spacing(int level) const {
         return spacing * static_cast<double>(step(level));
     }
-    /// Metres along the side of a root square.
+    /// Side of a root square, metres.
     constexpr double root_size() const { return level_spacing(0) * kChunkCells; }
 
     /// World x of a lattice index: one product and one sum. Not inline, so that its bits do not depend on the caller's
@@ -162,7 +162,7 @@ constexpr bool cut_to_north_east(std::int64_t column, std::int64_t row) {
 /// A rectangle of lattice points that are `step` finest spacings apart. Stored row by row from the south-west.
 struct SampleGrid {
     LatticePoint corner;    ///< south-western sample; may be outside the world
-    std::int64_t step = 1;  ///< finest spacings between neighbours, a power of two
+    std::int64_t step = 1;  ///< between neighbours, in finest spacings; a power of two
     int columns = 0;        ///< samples from west to east
     int rows = 0;           ///< samples from south to north
 

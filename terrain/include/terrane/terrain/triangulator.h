@@ -12,7 +12,7 @@
 
 namespace terrane {
 
-/// Whether the mesh meets its target, and why not.
+/// Whether the mesh meets its target and, if not, why.
 enum class MeshStatus {
     /// error_px, or its estimate if the source is not certified, is at most max_error_px.
     error_met,
@@ -84,7 +84,7 @@ struct TerrainMesh {
     double finest_error_m = 0.0;
     /// Vertices whose priority is at most this, pixels, are not in the mesh. Pass it on as CameraNeed::threshold_px.
     double threshold_px = 0.0;
-    /// Demands whose TriangleDemand::threshold_px is above this are all granted. At least threshold_px.
+    /// All demands with a TriangleDemand::threshold_px above this are granted. This is at least threshold_px.
     double demand_threshold_px = 0.0;
     std::size_t demand_triangles = 0;  ///< triangles of the granted demands
     std::uint64_t refused_views = 0;   ///< number of refused views since creation

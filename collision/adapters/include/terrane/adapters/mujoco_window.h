@@ -49,7 +49,7 @@ namespace terrane::adapters {
 /// Settings of a MujocoWindow.
 struct MujocoWindowSettings {
     WorldPos origin_world = WorldPos::Zero();  ///< of MuJoCo's frame, within 2^40 m
-    /// GroundWindowSettings::margin: the window moves when a body is closer to its edge than this many cells.
+    /// The window moves if fewer cells than this lie between its edge and a body's box: GroundWindowSettings::margin.
     std::int32_t margin = 8;
 };
 

@@ -15,7 +15,7 @@ namespace terrane {
 /// Meaning of the numbers in a surface raster.
 enum class SurfaceNumbers {
     material,  ///< a material, an integer from 0 to 4294967294: see SurfaceRasterSettings::materials
-    friction,  ///< the friction, 0 to 1e6, rounded to float; other properties are the defaults'
+    friction,  ///< the friction, 0 to 1e6, rounded to float; other properties are those of `defaults`
 };
 
 /// Settings of SurfaceRaster::open(). Fixed once the raster is open.
@@ -24,18 +24,18 @@ struct SurfaceRasterSettings {
     /// Properties of the materials, each identified by its SurfaceProperties::material, in any order. A material that
     /// is not listed has the friction and restitution of the defaults. Must be empty if the numbers are friction.
     std::vector<SurfaceProperties> materials = {};
-    /// Properties at nodata and beyond the raster.
+    /// Properties where the raster has nodata, and beyond the raster.
     SurfaceProperties defaults = {};
 
-    /// Georeferences the raster relative to the DEM whose DemHeights::open() returned this. Both must have the same
-    /// CRS, by name. Absent: see `rect`.
+    /// Georeferences the raster relative to a DEM: the DemInfo that DemHeights::open() returned. Both must have the
+    /// same CRS, by name. Absent: see `rect`.
     std::optional<DemInfo> aligned_with = {};
-    /// Position of the raster's outer edges in world metres; replaces its georeferencing. If this and `aligned_with`
-    /// are absent, the raster is placed as a DEM: world (0, 0) is the centre of its outer edges.
+    /// The raster's outer edges in world metres; overrides its georeferencing. If neither this nor `aligned_with` is
+    /// given, the raster is placed like a DEM, with its centre at world (0, 0).
     std::optional<WorldRect> rect = {};
 
     /// Memory limit for opening the raster and for the map, bytes; rasters that need more are refused before they are
-    /// read. 4 bytes per sample, and up to 100 MiB while reading; GDAL's cache is not included.
+    /// read. They need 4 bytes per sample, and up to 100 MiB while reading; GDAL's cache is not included.
     std::size_t memory_bytes = std::size_t{2} << 30;
     /// Timeout for opening the file, and for reading each strip of about four million samples, seconds, > 0: as
     /// DemSettings::read_timeout.
