@@ -259,6 +259,7 @@ ContactAnswer find_contacts(const Shape& shape, const Pose& world_from_shape, co
 DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
                                const Ground& ground, double max_distance) {
     constexpr double kNearCells = 4.0;
+    constexpr double kSeparated = 1e-9;  // metres of lift
     if (!(max_distance >= 0.0) || !is_valid_query(shape, world_from_shape)) return {};
     const double near = std::min(max_distance, kNearCells * ground.spacing());
     if (!is_beside_volume(shape, world_from_shape, ground, near)) {
@@ -272,10 +273,15 @@ DistanceAnswer signed_distance(const Shape& shape, const Pose& world_from_shape,
         // the one out of the heightfield.
         const DistanceAnswer joined =
             find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
-        const bool is_way_out =
-            field.has_ground && field.distance < 0.0 &&
-            !(joined.status == QueryStatus::ok && joined.distance > field.distance);
-        return is_way_out ? field : joined;
+        if (!field.has_ground || !(field.distance < 0.0)) return joined;
+        if (joined.status == QueryStatus::ok && joined.distance > field.distance) return joined;
+        Pose separated = world_from_shape;
+        separated.translation -= field.distance * field.normal;
+        const LiftAnswer lift = compute_lift(shape, separated, ground);
+        if (lift.status != QueryStatus::ok || !(lift.lift <= kSeparated)) return joined;
+        DistanceAnswer answer = field;
+        answer.distance_lower_bound = 0.0;
+        return answer;
     }
     return find_distance_on_mesh(shape, world_from_shape, ground, max_distance);
 }

@@ -276,6 +276,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         state.shade.finish();
         if (state.imagery) state.imagery->finish();
     }
+    TERRANE_TRY(check_gl("draw the terrain"));
     state.counts = {.chunks_drawn = state.draws.drawn_count(),
                     .chunks_culled = state.draws.culled_count(),
                     .objects_drawn = objects.size() + state.scene.object_count(),
@@ -284,7 +285,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
-    return check_gl("draw the terrain");
+    return {};
 }
 
 Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,

@@ -265,10 +265,6 @@ double compute_round_lift(const LocalShape& shape, const Triangle& triangle) {
     return lift < highest ? std::max(lift, lift_over_rim(shape, triangle.v, most)) : lift;
 }
 
-// Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
-// Deviations: a column has no bottom: only axes with z >= 0 count. Its vertical edges add the cross products of the
-//             vertical with the edges of the box.
-
 namespace {
 
 double compute_box_lift(const LocalShape& box, const Triangle& triangle, double floor) {

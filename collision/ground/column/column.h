@@ -221,6 +221,11 @@ void visit_perpendicular_to_edges(const Triangle& triangle, const Eigen::Vector3
     }
 }
 
+// The separating axes of boxes:
+// Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. SIGGRAPH 1996 (separating axes).
+// Deviations: a column has no bottom: only axes with z >= 0 count. Its vertical edges add the cross products of the
+//             vertical with the edges of the box.
+
 /// Call `visitor(normal, gap)` for candidate separating axes of a shape and a column: visit_tops() for those with
 /// positive z, visit_walls() for the horizontal ones.
 ///

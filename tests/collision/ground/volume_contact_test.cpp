@@ -102,6 +102,32 @@ TEST(VolumeContact, AShapeBehindTheWallComesOutTheShortWay) {
     }
 }
 
+TEST(VolumeContact, ABodyDeepBelowAMoundComesOutOfGroundAndMound) {
+    const Eigen::Vector3d centre(64.2, 63.9, 15.0);
+    const Ground ground = make_volume_ground(
+        flat, {place_volume(VolumeOp::add, VolumeBox{Eigen::Vector3d(12.0, 12.0, 15.0)}, centre)});
+    SeededRandom random(35);
+    int below_mound = 0;
+    for (const Shape& shape : simple_shapes(0.8)) {
+        const double radius = bounding_radius(shape);
+        for (int i = 0; i < 40; ++i) {
+            Pose pose{random.rotation(), centre};
+            pose.translation.z() = -6.0 - radius;
+            for (int axis = 0; axis < 2; ++axis)
+                pose.translation[axis] += random.between(-18.0, 18.0);
+            const DistanceAnswer answer = signed_distance(shape, pose, ground, 0.0);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
+            ASSERT_LE(answer.distance_lower_bound, -answer.distance);
+            below_mound += (pose.translation - centre).head<2>().cwiseAbs().maxCoeff() < 12.0;
+            pose.translation -= answer.distance * answer.normal;
+            const DistanceAnswer after = signed_distance(shape, pose, ground, 1.0);
+            EXPECT_GE(after.distance, -1e-6)
+                << name_of(shape) << " " << i << " at " << pose.translation.transpose();
+        }
+    }
+    EXPECT_GT(below_mound, 20);
+}
+
 TEST(VolumeContact, ABoxCavityHasItsWallsTwoVoxelsFromItsEdges) {
     SeededRandom random(32);
     const Eigen::Matrix3d rotation = turned({0.3, -0.2, 0.4});

@@ -20,7 +20,7 @@ struct AxleSettings {
     double anti_roll = 0.0;
 };
 
-/// Settings of a vehicle on wheels. The defaults are those of make_truck(), a light off-road truck that slides on flat
+/// Settings of a vehicle on wheels. The defaults are those of make_truck() without its cab: a light off-road truck that slides on flat
 /// ground before it rolls over: its static stability factor, track / (2 centre_of_mass_height), is 1.2 and its tyre
 /// friction 0.8.
 ///
@@ -31,8 +31,8 @@ struct VehicleSettings {
     Eigen::Vector3d chassis_half_extents = Eigen::Vector3d(2.3, 0.9, 0.4);
     std::vector<CompoundPart> bodywork = {};  ///< massless parts that collide, such as a cab
     double mass = 3500.0;                     ///< kilograms, wheels included, 1e-3 to 1e9
-    /// Height of the centre of mass above flat ground at rest, metres, 0.01 to 1000. Determines the height of the
-    /// wheels.
+    /// Height of the centre of mass above flat ground at rest, metres, chassis_half_extents.z to 1000. Determines the
+    /// height of the wheels.
     double centre_of_mass_height = 0.75;
     /// Axles from front to rear, 1 to 32. The driven wheels share the drive force, all wheels the brake force.
     std::vector<AxleSettings> axles = {

@@ -68,7 +68,7 @@ struct StepReport {
     std::uint64_t placed_deep = 0;
     /// Kinematic bodies, sensors excepted, that overlap the ground by more than their tolerance.
     std::uint64_t kinematic_in_ground = 0;
-    /// Pairs that may touch but are not simulated because too many bodies are in one place.
+    /// Pairs that may touch but, in the last collision step, were not simulated: too many bodies are in one place.
     std::uint64_t skipped_pairs = 0;
     std::uint64_t refused_steps = 0;     ///< 1: dt was out of range, and nothing moved
     std::uint64_t failed_callbacks = 0;  ///< calls of callbacks that threw or gave an invalid value

@@ -101,7 +101,7 @@ struct DrawnObject {
     Colour colour{0.8f, 0.2f, 0.1f};     ///< before lighting
 };
 
-/// Statistics of the last draw().
+/// Statistics of the last successful draw().
 struct DrawCounts {
     std::size_t chunks_drawn = 0;   ///< chunks of the mesh that were submitted
     std::size_t chunks_culled = 0;  ///< chunks of the mesh that were not, being out of view
@@ -142,7 +142,7 @@ public:
     ///
     /// Fails with invalid_argument for a view that view.validate() refuses, whose size differs from the renderer's, or
     /// whose eye is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident
-    /// set or too few indices; with device_unavailable for OpenGL errors. The previous frame is then kept.
+    /// set or too few indices; the previous frame is then kept. Fails with device_unavailable for OpenGL errors.
     ///
     /// @param objects simple solids
     /// @param scene   draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
