@@ -20,9 +20,9 @@ struct AxleSettings {
     double anti_roll = 0.0;
 };
 
-/// Settings of a vehicle on wheels. The defaults are those of make_truck() without its cab: a light off-road truck that slides on flat
-/// ground before it rolls over: its static stability factor, track / (2 centre_of_mass_height), is 1.2 and its tyre
-/// friction 0.8.
+/// Settings of a vehicle on wheels. The defaults are those of make_truck() without its cab. They describe a light
+/// off-road truck that slides on flat ground before it rolls over: its static stability factor, track /
+/// (2 centre_of_mass_height), is 1.2 and its tyre friction 0.8.
 ///
 /// Body frame: x forward, y left, z up, origin at the centre of the chassis box, which is also the centre of mass. The
 /// inertia is that of the box with uniform density.
