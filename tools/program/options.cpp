@@ -107,7 +107,7 @@ CLI::Option* add_numbers(CLI::App& app, const std::string& flag, std::vector<dou
         flag,
         [target, flag, rule](const std::string& text) {
             const std::optional<std::vector<std::string>> items = parse_list(text);
-            if (!items) refuse(flag, "numbers, parted by commas", text);
+            if (!items) refuse(flag, "numbers separated by commas", text);
             target->clear();
             for (const std::string& item : *items) {
                 const std::optional<double> number = parse_number(rule, item);
@@ -241,7 +241,7 @@ CLI::Option* add_choice(CLI::App& app, const std::string& flag, std::vector<std:
 
 std::vector<std::string> read_list(const std::string& flag, const std::string& text) {
     std::optional<std::vector<std::string>> items = parse_list(text);
-    if (!items) refuse(flag, "names, parted by commas", text);
+    if (!items) refuse(flag, "names separated by commas", text);
     return std::move(*items);
 }
 
