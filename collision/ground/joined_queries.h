@@ -27,7 +27,7 @@ MeshNearness find_nearness(const SurfaceTriangles& surface, const LocalBody& bod
 
 /// Does the same as find_nearness(), and finds the contacts of the whole body. Features are paired for the shrunk body,
 /// which must be separated. Only directions in the surface's normal cone give contacts, so that edges between triangles
-/// of a flat floor or in a concave corner have none.
+/// of a flat floor or in a concave corner have none. The reach is `margin` plus the offset.
 ///
 /// @param margin  gaps of the whole body up to this are contacts, metres
 /// @param patches receives the contacts, in the local frame; none if the shrunk body is not separated

@@ -44,7 +44,7 @@ struct ReplacedTriangles {
 ///
 /// The key of a vertex is lowered to the key of every pin that touches the square around the vertex. The square extends
 /// three spacings to each side of a centre, and two of a midpoint. Squares are nested from parent to child (see
-/// terrain/source/fractal), so keys stay monotone, and all ancestors of a pinned vertex are pinned.
+/// terrain/source/fractal/detail_heights.cpp), so keys stay monotone, and all ancestors of a pinned vertex are pinned.
 class SolidPins {
 public:
     void clear() {

@@ -178,7 +178,7 @@ public:
 
     /// Requests all ground of a rectangle at contact level, for example before a teleport, and keeps it resident while
     /// the returned object lives. Its loads have the priority of contact; among them, earlier deadlines come first. A
-    /// region or deadline that is not finite is refused and counted.
+    /// region that is not finite, or a deadline that is NaN, is refused and counted.
     [[nodiscard]] RequiredRegion require(const WorldRect& region, double deadline_s);
 
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents it.
