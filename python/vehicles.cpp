@@ -163,22 +163,35 @@ deceleration          ahead of corners and the end, m/s^2
 Raises ValueError for fewer than two distinct points, and for what is out of range.)")
         .def(
             "drive",
-            [](PathDriver& driver, HeldWorld& world, std::uint64_t body) {
+            [](PathDriver& driver, HeldWorld& world, std::uint64_t body, double dt) {
                 const auto use = world.change();
                 const VehicleState& state = vehicle_of(*use, body);
                 const VehicleControls controls =
-                    driver.drive(*use->vehicle_settings(body_of(body)), state);
+                    driver.drive(*use->vehicle_settings(body_of(body)), state, dt);
                 value_or_raise(use->set_controls(body_of(body), controls));
                 return make_answer("DriverStatus", static_cast<int>(driver.status()));
             },
-            py::arg("world"), py::arg("body"),
-            "Sets the controls of a vehicle of a world for its next step: DriverStatus.")
+            py::arg("world"), py::arg("body"), py::arg("dt"),
+            "Sets the controls of a vehicle of a world for its next step, dt seconds after the "
+            "previous call: "
+            "DriverStatus.")
         .def_property_readonly(
             "status",
             [](const PathDriver& driver) {
                 return make_answer("DriverStatus", static_cast<int>(driver.status()));
             },
-            "As of the last drive(): DriverStatus.");
+            "As of the last drive(): DriverStatus.")
+        .def_property_readonly("path_share", &PathDriver::path_share,
+                               "Share of the path's length that the vehicle has passed, 0 to 1.")
+        .def_property_readonly("stuck_time", &PathDriver::stuck_time,
+                               "Total time that the vehicle was stuck, seconds.")
+        .def_property_readonly(
+            "stuck_place",
+            [](const PathDriver& driver) -> py::object {
+                const std::optional<WorldVec2> place = driver.stuck_place_world();
+                return place ? py::object(py::make_tuple(place->x(), place->y())) : py::none();
+            },
+            "x and y where the vehicle was last found to be stuck, metres, or None.");
 }
 
 }  // namespace

@@ -85,8 +85,9 @@ class DriverStatus(IntEnum):
     """What a PathDriver is doing."""
 
     driving = 0
-    rolled_over = 1
-    finished = 2
+    stuck = 1
+    rolled_over = 2
+    finished = 3
 
 
 class Lattice(NamedTuple):

@@ -103,8 +103,8 @@ TEST(GoldenVehicles, AreTheSameWithEveryCompilerAtEveryLevel) {
         PathDriver::create({{0.0, 0.0}, {20.0, 2.0}, {30.0, 15.0}, {25.0, 60.0}}, {}).value();
     for (int step = 0; step < 240; ++step) {
         const double turn = step < 120 ? 0.3 : -0.6;
-        ASSERT_TRUE(world.set_controls(
-            truck, driver.drive(*world.vehicle_settings(truck), *world.vehicle(truck))));
+        ASSERT_TRUE(world.set_controls(truck, driver.drive(*world.vehicle_settings(truck),
+                                                           *world.vehicle(truck), 1.0 / 60.0)));
         ASSERT_TRUE(world.set_controls(tracked, {.throttle = 0.8, .steer = turn}));
         ASSERT_TRUE(world.set_controls(six, {.throttle = 0.5, .steer = turn}));
         CharacterControls pace{.velocity = {2.0, step < 120 ? 1.0 : -1.0},

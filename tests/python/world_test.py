@@ -198,10 +198,11 @@ class Journeys(unittest.TestCase):
         truck = world.add_vehicle(terrane.make_truck(), (-40, 0, top + 1.2))
         driver = terrane.PathDriver([[-40, 0], [0, 0], [30, 10]], cruise_speed=10.0)
         for _ in range(60 * 15):
-            driver.drive(world, truck)
+            driver.drive(world, truck, 1 / 60)
             world.step(self.ground, 1 / 60)
         vehicle = world.vehicle(truck)
         self.assertEqual(driver.status, terrane.DriverStatus.finished)
+        self.assertEqual((driver.path_share, driver.stuck_time, driver.stuck_place), (1.0, 0.0, None))
         self.assertFalse(vehicle.is_rolled_over)
         self.assertLess(np.linalg.norm(vehicle.position[:2] - (30, 10)), 8)
         self.assertEqual((vehicle.wheel_centre.shape, vehicle.load.shape), ((4, 3), (4,)))

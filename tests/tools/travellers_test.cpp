@@ -29,7 +29,7 @@ TEST(VehicleTraveller, EveryVehicleIsPutOnTheGroundAndComesToRest) {
         EXPECT_LT(compute_lift(world.settings(*body).shape, vehicle.pose(world), ground).lift,
                   -0.04);
         for (int step = 0; step < 120; ++step) {
-            vehicle.control(world, false);
+            vehicle.control(world, false, 1.0 / 60.0);
             EXPECT_EQ(world.step(ground, 1.0 / 60.0).too_deep, 0u);
         }
         EXPECT_TRUE(vehicle.is_supported(world));
@@ -61,14 +61,16 @@ TEST(CharacterTraveller, ReachesTheEndAtItsSpeed) {
     CharacterTraveller walk({}, Polyline({{0.0, 0.0}, {20.0, 0.0}}), 2.0, *source);
     const Result<BodyId> body = walk.enter(world, ground, nothing);
     ASSERT_TRUE(body) << body.error().message;
-    EXPECT_FALSE(walk.has_arrived());
+    EXPECT_FALSE(walk.progress().has_arrived);
     double time = 0.0;
     for (; time < 60.0 && !walk.has_ended(world); time += kStep) {
-        walk.control(world, true);
+        walk.control(world, true, kStep);
         EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
         walk.react(world, ground, kStep);
     }
-    EXPECT_TRUE(walk.has_arrived());
+    EXPECT_TRUE(walk.progress().has_arrived);
+    EXPECT_EQ(walk.progress().share, 1.0);
+    EXPECT_EQ(walk.progress().stuck_s, 0.0);
     EXPECT_GT(time, 8.5);
     EXPECT_LT(time, 13.0);
     EXPECT_TRUE(walk.is_supported(world));

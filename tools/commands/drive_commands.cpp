@@ -61,7 +61,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     summary.update(summarize(drive.totals()));
     summary["rolled_over"] = vehicle.has_rolled_over();
     summary["rights"] = vehicle.rights();
-    summary["arrived"] = vehicle.has_arrived();
+    summary.update(summarize(vehicle.progress()));
     if (ruts) summary["digs"] = ruts->digs();
     summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
     summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
@@ -148,7 +148,7 @@ CommandResult<void> run_walk(const WalkOptions& options) {
 
     TERRANE_TRY(walk.play(maker, output));
     nlohmann::ordered_json summary = summarize(walk.totals());
-    summary["arrived"] = character.has_arrived();
+    summary.update(summarize(character.progress()));
     summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
     summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;

@@ -137,7 +137,7 @@ CommandResult<void> Journey::put_down(const Ground& ground) {
     TERRANE_TRY(const auto added, add_bodies(crates, world_));
     crate_ids_ = added;
     for (int i = 0; i < kStepsToRest; ++i) {
-        traveller_.control(world_, false);
+        traveller_.control(world_, false, kLongestStep);
         step(ground, kLongestStep);
     }
     TERRANE_TRY(const auto of_scene, add_bodies(terrain_.bodies, world_));
@@ -186,7 +186,7 @@ CommandResult<void> Journey::advance(const Ground& ground, double dt) {
     for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
         const WorldPos before = world_.state(body_).pose.translation;
         TERRANE_TRY(scene_objects_.follow(world_, ground));
-        traveller_.control(world_, true);
+        traveller_.control(world_, true, dt / steps);
         step(ground, dt / steps);
         const BodyState& state = world_.state(body_);
         if (state.condition != BodyCondition::left_world) {
@@ -249,6 +249,17 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         TERRANE_TRY(advance(ground_of(maker), 1.0 / options_.fps));
     }
     return {};
+}
+
+nlohmann::ordered_json summarize(const PathProgress& progress) {
+    nlohmann::ordered_json summary;
+    summary["arrived"] = progress.has_arrived;
+    summary["path_share"] = progress.share;
+    summary["stuck_s"] = progress.stuck_s;
+    if (progress.stuck_world) {
+        summary["stuck_at"] = {progress.stuck_world->x(), progress.stuck_world->y()};
+    }
+    return summary;
 }
 
 nlohmann::ordered_json summarize(const JourneyTotals& totals) {

@@ -98,6 +98,7 @@ private:
 };
 
 /// The summary's keys common to drives and walks.
+nlohmann::ordered_json summarize(const PathProgress& progress);
 nlohmann::ordered_json summarize(const JourneyTotals& totals);
 
 }  // namespace terrane::tools

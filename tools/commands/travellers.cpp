@@ -77,9 +77,9 @@ Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const
     return body_;
 }
 
-void VehicleTraveller::control(World& world, bool goes) {
+void VehicleTraveller::control(World& world, bool goes, double dt) {
     const VehicleControls controls =
-        goes ? driver_.drive(settings_, state(world)) : VehicleControls{.brake = 1.0};
+        goes ? driver_.drive(settings_, state(world), dt) : VehicleControls{.brake = 1.0};
     // the id of the body and its controls are valid: the call cannot fail
     (void)world.set_controls(body_, controls);
 }
@@ -106,6 +106,11 @@ void VehicleTraveller::change_ground(World& world, Pager& pager) {
 bool VehicleTraveller::has_ended(const World& world) const {
     return (has_rolled_over_ && on_roll_ == OnRoll::stop) ||
            (driver_.is_finished() && state(world).chassis.velocity.norm() < 0.1);
+}
+
+PathProgress VehicleTraveller::progress() const {
+    return {driver_.is_finished(), driver_.path_share(), driver_.stuck_time(),
+            driver_.stuck_place_world()};
 }
 
 bool VehicleTraveller::is_supported(const World& world) const {
@@ -260,7 +265,7 @@ Eigen::Vector2d CharacterTraveller::wanted_direction(const Eigen::Vector2d& here
     return detour_time_ > 0.0 ? turned(direction, detour_side_ * kDetourTurn) : direction;
 }
 
-void CharacterTraveller::control(World& world, bool goes) {
+void CharacterTraveller::control(World& world, bool goes, double) {
     CharacterControls controls;
     if (goes && !has_arrived()) {
         controls.velocity = speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
@@ -275,12 +280,16 @@ void CharacterTraveller::react(World& world, const Ground&, double dt) {
     for (double ahead = along_; ahead <= along_ + kSearch; ahead += kSearchStep) {
         if ((path_.at(ahead) - here).norm() < (path_.at(nearest) - here).norm()) nearest = ahead;
     }
-    const bool waits = nearest > along_ || has_arrived() || detour_time_ > 0.0;
+    const bool progresses = nearest > along_ || has_arrived();
+    if (progresses && is_stuck()) total_stuck_time_ += still_time_;
+    still_time_ = progresses ? 0.0 : still_time_ + dt;
+    const bool waits = progresses || detour_time_ > 0.0;
     stuck_time_ = waits ? 0.0 : stuck_time_ + dt;
     along_ = std::min(nearest, path_.length());
     detour_time_ = std::max(0.0, detour_time_ - dt);
     if (along_ > stuck_along_ + kPassed) detour_length_ = 0.0;
     if (stuck_time_ > kStuckTime + kSearchStep / speed_ && detour_time_ == 0.0) {
+        stuck_world_ = here;
         detour_length_ = std::min(std::max(kFirstDetour, 2.0 * detour_length_), kLongestDetour);
         detour_time_ = detour_length_;
         detour_side_ = -detour_side_;
@@ -293,6 +302,15 @@ void CharacterTraveller::react(World& world, const Ground&, double dt) {
 }
 
 bool CharacterTraveller::has_arrived() const { return along_ >= path_.length() - kNear; }
+
+bool CharacterTraveller::is_stuck() const {
+    return still_time_ > kStuckTime + kSearchStep / speed_;
+}
+
+PathProgress CharacterTraveller::progress() const {
+    return {has_arrived(), has_arrived() ? 1.0 : along_ / path_.length(),
+            total_stuck_time_ + (is_stuck() ? still_time_ : 0.0), stuck_world_};
+}
 
 bool CharacterTraveller::has_ended(const World& world) const {
     return has_arrived() && state(world).body.velocity.norm() < 0.1;

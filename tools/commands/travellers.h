@@ -11,10 +11,19 @@
 #include <terrane/terrain/pager.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace terrane::tools {
+
+/// How far a traveller has come along its path.
+struct PathProgress {
+    bool has_arrived = false;              ///< at the end of the path
+    double share = 0.0;                    ///< of the path's length, 0 to 1
+    double stuck_s = 0.0;                  ///< total time without progress
+    std::optional<WorldVec2> stuck_world;  ///< where it was last stuck; none if it never was
+};
 
 /// A body that a Journey moves along a path: a vehicle or a character.
 class Traveller {
@@ -32,16 +41,15 @@ public:
     /// Fails: invalid_argument if the ground is not resident, or a body occupies its position
     virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
 
-    /// Sets the controls for the next step: to follow the path or, if `goes` is false, to stop.
-    virtual void control(World& world, bool goes) = 0;
+    /// Sets the controls for the next step of `dt` seconds: to follow the path or, if `goes` is false, to stop.
+    virtual void control(World& world, bool goes, double dt) = 0;
     /// Reacts to a completed step of `dt` seconds.
     virtual void react(World& world, const Ground& ground, double dt) = 0;
     /// Changes the ground. Called before each update of the pager, in the same frame.
     virtual void change_ground(World&, Pager&) {}
     /// Whether the journey is over: the traveller has arrived and stopped, or cannot continue.
     virtual bool has_ended(const World& world) const = 0;
-    /// Whether the end of the path was reached.
-    virtual bool has_arrived() const = 0;
+    virtual PathProgress progress() const = 0;
 
     /// Whether ground or a body supports the traveller.
     virtual bool is_supported(const World& world) const = 0;
@@ -74,13 +82,13 @@ public:
     BodyNeed first_need() const override;
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
-    void control(World& world, bool goes) override;
+    void control(World& world, bool goes, double dt) override;
     /// With OnRoll::right, sets the vehicle upright after a rollover; tries again in the next step if ground is not
     /// resident.
     void react(World& world, const Ground& ground, double dt) override;
     void change_ground(World& world, Pager& pager) override;
     bool has_ended(const World& world) const override;
-    bool has_arrived() const override { return driver_.is_finished(); }
+    PathProgress progress() const override;
     bool is_supported(const World& world) const override;
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
     std::vector<std::string> columns() const override { return {"wheels_on_ground", "tilt_deg"}; }
@@ -128,10 +136,10 @@ public:
     BodyNeed first_need() const override;
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
-    void control(World& world, bool goes) override;
+    void control(World& world, bool goes, double dt) override;
     void react(World& world, const Ground& ground, double dt) override;
     bool has_ended(const World& world) const override;
-    bool has_arrived() const override;
+    PathProgress progress() const override;
     bool is_supported(const World& world) const override { return state(world).stands; }
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
     std::vector<std::string> columns() const override { return {"stands"}; }
@@ -141,6 +149,8 @@ public:
 private:
     const CharacterState& state(const World& world) const { return *world.character(body_); }
     Eigen::Vector2d wanted_direction(const Eigen::Vector2d& here) const;
+    bool has_arrived() const;
+    bool is_stuck() const;
 
     CharacterSettings settings_;
     Polyline path_;
@@ -148,8 +158,11 @@ private:
     WorldPos start_ = WorldPos::Zero();
     Eigen::Vector2d heading_;
     BodyId body_{};
-    double along_ = 0.0;          // metres along the path to the nearest point; never decreases
-    double stuck_time_ = 0.0;     // seconds without progress
+    double along_ = 0.0;       // metres along the path to the nearest point; never decreases
+    double stuck_time_ = 0.0;  // seconds without progress or detour
+    double still_time_ = 0.0;  // seconds without progress
+    double total_stuck_time_ = 0.0;
+    std::optional<WorldVec2> stuck_world_;
     double stuck_along_ = 0.0;    // `along_` at the start of the last detour
     double detour_length_ = 0.0;  // duration of the last detour, seconds; 0 when past the obstacle
     double detour_time_ = 0.0;    // seconds left of a detour

@@ -24,10 +24,11 @@ bool is_one_of(const std::string& key, const std::array<std::string_view, N>& ke
 }
 
 // Coordinates, heights and grid sizes: 9 digits.
-constexpr std::array<std::string_view, 15> kPlaces{
+constexpr std::array<std::string_view, 16> kPlaces{
     "extent_m",         "min_m",     "max_m",        "root_size_m",     "lattice_origin_m",
     "finest_spacing_m", "cell_m",    "centre",       "metres_per_unit", "eye_m",
-    "forward",          "quantum_m", "guaranteed_m", "voxel_m",         "bounds_m"};
+    "forward",          "quantum_m", "guaranteed_m", "voxel_m",         "bounds_m",
+    "stuck_at"};
 
 // Echoes of the command line: not rounded.
 constexpr std::array<std::string_view, 11> kEchoed{
@@ -61,6 +62,9 @@ const std::map<std::string, std::string>& own_titles() {
         {"parked", "Body steps that waited for ground"},
         {"left_world", "Bodies beyond the terrain"},
         {"airborne_share", "Share of steps without a wheel on the ground"},
+        {"path_share", "Share of the path that was passed"},
+        {"stuck_s", "Time without progress along the path, s"},
+        {"stuck_at", "Stuck at x and y, m"},
         {"lost_time_share", "Share of time that was not simulated"},
         {"fps", "Frames a second"},
         {"slots", "Requests at once"},

@@ -33,6 +33,15 @@ constexpr double kLeastDistance = 0.001;  // metres between points
 constexpr double kMostCoordinate = 2e9;   // metres
 /// Share that the driver uses of the accelerations allowed by friction, stability and brakes.
 constexpr double kLimitShare = 0.5;
+constexpr double kMostProgress = 1.0;  // metres along the path that always count as progress
+constexpr double kPatience = 3.0;      // seconds without progress before the vehicle is stuck
+constexpr double kFirstBacking = 2.0;  // seconds; doubled with each pair of lines
+constexpr double kMostBacking = 8.0;   // seconds
+constexpr double kBackingSpeed = 2.0;  // m/s
+constexpr double kBackingSteer = 0.5;  // of full lock, turns the nose towards the next line
+constexpr double kLineSpacing = 4.0;   // metres between lines on one side of the path
+constexpr int kMostLines = 8;          // on both sides; then the first ones again
+constexpr double kPassed = 15.0;       // metres along the path beyond an obstacle
 
 /// atan(x) to 0.005 rad for |x| <= 1; steeper slopes are taken as 1 or -1.
 double steer_of_slope(double x) {
@@ -119,6 +128,13 @@ Reserve reserve_of(const VehicleSettings& s, const VehicleState& vehicle) {
     return reserve;
 }
 
+/// The side and distance of the line that the n-th attempt takes, metres to the left of the path.
+double line_offset(int attempt) {
+    if (attempt == 0) return 0.0;
+    const int line = (attempt - 1) % kMostLines;
+    return (line % 2 == 0 ? kLineSpacing : -kLineSpacing) * (1 + line / 2);
+}
+
 }  // namespace
 
 Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
@@ -152,7 +168,7 @@ Result<PathDriver> PathDriver::create(std::vector<Eigen::Vector2d> points_world,
 }
 
 PathDriver::PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings)
-    : path_(std::move(path)), settings_(settings) {
+    : path_(std::move(path)), settings_(settings), patience_(kPatience) {
     std::size_t behind_end = 1, ahead_end = 1;  // ends of the segments that hold the chords' ends
     const auto point_from = [&](double along, std::size_t& end) {
         while (end + 1 < path_.size() && path_[end].along < along) ++end;
@@ -202,10 +218,16 @@ double PathDriver::advance(const Eigen::Vector2d& here) {
     return start + now.share * (path_[next_].along - start);
 }
 
-/// The point at a distance along the path, clamped to its ends.
+/// The end of the segment at a distance along the path, which is clamped to the path's ends.
 /// @param end index at which the search starts: the end of a segment that starts at or before the point
-Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
+std::size_t PathDriver::segment_at(double along, std::size_t end) const {
     while (end + 1 < path_.size() && path_[end].along < along) ++end;
+    return end;
+}
+
+/// The point at a distance along the path, as segment_at().
+Eigen::Vector2d PathDriver::point_at(double along, std::size_t end) const {
+    end = segment_at(along, end);
     const Vertex& from = path_[end - 1];
     const Vertex& to = path_[end];
     const double length =
@@ -232,7 +254,45 @@ double PathDriver::corner_speed(double along, double share) const {
     return std::sqrt(share * square);
 }
 
-VehicleControls PathDriver::drive(const VehicleSettings& settings, const VehicleState& vehicle) {
+double PathDriver::path_share() const {
+    return is_finished_ ? 1.0 : std::clamp(progress_ / path_.back().along, 0.0, 1.0);
+}
+
+/// Observes the progress along the path. Begins an attempt whenever the patience is over.
+void PathDriver::watch(double along, const Eigen::Vector2d& here, double dt) {
+    backing_time_ = std::max(0.0, backing_time_ - dt);
+    if (attempts_ > 0 && along > stuck_along_ + kPassed) attempts_ = 0;
+    const double slow =
+        0.2 * kPatience * settings_.cruise_speed;  // metres, at a fifth of the cruise speed
+    if (along >= progress_ + std::min(kMostProgress, slow)) {
+        progress_ = along;
+        still_time_ = 0.0;
+        patience_ = kPatience;
+        return;
+    }
+    still_time_ += dt;
+    if (still_time_ > kPatience) stuck_time_ += still_time_ - dt > kPatience ? dt : still_time_;
+    if (still_time_ <= patience_) return;
+    if (attempts_ == 0) stuck_along_ = along;
+    ++attempts_;
+    stuck_place_world_ = here;
+    backing_time_ = std::min(kFirstBacking * (1 + (attempts_ - 1) / 2), kMostBacking);
+    patience_ = still_time_ + kPatience + 3.0 * backing_time_;  // it has to come back, too
+}
+
+/// A point of the line that the vehicle follows: the path or, while an obstacle is not passed, a line beside it.
+Eigen::Vector2d PathDriver::line_point(double along) const {
+    const Eigen::Vector2d p = point_at(along, next_);
+    if (attempts_ == 0) return p;
+    const std::size_t end = segment_at(along, next_);
+    const Eigen::Vector2d& a = path_[end - 1].p_world;
+    const Eigen::Vector2d& b = path_[end].p_world;
+    const double scale = line_offset(attempts_) / distance_between(a, b);
+    return {p.x() - scale * (b.y() - a.y()), p.y() + scale * (b.x() - a.x())};
+}
+
+VehicleControls PathDriver::drive(const VehicleSettings& settings, const VehicleState& vehicle,
+                                  double dt) {
     constexpr VehicleControls kStop{.throttle = 0.0, .brake = 1.0, .steer = 0.0};
     const BodyState& chassis = vehicle.chassis;
     const double wheelbase = wheelbase_of(settings), max_steer = max_steer_of(settings);
@@ -245,12 +305,24 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
         return kStop;
     }
     const double along = advance(here);
-    status_ = is_finished_ ? DriverStatus::finished : DriverStatus::driving;
+    const bool can_move =
+        chassis.condition == BodyCondition::awake || chassis.condition == BodyCondition::asleep;
+    if (can_move && !is_finished_) watch(along, here, dt > 0.0 && std::isfinite(dt) ? dt : 0.0);
+    status_ = is_finished_              ? DriverStatus::finished
+              : still_time_ > kPatience ? DriverStatus::stuck
+                                        : DriverStatus::driving;
     if (is_finished_) return kStop;
+    if (backing_time_ > 0.0) {
+        VehicleControls back;
+        back.throttle = std::clamp(kThrottleGain * (-kBackingSpeed - speed), -1.0, 0.0);
+        back.brake = std::clamp(kBrakeGain * (-kBackingSpeed - kBrakeSlack - speed), 0.0, 1.0);
+        back.steer = line_offset(attempts_) > 0.0 ? -kBackingSteer : kBackingSteer;
+        return back;
+    }
 
     // Pure pursuit in the vehicle's frame, projected onto the horizontal plane.
     const double look_ahead = std::clamp(kLookAheadTime * speed, kLeastLookAhead, kMostLookAhead);
-    const Eigen::Vector2d target = point_at(along + look_ahead, next_);
+    const Eigen::Vector2d target = line_point(along + look_ahead);
     const double flat = std::sqrt(ahead.x() * ahead.x() + ahead.y() * ahead.y());
     const double fx = flat > 1e-6 ? ahead.x() / flat : 1.0,
                  fy = flat > 1e-6 ? ahead.y() / flat : 0.0;

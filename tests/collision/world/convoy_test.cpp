@@ -94,7 +94,8 @@ public:
         for (std::size_t i = 0; i < kVehicles; ++i) {
             const VehicleState& state = *world_.vehicle(vehicles_[i]);
             EXPECT_TRUE(world_.set_controls(
-                vehicles_[i], drivers_[i].drive(*world_.vehicle_settings(vehicles_[i]), state)));
+                vehicles_[i],
+                drivers_[i].drive(*world_.vehicle_settings(vehicles_[i]), state, kStep)));
         }
         const StepReport report = world_.step(pager_.ground(), kStep);
         watch_rolls(time);

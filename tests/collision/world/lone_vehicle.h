@@ -33,7 +33,7 @@ public:
         return world_.step(ground, dt);
     }
     StepReport follow(const Ground& ground, PathDriver& driver, double dt = kStep) {
-        return step(ground, driver.drive(settings(), state()), dt);
+        return step(ground, driver.drive(settings(), state(), dt), dt);
     }
     /// Steps for some seconds and checks every report.
     void drive(const Ground& ground, const VehicleControls& controls, double seconds,

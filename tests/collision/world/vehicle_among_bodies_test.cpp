@@ -329,6 +329,59 @@ TEST(PathDriver, StopsAtTheEndOfThePathAndStaysThere) {
     }
 }
 
+TEST(PathDriver, BacksOffFromAnObstacleAndGoesAroundIt) {
+    const Ground plain = make_plain();
+    for (const double half_width : {1.5, 4.0, 7.0}) {
+        LoneVehicle truck({300.0, 1000.0, 0.8});
+        add_box(truck.world(), {1.0, half_width, 2.0}, {350.0, 1000.0, 2.0});
+        PathDriver driver = make_driver({{300.0, 1000.0}, {450.0, 1000.0}}, 8.0);
+        bool was_stuck = false;
+        double share = 0.0;
+        for (int step = 0; step < 60 * 120 && !driver.is_finished(); ++step) {
+            truck.follow(plain, driver);
+            was_stuck |= driver.status() == DriverStatus::stuck;
+            EXPECT_GE(driver.path_share(), share);
+            share = driver.path_share();
+        }
+        EXPECT_TRUE(was_stuck) << half_width;
+        EXPECT_TRUE(driver.is_finished()) << half_width << " m, " << share << " of the path";
+        EXPECT_EQ(driver.path_share(), 1.0);
+        EXPECT_FALSE(truck.is_rolled_over());
+        EXPECT_GT(driver.stuck_time(), 3.0);
+        ASSERT_TRUE(driver.stuck_place_world());
+        EXPECT_NEAR(driver.stuck_place_world()->x(), 346.0, 8.0) << half_width;
+    }
+}
+
+TEST(PathDriver, SaysWhenAndWhereAWallWithoutEndHoldsIt) {
+    const Ground plain = make_plain();
+    LoneVehicle truck({300.0, 1000.0, 0.8});
+    add_box(truck.world(), {1.0, 400.0, 2.0}, {350.0, 1000.0, 2.0});
+    PathDriver driver = make_driver({{300.0, 1000.0}, {450.0, 1000.0}}, 8.0);
+    constexpr double kSeconds = 90.0;
+    for (double time = 0.0; time < kSeconds; time += kStep) truck.follow(plain, driver);
+    EXPECT_EQ(driver.status(), DriverStatus::stuck);
+    EXPECT_FALSE(truck.is_rolled_over());
+    EXPECT_NEAR(driver.path_share(), 46.0 / 150.0, 0.03);
+    EXPECT_GT(driver.stuck_time(), kSeconds - 15.0);
+    EXPECT_LT(driver.stuck_time(), kSeconds - 46.0 / 8.0);
+}
+
+TEST(PathDriver, IsNeverStuckOnAPlainHoweverSlowItIs) {
+    const Ground plain = make_plain();
+    for (const double cruise : {0.1, 1.0, 30.0}) {
+        LoneVehicle truck({300.0, 1000.0, 0.8});
+        PathDriver driver = make_driver({{300.0, 1000.0}, {700.0, 1000.0}}, cruise);
+        for (int step = 0; step < 60 * 40; ++step) {
+            truck.follow(plain, driver);
+            ASSERT_NE(driver.status(), DriverStatus::stuck) << cruise << " at step " << step;
+        }
+        EXPECT_EQ(driver.stuck_time(), 0.0);
+        EXPECT_FALSE(driver.stuck_place_world());
+        EXPECT_GT(driver.path_share(), 0.0);
+    }
+}
+
 TEST(PathDriver, GoesDownSlowerThanItCruises) {
     const double slope = 0.45;
     const Ground ground =
@@ -353,11 +406,11 @@ TEST(PathDriver, LetsGoOfTheThrottleOnItsRoofAndSaysSo) {
     LoneVehicle truck(Pose{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), {500.0, 1000.0, 1.0}});
     PathDriver driver = make_driver({{500.0, 1000.0}, {900.0, 1000.0}}, 12.0);
     for (int step = 0; step < 180; ++step) {
-        const VehicleControls controls = driver.drive(truck.settings(), truck.state());
+        const VehicleControls controls = driver.drive(truck.settings(), truck.state(), 1.0 / 60.0);
         EXPECT_EQ(controls.throttle, 0.0) << "step " << step;
         truck.step(plain, controls);
     }
-    driver.drive(truck.settings(), truck.state());
+    driver.drive(truck.settings(), truck.state(), 1.0 / 60.0);
     EXPECT_EQ(driver.status(), DriverStatus::rolled_over);
     EXPECT_FALSE(driver.is_finished());
 

@@ -79,7 +79,8 @@ int main() {
     CameraNeed camera;
     for (int frame = 0; frame < 120; ++frame) {
         const VehicleState* const state = world.vehicle(truck);
-        if (!world.set_controls(truck, driver.drive(*world.vehicle_settings(truck), *state)) ||
+        if (!world.set_controls(truck,
+                                driver.drive(*world.vehicle_settings(truck), *state, 1.0 / 60.0)) ||
             !world.set_controls(walker, controls))
             return 1;
         camera.view =

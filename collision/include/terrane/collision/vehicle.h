@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace terrane {
@@ -110,14 +111,16 @@ struct PathDriverSettings {
 
 /// What a driver is doing.
 enum class DriverStatus : std::uint8_t {
-    driving,      ///< follows the path
+    driving,  ///< follows the path
+    stuck,  ///< no progress for 3 s: backs off, and tries lines beside the path until it progresses
     rolled_over,  ///< the vehicle lies on its side or roof: throttle 0, brakes on
     finished,     ///< the end of the path was reached: brakes on; final
 };
 
 /// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
 /// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
-/// cruise speed.
+/// cruise speed. A vehicle that makes no progress for 3 s backs off and tries a line 4 m to the left of the path, then
+/// one to the right, then farther lines.
 ///
 /// Threads: one at a time.
 class PathDriver {
@@ -132,15 +135,25 @@ public:
 
     /// The controls for the vehicle's next step: see World::vehicle() and World::vehicle_settings().
     ///
+    /// @param dt seconds since the previous call, >= 0; measures how long the vehicle makes no progress. Other values
+    ///           count as 0
+    ///
     /// Allocates: nothing
     /// Cost:      linear in the points from 5 m behind the vehicle to 25 m ahead, along the path
-    VehicleControls drive(const VehicleSettings& settings, const VehicleState& vehicle);
+    VehicleControls drive(const VehicleSettings& settings, const VehicleState& vehicle, double dt);
 
     /// Status after the last drive().
     DriverStatus status() const { return status_; }
     /// Whether the vehicle has come within 3 m of the last point or passed it; never reset. The driver then brakes to a
     /// stop.
     bool is_finished() const { return is_finished_; }
+    /// Share of the path's length that the vehicle has passed, 0 to 1; never decreases.
+    double path_share() const;
+    /// Total time that the vehicle was stuck, seconds: from its last progress to its next one, for each time that this
+    /// took more than 3 s.
+    double stuck_time() const { return stuck_time_; }
+    /// The vehicle's place in plan when it was last found to be stuck; none if it never was.
+    std::optional<WorldVec2> stuck_place_world() const { return stuck_place_world_; }
 
 private:
     struct Vertex {
@@ -152,14 +165,25 @@ private:
 
     PathDriver(std::vector<Vertex> path, const PathDriverSettings& settings);
     double advance(const Eigen::Vector2d& here);
+    std::size_t segment_at(double along, std::size_t end) const;
     Eigen::Vector2d point_at(double along, std::size_t end) const;
     double corner_speed(double along, double share) const;
+    void watch(double along, const Eigen::Vector2d& here, double dt);
+    Eigen::Vector2d line_point(double along) const;
 
     std::vector<Vertex> path_;
     PathDriverSettings settings_;
     std::size_t next_ = 1;  // end of the segment that the vehicle is on
     bool is_finished_ = false;
     DriverStatus status_ = DriverStatus::driving;
+    double progress_ = 0.0;      // metres along the path: the last progress
+    double still_time_ = 0.0;    // seconds since then
+    double patience_ = 0.0;      // `still_time_` at which the next attempt begins, seconds
+    double backing_time_ = 0.0;  // seconds left of backing off
+    int attempts_ = 0;           // lines tried beside the path; 0 once the obstacle is passed
+    double stuck_along_ = 0.0;   // metres along the path: the obstacle
+    double stuck_time_ = 0.0;
+    std::optional<WorldVec2> stuck_place_world_;
 };
 
 }  // namespace terrane
