@@ -72,11 +72,19 @@ constexpr std::array<std::pair<const char*, DemCache::Place>, 3> kCachePlaces{
     {{"none", DemCache::Place::none},
      {"beside", DemCache::Place::beside},
      {"folder", DemCache::Place::folder}}};
+constexpr std::array<std::pair<const char*, HeightEncoding>, 4> kEncodings{
+    {{"automatic", HeightEncoding::automatic},
+     {"numbers", HeightEncoding::numbers},
+     {"terrarium", HeightEncoding::terrarium},
+     {"mapbox", HeightEncoding::mapbox}}};
 
 Source open_dem(const py::object& path, double finest_spacing, double spacing_tolerance,
                 std::optional<std::uint64_t> detail_seed, double detail_roughness,
-                const std::string& cache, const py::object& cache_folder, std::size_t memory_bytes,
-                double read_timeout, const py::object& progress) {
+                const std::string& cache, const py::object& cache_folder,
+                const std::string& height_unit, double height_scale,
+                const std::optional<std::vector<double>>& nodata, const std::string& encoding,
+                double cell, std::size_t memory_bytes, double read_timeout,
+                const py::object& progress) {
     const Progress watched(progress);
     DemSettings settings;
     settings.finest_spacing = finest_spacing;
@@ -88,17 +96,23 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     settings.progress = watched.function();
     settings.cache.place = read_choice(cache, "cache", kCachePlaces);
     settings.cache.folder = path_text(cache_folder);
+    settings.height_unit = height_unit;
+    settings.height_scale = height_scale;
+    settings.nodata = nodata;
+    settings.encoding = read_choice(encoding, "encoding", kEncodings);
+    settings.cell = cell;
     const std::string name = path_text(path);
     DemInfo info;
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
     watched.raise_pending();
     Source made{value_or_raise(std::move(source)), py::none()};
-    made.info =
-        make_answer("DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y),
-                    info.min_m, info.max_m, info.nodata_share, info.filled_share, info.crs,
-                    info.crs_wkt, info.geographic, py::make_tuple(info.centre_x, info.centre_y),
-                    py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y),
-                    info.scale_error, info.from_cache, info.cache_note);
+    made.info = make_answer(
+        "DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y), info.min_m,
+        info.max_m, info.nodata_share, info.filled_share, info.crs, info.crs_wkt, info.geographic,
+        py::make_tuple(info.centre_x, info.centre_y),
+        py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y), info.scale_error,
+        info.from_cache, info.cache_note, info.numbers, info.height_unit, info.vertical_axis,
+        info.nodata, info.placement, py::tuple(py::cast(info.notes)));
     return made;
 }
 #endif
@@ -144,7 +158,10 @@ void bind_files([[maybe_unused]] py::module_& module) {
         py::arg("spacing_tolerance") = defaults.spacing_tolerance,
         py::arg("detail_seed") = py::none(),
         py::arg("detail_roughness") = defaults.detail_roughness, py::arg("cache") = "none",
-        py::arg("cache_folder") = "", py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("cache_folder") = "", py::arg("height_unit") = defaults.height_unit,
+        py::arg("height_scale") = defaults.height_scale, py::arg("nodata") = py::none(),
+        py::arg("encoding") = "automatic", py::arg("cell") = defaults.cell,
+        py::arg("memory_bytes") = defaults.memory_bytes,
         py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
         R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
 
@@ -154,6 +171,11 @@ detail_seed      adds fractal detail below the raster's resolution; None: none
 detail_roughness amplitude of detail relative to the raster's own roughness, 0 to 100
 cache            of the bounds: "none", "beside" the raster, or in a "folder"
 cache_folder     that folder
+height_unit      of the numbers, such as "foot"; "": the file's
+height_scale     factor of all heights, not 0; -1 for depths
+nodata           numbers that are nodata besides those that the file declares; None: numbers such as -9999 are refused
+encoding         "automatic", "numbers", "terrarium" or "mapbox"
+cell             side of the cells of a raster without georeferencing, metres; 0: 1 m
 memory_bytes     limit of the memory of opening and of the source
 read_timeout     seconds, > 0
 progress         called with the share that is done, 0 to 1; returning False cancels. What it raises is raised here

@@ -120,6 +120,12 @@ class DemInfo(NamedTuple):
     scale_error: float  # largest relative error of an east-west length
     from_cache: bool  # bounds were read from the cache
     cache_note: str  # why a cache file was refused or not written
+    numbers: str  # what each of these was taken to be, and from where: "Int16"
+    height_unit: str  # "foot, from the band"
+    vertical_axis: str  # "up, assumed"
+    nodata: str  # "-9999, declared"
+    placement: str  # "a geotransform"
+    notes: Tuple[str, ...]  # assumptions about the meaning of the file
 
 
 class StoreInfo(NamedTuple):

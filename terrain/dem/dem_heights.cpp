@@ -153,6 +153,7 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     store.limit_bytes = settings.memory_bytes;
     store.patience_s = settings.read_timeout;
     store.bounds_cache = settings.cache;
+    TERRANE_TRY(store.reading, internal::number_reading(settings));
     TERRANE_TRY(auto source,
                 internal::DemSource::create(path, settings.finest_spacing, store, settings.progress,
                                             settings.spacing_tolerance));

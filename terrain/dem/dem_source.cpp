@@ -192,7 +192,8 @@ DemSource::DemSource(std::shared_ptr<const RasterStore> store,
 Result<std::shared_ptr<const DemSource>> DemSource::create(
     const std::string& path, double finest_spacing, const StoreSettings& settings,
     std::function<bool(double)> report_progress, double spacing_tolerance) {
-    TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s));
+    TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s, RasterNumbers::heights,
+                                                settings.reading));
     // A spacing out of range and a raster that is too large are refused before the samples are read.
     const DemInfo& raster = reader->info();
     TERRANE_TRY(const auto first_grid, make_grid(raster, finest_spacing, spacing_tolerance));

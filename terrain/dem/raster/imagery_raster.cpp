@@ -72,18 +72,6 @@ namespace {
 
 std::string named(const std::string& path) { return "raster \"" + path + "\""; }
 
-std::vector<int> bands_by_colour(GDALDataset& dataset) {
-    std::vector<int> found(3, 0);
-    for (int band = 1; band <= dataset.GetRasterCount(); ++band) {
-        const GDALColorInterp colour = dataset.GetRasterBand(band)->GetColorInterpretation();
-        if (colour == GCI_RedBand) found[0] = band;
-        if (colour == GCI_GreenBand) found[1] = band;
-        if (colour == GCI_BlueBand) found[2] = band;
-    }
-    if (std::ranges::find(found, 0) == found.end()) return found;
-    return dataset.GetRasterCount() >= 3 ? std::vector<int>{1, 2, 3} : std::vector<int>{1};
-}
-
 }  // namespace
 
 void ImageryFile::CloseDataset::operator()(GDALDataset* dataset) const {
@@ -148,14 +136,13 @@ Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
 Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     const QuietGdal quiet;
     dataset_ = file_.get();
-    std::array<double, 6> transform{};
-    const bool placed = file_->GetGeoTransform(transform.data()) == CE_None;
-    if (placed) {
-        TERRANE_TRY(check_geotransform(path_, transform));
+    const auto transform = geotransform_of(*file_);
+    if (transform) {
+        TERRANE_TRY(check_geotransform(path_, *transform));
     }
     const OGRSpatialReference* crs = file_->GetSpatialRef();
     if (crs != nullptr && crs->GetName() != nullptr) info_.crs = crs->GetName();
-    const bool is_rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
+    const bool is_rotated = transform && ((*transform)[2] != 0.0 || (*transform)[4] != 0.0);
     bool is_foreign = false;
     if (dem) {
         OGRSpatialReference wanted;
@@ -164,7 +151,7 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
         is_foreign =
             wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
     }
-    if (!is_rotated && !is_foreign && (placed || file_->GetGCPCount() == 0)) return {};
+    if (!is_rotated && !is_foreign && (transform || file_->GetGCPCount() == 0)) return {};
     // An added alpha band marks texels beyond the raster.
     std::vector<std::string> words = {"-of", "VRT", "-r", has_palette_ ? "near" : "bilinear",
                                       "-dstalpha"};
@@ -191,9 +178,8 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
     info_.columns = dataset_->GetRasterXSize();
     info_.rows = dataset_->GetRasterYSize();
     const double columns = info_.columns, rows = info_.rows;
-    std::array<double, 6> transform{};
-    if (dataset_->GetGeoTransform(transform.data()) != CE_None)
-        transform = {0.0, 1.0, 0.0, rows, 0.0, -1.0};
+    const std::array<double, 6> transform =
+        geotransform_of(*dataset_).value_or(std::array<double, 6>{0.0, 1.0, 0.0, rows, 0.0, -1.0});
     columns_go_west_ = transform[1] < 0.0;
     rows_go_north_ = transform[5] > 0.0;
     const double centre_x = transform[0] + 0.5 * columns * transform[1];

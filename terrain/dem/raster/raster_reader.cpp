@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 namespace terrane::internal {
@@ -22,43 +23,33 @@ namespace {
 
 std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
 
-/// Metres per vertical unit; 0 for an unknown name.
-double metres_of_unit(std::string name) {
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    struct Unit {
-        const char* name;
-        double metres;
-    };
-    constexpr double kFoot = 0.3048;
-    constexpr double kSurveyFoot = 1200.0 / 3937.0;
-    static constexpr std::array<Unit, 21> kUnits{{
-        {"m", 1.0},
-        {"metre", 1.0},
-        {"metres", 1.0},
-        {"meter", 1.0},
-        {"meters", 1.0},
-        {"dm", 0.1},
-        {"cm", 0.01},
-        {"centimetre", 0.01},
-        {"centimeter", 0.01},
-        {"mm", 0.001},
-        {"km", 1000.0},
-        {"ft", kFoot},
-        {"foot", kFoot},
-        {"feet", kFoot},
-        {"international foot", kFoot},
-        {"us-ft", kSurveyFoot},
-        {"ftus", kSurveyFoot},
-        {"us_ft", kSurveyFoot},
-        {"us survey foot", kSurveyFoot},
-        {"us survey feet", kSurveyFoot},
-        {"foot_us", kSurveyFoot},
-    }};
-    for (const Unit& unit : kUnits) {
-        if (name == unit.name) return unit.metres;
+/// The names of a dataset's subdatasets, for messages; "" if it has none.
+std::string subdatasets_of(GDALDataset& dataset, int& count_out) {
+    constexpr int kMostNamed = 8;
+    std::string names;
+    count_out = 0;
+    char** items = dataset.GetMetadata("SUBDATASETS");
+    for (; items != nullptr && *items != nullptr; ++items) {
+        const std::string_view item = *items;
+        const std::size_t end = item.find("_NAME=");
+        if (end == std::string_view::npos) continue;
+        if (++count_out <= kMostNamed) {
+            names += (names.empty() ? "" : ", ") + std::string(item.substr(end + 6));
+        }
     }
-    return 0.0;
+    return names + (count_out > kMostNamed ? ", ..." : "");
+}
+
+/// Sets coefficients that only rounding has kept from being 0: of a turn by a multiple of 90 degrees.
+void clear_rounding(std::array<double, 6>& transform) {
+    constexpr double kRounding = 1e-12;
+    double largest = 0.0;
+    for (const std::size_t i : {1u, 2u, 4u, 5u}) {
+        largest = std::max(largest, std::fabs(transform[i]));
+    }
+    for (const std::size_t i : {1u, 2u, 4u, 5u}) {
+        if (std::fabs(transform[i]) <= kRounding * largest) transform[i] = 0.0;
+    }
 }
 
 }  // namespace
@@ -91,36 +82,51 @@ void RasterReader::CloseDataset::operator()(GDALDataset* dataset) const {
 RasterReader::~RasterReader() { warped_.reset(); }
 
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
-                                                         RasterNumbers numbers) {
+                                                         RasterNumbers numbers,
+                                                         const NumberReading& reading) {
     TERRANE_TRY(check_is_file(path));
     register_drivers();
     const QuietGdal quiet;
     std::unique_ptr<RasterReader> reader(new RasterReader);
     reader->path_ = path;
     reader->numbers_ = numbers;
+    reader->reading_ = reading;
     reader->file_.reset(
         GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
     if (!reader->file_) {
         return fail(ErrorCode::io,
                     "cannot open raster " + in_quotes(path) + ": " + quiet.message());
     }
+    int subdataset_count = 0;
+    const std::string subdatasets = subdatasets_of(*reader->file_, subdataset_count);
     if (reader->file_->GetRasterCount() < 1) {
-        return fail(ErrorCode::bad_data, "raster " + in_quotes(path) + " has 0 bands");
+        if (subdataset_count == 0) {
+            return fail(ErrorCode::bad_data, "raster " + in_quotes(path) + " has 0 bands");
+        }
+        return fail(ErrorCode::bad_data,
+                    "raster " + in_quotes(path) + " has " + std::to_string(subdataset_count) +
+                        " subdatasets, give one of them instead: " + subdatasets);
     }
-    GDALRasterBand& band = *reader->file_->GetRasterBand(1);
-    TERRANE_TRY(check_band(path, band));
-    reader->find_scale(band);
+    if (subdataset_count > 1) {
+        reader->info_.notes.push_back("raster " + in_quotes(path) + " has " +
+                                      std::to_string(subdataset_count) +
+                                      " subdatasets, of which the default is read: " + subdatasets);
+    }
+    TERRANE_TRY(reader->meaning_,
+                read_meaning(path, *reader->file_, numbers, reading, reader->info_));
     TERRANE_TRY(reader->straighten());
     TERRANE_TRY(reader->find_place());
     return reader;
 }
 
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path, double patience_s,
-                                                         RasterNumbers numbers) {
+                                                         RasterNumbers numbers,
+                                                         const NumberReading& reading) {
     GuardedCalls calls(patience_s);
     using Opened = Result<std::unique_ptr<RasterReader>>;
     const auto opened = std::make_shared<Opened>();
-    const bool answered = calls.run([opened, path, numbers] { *opened = open(path, numbers); });
+    const bool answered =
+        calls.run([opened, path, numbers, reading] { *opened = open(path, numbers, reading); });
     if (!answered) return stopped_answering(path, patience_s);
     return std::move(*opened);
 }
@@ -133,55 +139,109 @@ tl::unexpected<Error> stopped_answering(const std::string& path, double patience
                                           seconds + " s");
 }
 
-void RasterReader::find_scale(GDALRasterBand& band) {
-    scale_ = band.GetScale();
-    offset_ = band.GetOffset();
-    if (numbers_ == RasterNumbers::plain) return;
-    double metres = metres_of_unit(band.GetUnitType());
-    if (metres == 0.0) {
-        metres = 1.0;
-        const OGRSpatialReference* crs = file_->GetSpatialRef();
-        if (crs != nullptr && crs->IsCompound()) {
-            metres = crs->GetTargetLinearUnits("COMPD_CS|VERT_CS");
-        }
+Result<void> RasterReader::check_placement() {
+    const std::string name = "raster " + in_quotes(path_);
+    const bool is_cell_set = reading_.cell > 0.0;
+    if (transform_) {
+        if (!is_cell_set) return {};
+        return fail(ErrorCode::bad_data,
+                    name + " has " + info_.placement +
+                        "; the side of a cell (--cell-m, DemSettings::cell) is only for rasters "
+                        "without georeferencing");
     }
-    scale_ *= metres;
-    offset_ *= metres;
+    std::array<char, 40> cell{};
+    std::snprintf(cell.data(), cell.size(), "%.6g m", is_cell_set ? reading_.cell : 1.0);
+    info_.placement =
+        std::string("none: cells of ") + cell.data() + (is_cell_set ? ", as set" : ", assumed");
+    if (const OGRSpatialReference* crs = file_->GetSpatialRef(); crs != nullptr) {
+        info_.notes.push_back(name + " has the CRS \"" +
+                              (crs->GetName() != nullptr ? crs->GetName() : "") +
+                              "\" but no geotransform: the CRS is not used");
+    }
+    const char* unread = file_->GetMetadata("RPC") != nullptr           ? "a rational polynomial"
+                         : file_->GetMetadata("GEOLOCATION") != nullptr ? "a geolocation array"
+                                                                        : nullptr;
+    if (unread != nullptr) {
+        info_.notes.push_back(name + " is georeferenced by " + unread +
+                              ", which is not read; gdalwarp can apply it");
+    }
+    const bool is_unit_assumed =
+        numbers_ == RasterNumbers::heights && info_.height_unit == "metre, assumed";
+    std::string assumed;
+    if (!is_cell_set) assumed = std::string("cells of ") + cell.data() + " (--cell-m)";
+    if (is_unit_assumed) {
+        assumed +=
+            (assumed.empty() ? "" : " and ") + std::string("numbers in metres (--height-scale)");
+    }
+    if (!assumed.empty()) {
+        info_.notes.push_back(name + " has no georeferencing: " + assumed + " are assumed");
+    }
+    return {};
+}
+
+// Replaces the file by GDAL's warped view of it, on axes that point east and north.
+Result<void> RasterReader::warp() {
+    const QuietGdal quiet;
+    if (meaning_.is_decoded()) {
+        return fail(ErrorCode::bad_data, "raster " + in_quotes(path_) + " has " + info_.placement +
+                                             ", and its numbers need decoding (" + info_.numbers +
+                                             ", nodata: " + info_.nodata +
+                                             "): straighten it first, with gdalwarp for example");
+    }
+    // Scales of 1: GDAL interpolates between the four nearest samples, whatever the ratio of the windows' sizes.
+    std::vector<std::string> words = {
+        "-of",        "VRT",
+        "-ot",        has_float_numbers() ? "Float32" : "Float64",
+        "-r",         numbers_ == RasterNumbers::plain ? "near" : "bilinear",
+        "-wo",        "XSCALE=1",
+        "-wo",        "YSCALE=1",
+        "-dstnodata", "nan"};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    GDALWarpAppOptions* options = GDALWarpAppOptionsNew(arguments.data(), nullptr);
+    GDALDatasetH source = GDALDataset::ToHandle(file_.get());
+    int usage_error = 0;
+    warped_.reset(
+        GDALDataset::FromHandle(GDALWarp("", nullptr, 1, &source, options, &usage_error)));
+    GDALWarpAppOptionsFree(options);
+    if (warped_) return {};
+    return fail(ErrorCode::io,
+                "cannot straighten rotated raster " + in_quotes(path_) + ": " + quiet.message());
 }
 
 Result<void> RasterReader::straighten() {
-    GDALDataset* dataset = file_.get();
     const QuietGdal quiet;
-    std::array<double, 6> transform{};
-    const bool placed = dataset->GetGeoTransform(transform.data()) == CE_None;
-    if (placed) {
-        TERRANE_TRY(check_geotransform(path_, transform));
-    }
-    const bool rotated = placed && (transform[2] != 0.0 || transform[4] != 0.0);
+    GDALDataset* dataset = file_.get();
     band_ = dataset->GetRasterBand(1);
-    if (rotated || (!placed && dataset->GetGCPCount() > 0)) {
-        std::vector<std::string> words = {
-            "-of",        "VRT",
-            "-ot",        has_float_numbers() ? "Float32" : "Float64",
-            "-r",         numbers_ == RasterNumbers::plain ? "near" : "bilinear",
-            "-dstnodata", "nan"};
-        std::vector<char*> arguments;
-        for (std::string& word : words) arguments.push_back(word.data());
-        arguments.push_back(nullptr);
-        GDALWarpAppOptions* options = GDALWarpAppOptionsNew(arguments.data(), nullptr);
-        GDALDatasetH source = GDALDataset::ToHandle(dataset);
-        int usage_error = 0;
-        warped_.reset(
-            GDALDataset::FromHandle(GDALWarp("", nullptr, 1, &source, options, &usage_error)));
-        GDALWarpAppOptionsFree(options);
-        if (!warped_) {
-            return fail(ErrorCode::io, "cannot straighten rotated raster " + in_quotes(path_) +
-                                           ": " + quiet.message());
-        }
-        dataset = warped_.get();
+    transform_ = geotransform_of(*dataset);
+    info_.placement = "a geotransform";
+    if (transform_) {
+        TERRANE_TRY(check_geotransform(path_, *transform_));
+        clear_rounding(*transform_);
     }
+    is_transposed_ = transform_ && (*transform_)[1] == 0.0 && (*transform_)[5] == 0.0;
+    const bool is_rotated =
+        transform_ && !is_transposed_ && ((*transform_)[2] != 0.0 || (*transform_)[4] != 0.0);
+    const int point_count = transform_ ? 0 : dataset->GetGCPCount();
+    if (is_transposed_) info_.placement += ", turned by 90 degrees";
+    if (is_rotated) info_.placement += ", rotated and resampled";
+    if (point_count > 0) {
+        info_.placement = std::to_string(point_count) + " ground control points, resampled";
+    }
+    if (is_rotated || point_count > 0) {
+        TERRANE_TRY(warp());
+        dataset = warped_.get();
+        transform_ = geotransform_of(*dataset);
+    }
+    TERRANE_TRY(check_placement());
     info_.columns = dataset->GetRasterXSize();
     info_.rows = dataset->GetRasterYSize();
+    if (is_transposed_) {
+        std::swap(info_.columns, info_.rows);
+        std::swap((*transform_)[1], (*transform_)[2]);
+        std::swap((*transform_)[4], (*transform_)[5]);
+    }
     if (numbers_ == RasterNumbers::heights && (info_.columns < 2 || info_.rows < 2)) {
         return fail(ErrorCode::bad_data,
                     "raster " + in_quotes(path_) + " has " + std::to_string(info_.columns) + " x " +
@@ -195,15 +255,15 @@ Result<void> RasterReader::straighten() {
 Result<void> RasterReader::find_place() {
     GDALDataset& dataset = warped_ ? *warped_ : *file_;
     const double columns = info_.columns, rows = info_.rows;
-    std::array<double, 6> transform{};
-    if (dataset.GetGeoTransform(transform.data()) != CE_None) {
-        transform = {0.0, 1.0, 0.0, rows, 0.0, -1.0};
-    }
+    const double side = reading_.cell > 0.0 ? reading_.cell : 1.0;
+    const std::array<double, 6> transform =
+        transform_.value_or(std::array<double, 6>{0.0, side, 0.0, rows * side, 0.0, -side});
     info_.centre_x = transform[0] + 0.5 * columns * transform[1];
     info_.centre_y = transform[3] + 0.5 * rows * transform[5];
     columns_go_west_ = transform[1] < 0.0;
     rows_go_north_ = transform[5] > 0.0;
-    if (const OGRSpatialReference* crs = dataset.GetSpatialRef(); crs != nullptr) {
+    const OGRSpatialReference* crs = transform_ ? dataset.GetSpatialRef() : nullptr;
+    if (crs != nullptr) {
         if (crs->GetName() != nullptr) info_.crs = crs->GetName();
         char* wkt = nullptr;
         if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
@@ -241,6 +301,7 @@ Result<void> RasterReader::find_place() {
 }
 
 bool RasterReader::has_float_numbers() const {
+    if (meaning_.is_encoded()) return true;  // 24 bits
     const GDALDataType type = band_->GetRasterDataType();
     constexpr int kWholeNumberBits = 24;  // a float's significand
     return type == GDT_Float32 ||
@@ -248,8 +309,10 @@ bool RasterReader::has_float_numbers() const {
 }
 
 std::string RasterReader::place_in_file(int column, int row) const {
-    return "column " + std::to_string(columns_go_west_ ? info_.columns - 1 - column : column) +
-           ", row " + std::to_string(rows_go_north_ ? row : info_.rows - 1 - row) +
+    int file_column = columns_go_west_ ? info_.columns - 1 - column : column;
+    int file_row = rows_go_north_ ? row : info_.rows - 1 - row;
+    if (is_transposed_) std::swap(file_column, file_row);
+    return "column " + std::to_string(file_column) + ", row " + std::to_string(file_row) +
            " of the file (both from 0)";
 }
 
@@ -257,9 +320,39 @@ Error RasterReader::too_high(double height, int column, int row) const {
     std::array<char, 240> text{};
     std::snprintf(text.data(), text.size(),
                   " has a height of %.6g m in %s, possible are "
-                  "%.3g to %.3g m; is it a nodata value that the file does not declare?",
+                  "%.3g to %.3g m; is it a nodata value that the file does not declare (--nodata)?",
                   height, place_in_file(column, row).c_str(), -kMostHeight, kMostHeight);
     return {ErrorCode::bad_data, "raster " + in_quotes(path_) + text.data()};
+}
+
+bool RasterReader::read_numbers(int file_x, int file_y, int columns, int rows,
+                                std::span<double> numbers_out,
+                                std::span<std::uint8_t> valid_out) const {
+    const auto read = [&](GDALRasterBand& band, GDALDataType type, void* out) {
+        const GSpacing bytes = GDALGetDataTypeSizeBytes(type);
+        const CPLErr status = is_transposed_
+                                  ? band.RasterIO(GF_Read, file_y, file_x, rows, columns, out, rows,
+                                                  columns, type, bytes * columns, bytes, nullptr)
+                                  : band.RasterIO(GF_Read, file_x, file_y, columns, rows, out,
+                                                  columns, rows, type, 0, 0, nullptr);
+        return status == CE_None;
+    };
+    if (meaning_.is_encoded()) {
+        std::vector<std::uint8_t> bytes(numbers_out.size());
+        std::ranges::fill(numbers_out, 0.0);
+        for (const int number : meaning_.bands) {
+            if (!read(*file_->GetRasterBand(number), GDT_Byte, bytes.data())) return false;
+            for (std::size_t i = 0; i < bytes.size(); ++i) {
+                numbers_out[i] = numbers_out[i] * 256.0 + bytes[i];
+            }
+        }
+    } else if (!read(*band_, GDT_Float64, numbers_out.data())) {
+        return false;
+    }
+    if (meaning_.is_signed_byte) {
+        for (double& number : numbers_out) number -= number > 127.0 ? 256.0 : 0.0;
+    }
+    return valid_out.empty() || read(*mask_, GDT_Byte, valid_out.data());
 }
 
 Result<void> RasterReader::read(int column, int row, int columns, int rows,
@@ -267,22 +360,20 @@ Result<void> RasterReader::read(int column, int row, int columns, int rows,
     const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
     std::vector<double> values(count);
     std::vector<std::uint8_t> valid(mask_ != nullptr ? count : 0);
-    const int file_column = columns_go_west_ ? info_.columns - column - columns : column;
-    const int file_row = rows_go_north_ ? row : info_.rows - row - rows;
+    const int file_x = columns_go_west_ ? info_.columns - column - columns : column;
+    const int file_y = rows_go_north_ ? row : info_.rows - row - rows;
     {
         const std::lock_guard lock(mutex_);
         const QuietGdal quiet;
-        CPLErr status = band_->RasterIO(GF_Read, file_column, file_row, columns, rows,
-                                        values.data(), columns, rows, GDT_Float64, 0, 0, nullptr);
-        if (status == CE_None && mask_ != nullptr) {
-            status = mask_->RasterIO(GF_Read, file_column, file_row, columns, rows, valid.data(),
-                                     columns, rows, GDT_Byte, 0, 0, nullptr);
-        }
-        if (status != CE_None) {
+        if (!read_numbers(file_x, file_y, columns, rows, values, valid)) {
             return fail(ErrorCode::io,
                         "cannot read raster " + in_quotes(path_) + ": " + quiet.message());
         }
     }
+    for (const double nodata : meaning_.nodata) {
+        std::ranges::replace(values, nodata, std::numeric_limits<double>::quiet_NaN());
+    }
+    const double scale = meaning_.scale, offset = meaning_.offset;
     for (int r = 0; r < rows; ++r) {
         const int from_r = rows_go_north_ ? r : rows - 1 - r;
         for (int c = 0; c < columns; ++c) {
@@ -292,7 +383,7 @@ Result<void> RasterReader::read(int column, int row, int columns, int rows,
                 static_cast<std::size_t>(from_c);
             const std::size_t to = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) +
                                    static_cast<std::size_t>(c);
-            const double number = values[from] * scale_ + offset_;
+            const double number = values[from] * scale + offset;
             const bool is_valid =
                 (valid.empty() || valid[from] != 0) && std::isfinite(values[from]);
             if (is_valid && numbers_ == RasterNumbers::heights &&

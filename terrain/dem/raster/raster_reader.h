@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "raster/height_numbers.h"
+
 #include <terrane/dem/dem_heights.h>
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -28,25 +33,22 @@ public:
 /// Registers GDAL's drivers, once.
 void register_drivers();
 
-/// Meaning of a raster's numbers.
-enum class RasterNumbers {
-    heights,  ///< in metres or another unit, which is converted; a rotated raster is interpolated between samples
-    plain,  ///< without a unit, possibly codes; a rotated raster is resampled by nearest neighbour
-};
-
 /// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
 class RasterReader {
 public:
     /// Opens any dataset that GDAL can open. Rotated rasters are read through GDAL's warped, unrotated view.
     ///
-    /// Fails: io if GDAL cannot open it; bad_data if there are fewer than 2 x 2 heights or the geometry is invalid
+    /// Fails: io if GDAL cannot open it; bad_data if there are fewer than 2 x 2 heights, the geometry is invalid, or
+    ///        the file does not say what its numbers mean
     static Result<std::unique_ptr<RasterReader>> open(
-        const std::string& path, RasterNumbers numbers = RasterNumbers::heights);
+        const std::string& path, RasterNumbers numbers = RasterNumbers::heights,
+        const NumberReading& reading = {});
     /// The same on a separate thread, with a timeout.
     ///
     /// Fails: as open(); timed_out
     static Result<std::unique_ptr<RasterReader>> open(
-        const std::string& path, double patience_s, RasterNumbers numbers = RasterNumbers::heights);
+        const std::string& path, double patience_s, RasterNumbers numbers = RasterNumbers::heights,
+        const NumberReading& reading = {});
     ~RasterReader();
     RasterReader(const RasterReader&) = delete;
     RasterReader& operator=(const RasterReader&) = delete;
@@ -72,8 +74,10 @@ public:
     /// Whether every number of the band, before scale and offset, is exact as a float.
     bool has_float_numbers() const;
     /// Metres per unit of the band's numbers, and the offset, metres.
-    double scale() const { return scale_; }
-    double offset() const { return offset_; }
+    double scale() const { return meaning_.scale; }
+    double offset() const { return meaning_.offset; }
+    const BandNumbers& meaning() const { return meaning_; }
+    const NumberReading& reading() const { return reading_; }
 
 private:
     struct CloseDataset {
@@ -83,17 +87,25 @@ private:
     RasterReader() = default;
     Result<void> find_place();
     Result<void> straighten();
-    void find_scale(GDALRasterBand& band);
+    Result<void> warp();
+    Result<void> check_placement();
+    /// Reads the numbers of a window, and whether GDAL's mask shows them as valid, in the order of the file.
+    bool read_numbers(int file_x, int file_y, int columns, int rows, std::span<double> numbers_out,
+                      std::span<std::uint8_t> valid_out) const;
     Error too_high(double height, int column, int row) const;
 
     std::string path_;
     RasterNumbers numbers_ = RasterNumbers::heights;
+    NumberReading reading_;
+    BandNumbers meaning_;
     DemInfo info_;
     std::unique_ptr<GDALDataset, CloseDataset> file_;
     std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< view of file_; closed before it
     GDALRasterBand* band_ = nullptr;
     GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
-    double scale_ = 1.0, offset_ = 0.0;
+    /// From raster coordinates to the CRS; absent: no georeferencing.
+    std::optional<std::array<double, 6>> transform_;
+    bool is_transposed_ = false;  ///< the file's rows run along the world's columns
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time
 };

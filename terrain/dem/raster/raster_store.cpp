@@ -3,6 +3,8 @@
 
 #include "raster/raster_checks.h"
 
+#include <terrane/base/text.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -189,10 +191,12 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
 
     double low = std::numeric_limits<double>::infinity(), high = -low;
     double most_off = 0.0;
+    ExtremeHeights extremes;
     std::vector<std::uint32_t> packed;
     progress.begin(kReadingShare, strip_count());
     TERRANE_TRY(for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
         packed.resize(strip.size());
+        const std::size_t first = width * static_cast<std::size_t>(south);
         for (std::size_t i = 0; i < strip.size(); ++i) {
             const double height = strip[i];
             packed[i] = packing_.pack(height);
@@ -200,6 +204,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
             if (std::isnan(height)) continue;
             low = std::min(low, height);
             high = std::max(high, height);
+            extremes.add(height, first + i);
             most_off = std::max(most_off, std::fabs(strip[i] - (height - packing_.base())));
         }
         const auto line = [&](int row) {
@@ -211,8 +216,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
         }
         if (!in_memory()) return;
         std::copy(packed.begin(), packed.end(),
-                  samples_.begin() +
-                      static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(south)));
+                  samples_.begin() + static_cast<std::ptrdiff_t>(first));
     }));
     voids_.finish();
     if (low > high) {
@@ -220,12 +224,36 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
                                              "\" has no valid sample, " + "all " +
                                              std::to_string(size) + " are nodata");
     }
+    TERRANE_TRY(check_extremes(extremes));
     info_.min_m = low;
     info_.max_m = high;
     info_.nodata_share = static_cast<double>(voids_.nodata_count()) / static_cast<double>(size);
     info_.filled_share = static_cast<double>(voids_.void_count()) / static_cast<double>(size);
     find_rounding(most_off);
     return {};
+}
+
+Result<void> RasterStore::check_extremes(const ExtremeHeights& extremes) const {
+    if (reader_->reading().nodata) return {};
+    const BandNumbers& meaning = reader_->meaning();
+    const auto suspects = extremes.undeclared_nodata(meaning.nodata_scale, meaning.nodata_offset);
+    if (suspects.empty()) return {};
+    std::string numbers;
+    for (const ExtremeHeights::Height& suspect : suspects) {
+        const double number =
+            number_of(suspect.height, meaning.nodata_scale, meaning.nodata_offset);
+        numbers += (numbers.empty() ? "" : ",") + exact_text(number);
+    }
+    const ExtremeHeights::Height& first = suspects.front();
+    const auto width = static_cast<std::size_t>(info_.columns);
+    const auto column = static_cast<int>(first.index % width);
+    const auto row = static_cast<int>(first.index / width);
+    return fail(ErrorCode::bad_data,
+                "raster \"" + reader_->path() + "\" has a height of " + number_text(first.height) +
+                    " m in " + reader_->place_in_file(column, row) +
+                    ", far from all others; is it a nodata value that the file does not declare? "
+                    "Give --nodata " +
+                    numbers + " if it is, otherwise --nodata none (DemSettings::nodata)");
 }
 
 /// @param of_packing  largest packing error of a sample, metres

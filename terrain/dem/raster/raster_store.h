@@ -56,6 +56,7 @@ struct StoreSettings {
     std::size_t limit_bytes = std::size_t{2} << 30;    ///< as DemSettings::memory_bytes
     double patience_s = 60.0;                          ///< as DemSettings::read_timeout
     DemCache bounds_cache = {};                        ///< see DemSettings::cache
+    NumberReading reading = {};                        ///< of the raster's numbers
 };
 
 /// The samples of a raster, with nodata filled: all finite, rows from south to north, heights relative to a base. They
@@ -109,6 +110,8 @@ private:
     void fill_memory();
     std::uint32_t filled(int column, int row) const;
     void find_rounding(double of_packing);
+    /// Fails: bad_data if the raster has numbers that are commonly nodata and far from all others
+    Result<void> check_extremes(const ExtremeHeights& extremes) const;
     /// Calls use(south, rows, heights) with strips of the raster in the order of the file, metres, NaN: no data.
     /// Drivers for text and for compressed files read a file sequentially and stop where it is damaged.
     template <typename Use>

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace terrane {
 
@@ -26,6 +27,14 @@ struct DemCache {
     std::string folder = {};    ///< folder of the cache; "": none
 };
 
+/// How the bands of a raster encode heights.
+enum class HeightEncoding {
+    automatic,  ///< the numbers of the first band; a band of colours is refused
+    numbers,    ///< the numbers of the first band, even if the file declares them as colours
+    terrarium,  ///< 8-bit red, green and blue: red * 256 + green + blue / 256 - 32768
+    mapbox,     ///< 8-bit red, green and blue: (red * 65536 + green * 256 + blue) / 10 - 10000
+};
+
 /// Settings of DemHeights::open(). Fixed once the source is open.
 struct DemSettings {
     /// Upper limit of the lattice's finest spacing, metres; 0: the raster's cell. If cells are square in metres, the
@@ -40,6 +49,20 @@ struct DemSettings {
     double detail_roughness = 1.0;
     /// A damaged or unwritable cache file is not an error: see DemInfo::cache_note.
     DemCache cache = {};
+
+    /// Unit of the numbers, such as "foot", in a spelling of GDAL, PROJ, EPSG or CF. Replaces the units of the band and
+    /// of the vertical CRS. "": the file's; metres if it names none.
+    std::string height_unit = {};
+    /// Factor of all heights, after the file's scale, offset and unit. Not 0; negative turns depths into heights.
+    double height_scale = 1.0;
+    /// Numbers that are nodata, besides those that the file declares: before scale, offset and unit; of an encoding,
+    /// the decoded heights. Absent: opening refuses a raster with numbers that are commonly nodata and far from all
+    /// others, such as -9999. Empty: these are heights.
+    std::optional<std::vector<double>> nodata = {};
+    /// How the bands encode heights.
+    HeightEncoding encoding = HeightEncoding::automatic;
+    /// Side of the cells of a raster without georeferencing, metres; 0: 1 m, with a note. Must be 0 for other rasters.
+    double cell = 0.0;
 
     /// Memory limit for opening the raster and for the source, bytes; rasters that need more are refused before they
     /// are read. A raster needs about 200 MiB, 1 byte per sample, and 4 more bytes per sample (128 MiB if it has over
@@ -73,6 +96,11 @@ struct DemInfo {
     /// Largest relative error of an east-west length, at the raster's northern or southern edge; 0 if the CRS is in
     /// metres; at most 9.
     double scale_error = 0.0;
+    /// What each of these was taken to be, and from where: "Int16", "foot, from the band", "up, assumed",
+    /// "-9999, declared", "geotransform".
+    std::string numbers, height_unit, vertical_axis, nodata, placement;
+    /// Assumptions about the meaning of the file, one sentence each; empty if the file says it all.
+    std::vector<std::string> notes;
     bool from_cache = false;  ///< whether bounds were read from the cache: DemSettings::cache
     /// Why a cache file was refused or not written, one sentence; "" if none was.
     std::string cache_note;
@@ -96,7 +124,8 @@ public:
     /// Opens a raster, with one pass over it for its bounds.
     ///
     /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a raster with fewer than 2 x 2
-    ///        samples or no valid one, a sample beyond kMostHeight (the message gives its position), complex numbers,
+    ///        samples or no valid one, a sample beyond kMostHeight (the message gives its position), undeclared nodata
+    ///        (DemSettings::nodata), colours, an unknown unit, several subdatasets, complex numbers,
     ///        cells without area or more than 32 times as long as wide, and a geographic raster that extends beyond a
     ///        pole or has a scale_error above 9; invalid_argument for settings out of range; out_of_memory above
     ///        memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by `progress`. The
