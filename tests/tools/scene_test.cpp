@@ -32,6 +32,23 @@ TEST(ParseScene, CountsPathsFromTheSceneFilesFolder) {
     EXPECT_EQ(banded->imagery->bands, (std::vector<int>{3, 2, 1}));
 }
 
+TEST(ParseScene, CountsTheFilesOfSubdatasetsFromTheSceneFilesFolder) {
+    const std::filesystem::path folder = testing::TempDir();
+    const std::string file = (folder / "sea.nc").string();
+    std::ofstream(file) << "some bytes";
+    for (const auto& [name, wanted] : std::vector<std::pair<std::string, std::string>>{
+             {"NETCDF:\"sea.nc\":depth", "NETCDF:\"" + file + "\":depth"},
+             {"NETCDF:sea.nc:depth", "NETCDF:" + file + ":depth"},
+             {"GTIFF_DIR:2:sea.nc", "GTIFF_DIR:2:" + file},
+             {"vrt://sea.nc?bands=2", "vrt://" + file + "?bands=2"},
+             {"NETCDF:\"" + file + "\":depth", "NETCDF:\"" + file + "\":depth"},
+             {"PG:dbname='ground'", "PG:dbname='ground'"},
+             {"sea.nc", file}}) {
+        EXPECT_EQ(raster_path(folder, name), wanted);
+    }
+    std::filesystem::remove(file);
+}
+
 TEST(ParseScene, TakesTheSettingsOfATerrain) {
     const CommandResult<TerrainOptions> scene =
         parse_scene(R"({"seed":7,"detail_m":0.5,"fractal":"warped","water_m":-2.5})", "one.json");
@@ -58,6 +75,11 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"seed":1,"imagery":{"file":"a.tif","band":1}})", "'imagery.band'"},
              {R"({"seed":1,"imagery":{"file":"a.tif","bands":[1,2]}})", "[1,2]"},
              {R"({"seed":1,"water_m":"deep"})", "water_m must be a number"},
+             {R"({"dem":"a.tif","height_unit":7})", "height_unit must be a unit, got 7"},
+             {R"({"dem":"a.tif","height_scale":0})", "height_scale"},
+             {R"({"dem":"a.tif","nodata":["x"]})", "nodata"},
+             {R"({"dem":"a.tif","encoding":"rgb"})", "terrarium or mapbox, got \"rgb\""},
+             {R"({"dem":"a.tif","cell_m":-1})", "cell_m"},
              {R"({"seed":)" + std::string(100'000, '['), "deeper than 64"},
              {"{}", "names no terrain"},
              {"[]", "one.json"},

@@ -67,6 +67,14 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
     }
     if (terrain.dem) {
         const DemInfo& dem = *terrain.dem;
+        // What each was taken to be, and from where; a baked terrain does not tell.
+        for (const auto& [key, text] : {std::pair{"numbers", &dem.numbers},
+                                        {"height_unit", &dem.height_unit},
+                                        {"vertical_axis", &dem.vertical_axis},
+                                        {"void", &dem.nodata},
+                                        {"placement", &dem.placement}}) {
+            if (!text->empty()) info[key] = *text;
+        }
         info["samples"] = {dem.columns, dem.rows};
         info["cell_m"] = {dem.cell_x, dem.cell_y};
         info["geographic"] = dem.geographic;
@@ -93,7 +101,9 @@ nlohmann::ordered_json list_volumes(nlohmann::ordered_json info) {
 
 CommandResult<void> run_info(const InfoOptions& options) {
     TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
-    const nlohmann::ordered_json info = describe(terrain);
+    nlohmann::ordered_json info = describe(terrain);
+    // Without --json they are lines on standard error.
+    if (options.json && terrain.dem) info["notes"] = terrain.dem->notes;
     print_summary(options.json ? info : list_volumes(info), options.json);
     return {};
 }

@@ -3,6 +3,7 @@
 
 #include "program/json_values.h"
 #include "scene/mesh_files.h"
+#include "scene/raster_options.h"
 
 #include <fmt/format.h>
 
@@ -47,7 +48,7 @@ Parsed<SurfaceRect> read_rect(const Json& object) {
 Parsed<SceneSurface> read_surface(const Json& value, const std::string& folder) {
     SceneSurface surface;
     if (value.is_string() && !value.get<std::string>().empty()) {
-        surface.raster = (std::filesystem::path(folder) / value.get<std::string>()).string();
+        surface.raster = raster_path(folder, value.get<std::string>());
         return surface;
     }
     if (!value.is_array()) {
@@ -77,7 +78,7 @@ Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) 
     if (!is_path(file)) {
         return wrong("imagery must be a path or an object with a file, got " + shown(value));
     }
-    imagery.raster = (std::filesystem::path(folder) / file.get<std::string>()).string();
+    imagery.raster = raster_path(folder, file.get<std::string>());
     if (!value.is_object() || !value.contains("bands")) return imagery;
     const Json& bands = value["bands"];
     const auto is_band = [](const Json& band) {

@@ -158,9 +158,9 @@ constexpr const char* kGdalCache_mb = "256";
 using Json = nlohmann::ordered_json;
 
 constexpr int kMaxNesting = 64;  // brackets in a scene file
-const std::array<std::string, 10> kSceneKeys{"dem",     "seed",    "fractal", "detail_m",
-                                             "bodies",  "surface", "volumes", "objects",
-                                             "water_m", "imagery"};
+const std::array<std::string, 15> kSceneKeys{
+    "dem",     "seed",    "fractal",     "detail_m",     "bodies", "surface",  "volumes", "objects",
+    "water_m", "imagery", "height_unit", "height_scale", "nodata", "encoding", "cell_m"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -235,11 +235,15 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     if (ChunkStore::is_store(options.dem)) {
         if (options.seed) return usage_error("--seed does not go with a baked terrain");
         if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
+        if (!options.raster.is_empty()) {
+            return usage_error(fmt::format("{} do not go with a baked terrain", kRasterFlags));
+        }
         TERRANE_TRY(Terrain baked, open_baked(options.dem));
         return begin_at(options.start, std::move(baked));
     }
     DemSettings settings;
     settings.detail_seed = options.seed;
+    options.raster.apply(settings);
     settings.finest_spacing = options.detail_m.value_or(options.seed ? 1.0 : 0.0);
     const std::optional<double> voxel = deciding_voxel(options);
     // keeps the default spacing of detail if it is fine enough for the voxel
@@ -263,17 +267,20 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         DemHeights::open(options.dem, settings, &info);
     if (!source) {
         if (source.error().code != ErrorCode::invalid_argument) return pass_on(source.error());
-        // finest_spacing is the only setting that comes from the command line: the message names its flag instead
+        // the message names the flag of a setting instead of its field
         std::string message = source.error().message;
-        constexpr std::string_view kArgument = "finest_spacing";
-        if (message.starts_with(kArgument)) {
-            message.replace(0, kArgument.size(), voxel ? "the finest voxel_m" : "--detail-m");
+        constexpr std::string_view kSpacing = "finest_spacing", kUnit = "height_unit";
+        if (message.starts_with(kSpacing)) {
+            message.replace(0, kSpacing.size(), voxel ? "the finest voxel_m" : "--detail-m");
+            return voxel ? failure(std::move(message)) : usage_error(std::move(message));
         }
-        return voxel ? failure(std::move(message)) : usage_error(std::move(message));
+        if (message.starts_with(kUnit)) message.replace(0, kUnit.size(), "--height-unit");
+        return usage_error(std::move(message));
     }
     if (!info.cache_note.empty()) {
         std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
     }
+    for (const std::string& note : info.notes) std::fprintf(stderr, "terrane: %s\n", note.c_str());
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
     return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});
@@ -350,8 +357,8 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
     fractal_option->default_str("")->type_name("KIND")->group("Terrain");
     CLI::Option* scene_option = app.add_option(
         "--scene", options.scene,
-        "The same choices in a JSON file, with the keys dem, seed, fractal and "
-        "detail_m; and bodies, "
+        "The same choices in a JSON file, with the keys dem, seed, fractal, "
+        "detail_m, height_unit, height_scale, nodata, encoding and cell_m; and bodies, "
         "which drop, drive and walk play, surface, the friction by place, "
         "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
         "show, and for pictures water_m, the level of water, and imagery, a raster of "
@@ -364,6 +371,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
            "folder, 'beside' the raster, or 'off'; without it the user's cache folder")
         ->type_name("DIR")
         ->group("Terrain");
+    add_raster_options(app, options.raster);
     std::optional<double>* const detail = &options.detail_m;
     app.add_option_function<std::string>(
            "--detail-m",
@@ -463,9 +471,8 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         };
         if (key == "dem") {
             if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
-            const std::string dem = value.get<std::string>();
             // GDAL's virtual paths (/vsizip/...) are absolute too
-            options.dem = (folder / dem).string();
+            options.dem = raster_path(folder, value.get<std::string>());
         } else if (key == "seed") {
             if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
             options.seed = value.get<std::uint64_t>();
@@ -499,7 +506,10 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             if (!objects) return failure(fmt::format("scene '{}': {}", path, objects.error()));
             if (!objects->meshes.empty())
                 options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
-        } else {
+        } else if (const Parsed<bool> is_raster_key = read_raster_key(key, value, options.raster);
+                   !is_raster_key) {
+            return wrong(is_raster_key.error().c_str());
+        } else if (!*is_raster_key) {
             return failure(fmt::format("scene '{}': unknown key '{}'{}", path, key,
                                        did_you_mean(key, kSceneKeys)));
         }
@@ -524,6 +534,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         scene.start = options.start;
         scene.dig_spacing = options.dig_spacing;
         scene.dem_memory_mb = options.dem_memory_mb;
+        scene.raster.override_by(options.raster);
         scene.cache = options.cache;
         TERRANE_TRY(Terrain terrain, open_terrain(scene));
         return play_scene(options.scene, std::move(scene), std::move(terrain));
@@ -536,6 +547,9 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
     }
     if (!options.dem.empty()) return open_dem(options);
     if (options.dem_memory_mb) return usage_error("--dem-memory-mb goes with --dem");
+    if (!options.raster.is_empty()) {
+        return usage_error(fmt::format("{} go with a raster (--dem)", kRasterFlags));
+    }
     if (options.seed) return open_fractal(options);
     return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
 }

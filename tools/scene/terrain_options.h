@@ -2,6 +2,7 @@
 #pragma once
 
 #include "program/command.h"
+#include "scene/raster_options.h"
 #include "scene/scene_bodies.h"
 #include "scene/scene_objects.h"
 #include "scene/scene_volumes.h"
@@ -66,6 +67,7 @@ struct TerrainOptions {
     std::string scene;                   ///< path of a JSON file; "" for none
     std::optional<double> detail_m;      ///< finest spacing, metres
     std::optional<double> dig_spacing = std::nullopt;  ///< spacing required for digging, metres
+    RasterOptions raster = {};                         ///< meaning of a raster's numbers
     std::optional<double> dem_memory_mb;  ///< memory limit for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
     std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
@@ -79,8 +81,8 @@ struct TerrainOptions {
     std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
 };
 
-/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --dem-memory-mb and --cache. `options`
-/// must outlive the app's parse().
+/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --dem-memory-mb, --cache and the flags of
+/// RasterOptions. `options` must outlive the app's parse().
 void add_terrain_options(CLI::App& app, TerrainOptions& options);
 
 /// A terrain selected on the command line.
@@ -120,8 +122,8 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `imagery` (read_imagery()) and `water_m` as optional keys; refuses other keys. Paths of files are relative to the
-/// folder of the scene file.
+/// `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys; refuses other keys. Paths of
+/// files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

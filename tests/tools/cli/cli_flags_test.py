@@ -15,7 +15,9 @@ WRONG_VALUES = {
     "info --seed 1": {"--detail-m": "0 -1 nan inf wide", "--world-m": "0 -5 nan inf 1e-9 5e9 x",
                       "--start-m": "nan,0 1 1,2,3 x,y inf,0 1e+300,0"},
     "info": {"--seed": "x1 -1"},
-    "info --dem none.tif": {"--dem-memory-mb": "0 -1 nan much", "--detail-m": "0"},
+    "info --dem none.tif": {"--dem-memory-mb": "0 -1 nan much", "--detail-m": "0", "--height-unit": "stone",
+                            "--height-scale": "0 nan x", "--nodata": "x 1,,2 nan", "--encoding": "rgb",
+                            "--cell-m": "0 -1 nan"},
     "mesh --seed 1": {"--budget": "-5 0 many", "--size": "0x100 100x0 -1x1 100", "--max-error-px": "0 nan",
                       "--fov-deg": "0 180 nan", "--eye": "nan,0,0 1,2", "--look": "1,2,inf", "--memory-mb": "0 -1"},
     "drop --seed 1": {"--count": "0 -1 1.5 two 1e3 99999999999999999999", "--dt": "0 -0.1 10.5 nan", "--seconds": "0 nan",
@@ -68,6 +70,9 @@ class WrongValues(Folder):
             *((arguments, "--start-m", "2147483648", "2200000000") for arguments in far),
             (["fly", "--seed", 7, "--world-m", 131072, "--start-m", "65537,0"], "--start-m", "65536"),
             (["info", "--seed", 1, "--dem-memory-mb", 5], "--dem-memory-mb"),
+            *((["info", "--seed", 1, *flag], flag[0], "--dem") for flag in (
+                ["--height-unit", "ft"], ["--height-scale", 2], ["--nodata", -9999], ["--encoding", "mapbox"],
+                ["--cell-m", 5])),
             (["info", "--seed", 5, "--preset", "fast"], "--preset is not a flag of info"),
             (["info", "--dem", self.path("a.tif"), "--world-m", 4096], "--world-m"),
             *(([command, "--seed", 1, *flags], *words) for command in ("fly", "drive", "drop") for flags, *words in (

@@ -3,7 +3,9 @@
 """The contract with scripts: help, keys, bad files; `terrane info`."""
 
 import os
+import struct
 import subprocess
+import zlib
 
 from program import PROGRAM, SMALL_WORLD, Folder, main, np, run, run_json
 
@@ -67,6 +69,38 @@ class Info(Folder):
         self.assertEqual(info["nodata_share"], 0)
         self.assertIn("crs", info)
         self.assertEqual(info["centre"], [500300, 4000225])
+
+    def test_what_the_numbers_of_a_raster_mean(self):
+        heights = np.full((9, 9), 100.0) + np.arange(9)
+        heights[4, 4], heights[4, 5] = -32768, -9999
+        raster = self.write_grid("voids.asc", heights, nodata=-1)
+        self.assert_refused(run("info", "--dem", raster), [1], "voids.asc", "-32768", "nodata", "--nodata -32768,-9999")
+        flags = ["--nodata", "-32768,-9999", "--height-unit", "ft", "--height-scale", 2]
+        info = run_json("info", "--dem", raster, *flags)
+        self.assertAlmostEqual(info["min_m"], 200 * 0.3048, places=9)
+        self.assertAlmostEqual(info["filled_share"], 2 / 81)
+        self.assertEqual([info[key] for key in ("height_unit", "vertical_axis", "void", "placement", "notes")],
+                         ["foot, as set; times 2, as set", "up, assumed",
+                          "-1, declared; -32768, as set; -9999, as set", "a geotransform", []])
+        keys = {"nodata": [-32768, -9999], "height_unit": "ft", "height_scale": 2}
+        of_scene = run_json("info", "--scene", self.scene(dem="vrt://voids.asc?bands=1", **keys))
+        self.assertEqual(of_scene["min_m"], info["min_m"])
+        self.assertEqual(run_json("info", "--scene", self.scene(dem="voids.asc", **keys), "--height-unit", "m")["min_m"], 200)
+        self.assertEqual(run_json("info", "--dem", raster, "--nodata", "none")["min_m"], -32768)
+        self.assert_refused(run("info", "--dem", raster, "--cell-m", 5), [1], "voids.asc", "--cell-m")
+        done = run("info", "--dem", self.picture())
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertIn("cells of 1 m (--cell-m) and numbers in metres (--height-scale) are assumed", done.stderr)
+
+    def picture(self):
+        """A grey PNG of 8 by 8 samples without georeferencing."""
+        def part(kind, data):
+            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        rows = b"".join(b"\0" + bytes(range(8 * row, 8 * row + 8)) for row in range(8))
+        with open(self.path("grey.png"), "wb") as file:
+            file.write(b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", 8, 8, 8, 0, 0, 0, 0)) +
+                       part(b"IDAT", zlib.compress(rows)) + part(b"IEND", b""))
+        return self.path("grey.png")
 
     def test_a_scene_is_the_same_terrain(self):
         _, raster = self.hills()
