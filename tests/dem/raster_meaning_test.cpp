@@ -13,6 +13,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +29,16 @@ RasterSpec ramp(int columns = 4, int rows = 3) {
             }};
 }
 
-/// Error of opening a raster; fails the test where it opens.
+/// Settings without fractal detail.
+DemSettings plain(std::string height_unit = {}, std::optional<std::vector<double>> nodata = {}) {
+    DemSettings settings;
+    settings.detail_seed = {};
+    settings.height_unit = std::move(height_unit);
+    settings.nodata = std::move(nodata);
+    return settings;
+}
+
+/// Error of opening a raster; fails the test if it opens.
 std::string refusal(const std::string& path, const DemSettings& settings = {}) {
     const auto source = DemHeights::open(path, settings);
     EXPECT_FALSE(source.has_value()) << path << " opened";
@@ -190,12 +200,11 @@ TEST_F(DemMeaning, AnUnknownUnitIsRefusedUnlessOneIsSet) {
         EXPECT_TRUE(has(message, std::string("\"") + unit + "\"") &&
                     has(message, "--height-unit") && has(message, "US survey foot"))
             << message;
-        const OpenedDem dem = open_dem(written(spec), {.detail_seed = {}, .height_unit = "feet"});
+        const OpenedDem dem = open_dem(written(spec), plain("feet"));
         EXPECT_NEAR(dem.info.max_m, 12.0 * kFoot, 1e-12);
         EXPECT_EQ(dem.info.height_unit, "foot, as set");
     }
-    EXPECT_TRUE(
-        has(refusal(written(ramp()), {.detail_seed = {}, .height_unit = "stone"}), "height_unit"));
+    EXPECT_TRUE(has(refusal(written(ramp()), plain("stone")), "height_unit"));
     EXPECT_TRUE(
         has(refusal(written(ramp()), {.detail_seed = {}, .height_scale = 0.0}), "height_scale"));
 }
@@ -353,12 +362,11 @@ TEST_F(DemMeaning, NumbersThatAreCommonlyNodataAreRefusedUntilDeclared) {
                         has(message, std::string("--nodata ") + tested.flag + " ") &&
                         has(message, "row 3 "))
                 << message;
-            const OpenedDem dem = open_dem(
-                path, {.detail_seed = {}, .nodata = std::vector{tested.first, tested.second}});
+            const OpenedDem dem =
+                open_dem(path, plain({}, std::vector{tested.first, tested.second}));
             EXPECT_GT(dem.info.min_m, 30.0);
             EXPECT_EQ(dem.info.filled_share, 2.0 / 63.0);
-            EXPECT_TRUE(
-                DemHeights::open(path, {.detail_seed = {}, .nodata = std::vector<double>()}));
+            EXPECT_TRUE(DemHeights::open(path, plain({}, std::vector<double>())));
         }
     }
     // The float nearest to the given number.
@@ -366,9 +374,7 @@ TEST_F(DemMeaning, NumbersThatAreCommonlyNodataAreRefusedUntilDeclared) {
     lowest.value = [](int column, int row) {
         return column == 2 && row == 2 ? -1e30 : 5.0 * column;
     };
-    EXPECT_EQ(
-        open_dem(written(lowest), {.detail_seed = {}, .nodata = std::vector{-1e30}}).info.min_m,
-        0.0);
+    EXPECT_EQ(open_dem(written(lowest), plain({}, std::vector{-1e30})).info.min_m, 0.0);
 }
 
 TEST_F(DemMeaning, HeightsThatReachSuchANumberAreNotRefused) {

@@ -104,8 +104,9 @@ std::shared_ptr<const ResidentSet> everything(const HeightSource& source) {
 
 /// Checks all answers, and returns the largest error bound.
 double check_answers(const std::string& path, const FileTruth& truth, std::mt19937& random) {
-    const auto [opened, info] =
-        open_dem(path, {.detail_seed = {}, .nodata = std::vector<double>()});
+    DemSettings settings;
+    settings.nodata = std::vector<double>();  // the limits of a type are heights here
+    const auto [opened, info] = open_dem(path, settings);
     const HeightSource& source = *opened;
     const auto resident = everything(source);
     const Ground ground(resident, source.lattice().finest_level);

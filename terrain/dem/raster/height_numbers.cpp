@@ -106,9 +106,11 @@ const HeightUnit* find_unit(std::string_view name) {
     const bool has_plural = compact.size() > 2 && compact.back() == 's';
     const std::string singular = has_plural ? compact.substr(0, compact.size() - 1) : compact;
     for (const HeightUnit& unit : kHeightUnits) {
-        const std::string spellings = " " + std::string(unit.spellings) + " ";
-        for (const std::string& spelling : {compact, singular}) {
-            if (spellings.find(" " + spelling + " ") != std::string::npos) return &unit;
+        std::string_view spellings = unit.spellings;
+        while (!spellings.empty()) {
+            const std::string_view spelling = spellings.substr(0, spellings.find(' '));
+            if (spelling == compact || spelling == singular) return &unit;
+            spellings.remove_prefix(std::min(spelling.size() + 1, spellings.size()));
         }
     }
     return nullptr;
@@ -117,12 +119,18 @@ const HeightUnit* find_unit(std::string_view name) {
 std::string known_units() {
     std::string known;
     for (const HeightUnit& unit : kHeightUnits) {
-        known += (known.empty() ? "" : ", ") + std::string(unit.name);
+        if (!known.empty()) known += ", ";
+        known += unit.name;
     }
     return known;
 }
 
-std::string quoted_name(std::string_view text) { return "\"" + std::string(text) + "\""; }
+std::string quoted_name(std::string_view text) {
+    std::string name = "\"";
+    name += text;
+    name += '"';
+    return name;
+}
 
 std::string named_raster(const std::string& path) { return "raster " + quoted_name(path); }
 

@@ -38,8 +38,8 @@ class RasterReader {
 public:
     /// Opens any dataset that GDAL can open. Rotated rasters are read through GDAL's warped, unrotated view.
     ///
-    /// Fails: io if GDAL cannot open it; bad_data if there are fewer than 2 x 2 heights, the geometry is invalid, or
-    ///        the file does not say what its numbers mean
+    /// Fails: io if GDAL cannot open it; bad_data for fewer than 2 x 2 heights, an invalid geometry, or if the
+    ///        file does not say what its numbers mean
     static Result<std::unique_ptr<RasterReader>> open(
         const std::string& path, RasterNumbers numbers = RasterNumbers::heights,
         const NumberReading& reading = {});

@@ -242,7 +242,8 @@ Result<void> RasterStore::check_extremes(const ExtremeHeights& extremes) const {
     for (const ExtremeHeights::Height& suspect : suspects) {
         const double number =
             number_of(suspect.height, meaning.nodata_scale, meaning.nodata_offset);
-        numbers += (numbers.empty() ? "" : ",") + exact_text(number);
+        if (!numbers.empty()) numbers += ',';
+        numbers += exact_text(number);
     }
     const ExtremeHeights::Height& first = suspects.front();
     const auto width = static_cast<std::size_t>(info_.columns);

@@ -53,7 +53,7 @@ struct DemSettings {
     /// Unit of the numbers, such as "foot", in a spelling of GDAL, PROJ, EPSG or CF. Replaces the units of the band and
     /// of the vertical CRS. "": the file's; metres if it names none.
     std::string height_unit = {};
-    /// Factor of all heights, after the file's scale, offset and unit. Not 0; negative turns depths into heights.
+    /// Factor of all heights, after the file's scale and offset and the unit. Not 0; negative makes depths heights.
     double height_scale = 1.0;
     /// Numbers that are nodata, besides those that the file declares: before scale, offset and unit; of an encoding,
     /// the decoded heights. Absent: opening refuses a raster with numbers that are commonly nodata and far from all
