@@ -12,35 +12,84 @@
 namespace terrane {
 namespace {
 
-// Sets the times of a track for a constant speed. Drops points that coincide with their predecessor.
-Result<void> retime(Track& track, double speed) {
+// The time of each point at a constant speed. Drops points that are not later than their predecessor.
+std::vector<double> times_at(double speed, Track& track) {
+    std::vector<double> times{0.0};
     std::vector<TrackPoint> points{track.points.front()};
-    points.front().time = 0.0;
     for (const TrackPoint& point : track.points) {
         const Eigen::Vector3d displacement = point.position_world - points.back().position_world;
         const double length =
             track.has_heights ? displacement.norm() : displacement.head<2>().norm();
-        if (!(length > 0.0)) continue;
+        const double time = times.back() + length / speed;
+        if (!(time > times.back())) continue;
+        times.push_back(time);
         points.push_back(point);
-        points.back().time = points[points.size() - 2].time + length / speed;
-    }
-    if (points.size() < 2) {
-        return fail(ErrorCode::invalid_argument, "a track whose points all coincide has no length");
     }
     track.points = std::move(points);
+    return times;
+}
+
+// Sets the times of a track for a constant speed.
+Result<void> retime(Track& track, double speed) {
+    const std::vector<double> times = times_at(speed, track);
+    if (times.size() < 2) {
+        return fail(ErrorCode::invalid_argument, "a track whose points all coincide has no length");
+    }
+    for (std::size_t i = 0; i < times.size(); ++i) track.points[i].time = times[i];
     track.has_times = true;
     return {};
 }
 
-// Smooths the positions of a track over about 3 s in both directions, because receivers round them to 1 or 2 m.
+// The point of a track at a time between two of its points; t is 0 at the first, 1 at the second.
+TrackPoint point_between(const TrackPoint& from, const TrackPoint& to, double t, double time) {
+    const double s = 1.0 - t;
+    TrackPoint point;
+    point.time = time;
+    point.position_world = s * from.position_world + t * to.position_world;
+    point.forward = s * from.forward + t * to.forward;
+    point.up = s * from.up + t * to.up;
+    return point;
+}
+
+// Smooths the positions of a recorded track, because receivers round them and err by metres: takes their means over
+// kSmoothTime on both sides, or over kSmoothLength if the track has no times, kSmoothings times. Intervals that are
+// longer than this get points near their ends, so that corners are rounded, and the middle of a pause keeps its place.
 void smooth_recorded(Track& track) {
-    const double mean_step =
-        track.points.back().time / static_cast<double>(track.points.size() - 1);
+    constexpr double kSmoothTime = 1.5;    // seconds
+    constexpr double kSmoothLength = 5.0;  // metres
+    constexpr int kSmoothings = 2;
+    std::vector<double> at;
+    if (track.has_times) {
+        for (const TrackPoint& point : track.points) at.push_back(point.time);
+    } else {
+        at = times_at(1.0, track);
+    }
+    if (at.size() < 2) return;
+    const double half_width = track.has_times ? kSmoothTime : kSmoothLength;
+    std::vector<TrackPoint> points{track.points.front()};
+    std::vector<double> point_at{at.front()};
+    for (std::size_t i = 1; i < at.size(); ++i) {
+        const double span = at[i] - at[i - 1];
+        const auto add = [&](double from_start) {
+            const double u = at[i - 1] + from_start;
+            if (!(u > point_at.back() && u < at[i])) return;
+            points.push_back(
+                point_between(track.points[i - 1], track.points[i], from_start / span, u));
+            point_at.push_back(u);
+        };
+        const int count = static_cast<int>(std::min(0.5 * span / half_width, 1.0 * kSmoothings));
+        for (int j = 1; j <= count; ++j) add(j * half_width);
+        for (int j = count; j >= 1; --j) add(span - j * half_width);
+        points.push_back(track.points[i]);
+        point_at.push_back(at[i]);
+    }
     std::vector<Eigen::Vector3d> positions;
-    for (const TrackPoint& point : track.points) positions.push_back(point.position_world);
-    positions = internal::smoothed(positions, static_cast<std::ptrdiff_t>(1.5 / mean_step));
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        track.points[i].position_world = positions[i];
+    for (const TrackPoint& point : points) positions.push_back(point.position_world);
+    for (int i = 0; i < kSmoothings; ++i) {
+        positions = internal::windowed_means(point_at, positions, half_width);
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) points[i].position_world = positions[i];
+    track.points = std::move(points);
 }
 
 Result<void> check_positive(const char* name, const std::optional<double>& value) {
@@ -147,11 +196,11 @@ Result<CameraPath> CameraPath::create(Track track, const HeightSource& source,
                                       const CameraPathSettings& settings) {
     TERRANE_TRY(check_settings(settings));
     TERRANE_TRY(track.validate());
+    if (track.is_recorded) smooth_recorded(track);
     if (!track.has_times || settings.speed) {
         const double speed = settings.speed.value_or(CameraPathSettings::kDefaultSpeed);
         TERRANE_TRY(retime(track, speed));
     }
-    if (track.is_recorded) smooth_recorded(track);
     const double length = track.points.back().time;
     const double left = length - settings.start;
     if (!(left > 0.0)) {

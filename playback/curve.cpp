@@ -42,34 +42,65 @@ CurvePoint SmoothCurve::at(double time) const {
     return point;
 }
 
+namespace {
+
+// The part of a rate that does not exceed twice the velocity over an adjacent interval, in plan, and is 0 to twice its
+// climb, in height.
+Eigen::Vector3d limited(Eigen::Vector3d rate, const Eigen::Vector3d& velocity) {
+    const double speed = rate.head<2>().norm(), most = 2.0 * velocity.head<2>().norm();
+    if (speed > most) rate.head<2>() *= most / speed;
+    const double climb = 2.0 * velocity.z();
+    rate.z() = std::clamp(rate.z(), std::min(0.0, climb), std::max(0.0, climb));
+    return rate;
+}
+
+}  // namespace
+
+// Distance from uniform motion. On a piece of h seconds with velocity v and rates a and b at its ends, let t go from 0
+// to 1 and s = 1 - t. The difference of the piece and of uniform motion is h s t (s (a - v) - t (b - v)).
+//   - With |a|, |b| <= 2 |v| it is at most h |v| s t (2 + |s - t|) <= 0.53 h |v|, and h |v| is the chord's length.
+//   - It is at most h / 4 max(|a - v|, |b - v|), which decides whether the piece is split.
+//   - A split leaves pieces of up to kBlendTime with the rate v at one end: h s^2 t |a - v| <= 4 / 27 * 3 h |v|, which
+//     is at most 1.34 s of motion.
+// Heights. Where each rate is 0 to three times v, the piece is monotone: F. N. Fritsch, R. E. Carlson. Monotone
+// piecewise cubic interpolation. SIAM Journal on Numerical Analysis 17(2), 1980.
 TrackCurve::TrackCurve(const Track& track) {
     TERRANE_ASSERT(track.has_times && track.points.size() >= 2, "the track must have times");
-    const std::size_t count = track.points.size();
-    times_.reserve(count);
-    values_.reserve(count);
-    for (const TrackPoint& point : track.points) {
-        times_.push_back(point.time);
-        values_.push_back(point.position_world);
-    }
-    rates_.resize(count);
-    const auto slope = [&](std::size_t i) {
-        return Eigen::Vector3d((values_[i + 1] - values_[i]) / (times_[i + 1] - times_[i]));
+    const std::vector<TrackPoint>& points = track.points;
+    const std::size_t last = points.size() - 1;
+    const auto span = [&](std::size_t i) { return points[i + 1].time - points[i].time; };
+    const auto velocity = [&](std::size_t i) {
+        return Eigen::Vector3d((points[i + 1].position_world - points[i].position_world) / span(i));
     };
-    for (std::size_t i = 1; i + 1 < count; ++i) {
-        const double before = times_[i] - times_[i - 1];
-        const double after = times_[i + 1] - times_[i];
-        // Zero rate at points next to a standstill, to avoid overshoot.
-        const bool stands = values_[i] == values_[i - 1] || values_[i] == values_[i + 1];
-        rates_[i] =
-            stands ? Eigen::Vector3d::Zero()
-                   : Eigen::Vector3d((after * slope(i - 1) + before * slope(i)) / (before + after));
+    std::vector<Eigen::Vector3d> rates(points.size(), velocity(0));
+    for (std::size_t i = 1; i < last; ++i) {
+        const double before = span(i - 1), after = span(i);
+        const Eigen::Vector3d slope =
+            (after * velocity(i - 1) + before * velocity(i)) / (before + after);
+        rates[i] = limited(limited(slope, velocity(i - 1)), velocity(i));
     }
-    if (count == 2) {
-        rates_[0] = rates_[1] = slope(0);
-    } else {
-        rates_[0] = 2.0 * slope(0) - rates_[1];
-        rates_[count - 1] = 2.0 * slope(count - 2) - rates_[count - 2];
+    if (last > 1) {
+        rates[0] = limited(2.0 * velocity(0) - rates[1], velocity(0));
+        rates[last] = limited(2.0 * velocity(last - 1) - rates[last - 1], velocity(last - 1));
     }
+    for (std::size_t i = 0; i < last; ++i) {
+        const TrackPoint& from = points[i];
+        const TrackPoint& to = points[i + 1];
+        const Eigen::Vector3d v = velocity(i);
+        add_knot(from.time, from.position_world, rates[i]);
+        const double turn = std::max((rates[i] - v).norm(), (rates[i + 1] - v).norm());
+        if (!(0.25 * span(i) * turn > kMostDrift * v.norm())) continue;
+        const double blend = std::min(kBlendTime, 0.5 * span(i));
+        add_knot(from.time + blend, from.position_world + blend * v, v);
+        if (span(i) > 2.0 * kBlendTime) add_knot(to.time - blend, to.position_world - blend * v, v);
+    }
+    add_knot(points[last].time, points[last].position_world, rates[last]);
+}
+
+void TrackCurve::add_knot(double time, const Eigen::Vector3d& value, const Eigen::Vector3d& rate) {
+    times_.push_back(time);
+    values_.push_back(value);
+    rates_.push_back(rate);
 }
 
 CurvePoint TrackCurve::at(double time) const {
@@ -81,10 +112,49 @@ CurvePoint TrackCurve::at(double time) const {
     const double span = times_[i + 1] - times_[i];
     const double t = (time - times_[i]) / span;
     const double s = 1.0 - t;
-    return {s * s * (1.0 + 2.0 * t) * values_[i] + t * t * (1.0 + 2.0 * s) * values_[i + 1] +
+    // Relative to the first point, so that equal coordinates of both give the same one between them.
+    const Eigen::Vector3d chord = values_[i + 1] - values_[i];
+    return {values_[i] + t * t * (1.0 + 2.0 * s) * chord +
                 span * (s * s * t * rates_[i] - t * t * s * rates_[i + 1]),
-            6.0 * s * t / span * (values_[i + 1] - values_[i]) + s * (s - 2.0 * t) * rates_[i] +
+            6.0 * s * t / span * chord + s * (s - 2.0 * t) * rates_[i] +
                 t * (t - 2.0 * s) * rates_[i + 1]};
+}
+
+std::vector<Eigen::Vector3d> windowed_means(const std::vector<double>& at,
+                                            const std::vector<Eigen::Vector3d>& points,
+                                            double half_width) {
+    const std::size_t last = points.size() - 1;
+    TERRANE_ASSERT(last >= 1 && at.size() == points.size(), "a polyline has two points");
+    const double begin = at.front(), end = at.back();
+    const double half = std::min(half_width, 0.5 * (end - begin));
+    // Integrals from the first point, relative to its position.
+    const auto relative = [&](std::size_t i) { return Eigen::Vector3d(points[i] - points[0]); };
+    std::vector<Eigen::Vector3d> sums(points.size(), Eigen::Vector3d::Zero());
+    for (std::size_t i = 1; i <= last; ++i) {
+        sums[i] = sums[i - 1] + 0.5 * (at[i] - at[i - 1]) * (relative(i - 1) + relative(i));
+    }
+    const auto inside = [&](double u) {
+        const auto after = std::upper_bound(at.begin() + 1, at.end() - 1, u);
+        const auto i = static_cast<std::size_t>(after - at.begin()) - 1;
+        const double t = std::clamp((u - at[i]) / (at[i + 1] - at[i]), 0.0, 1.0);
+        return Eigen::Vector3d(sums[i] +
+                               t * (at[i + 1] - at[i]) *
+                                   ((1.0 - 0.5 * t) * relative(i) + 0.5 * t * relative(i + 1)));
+    };
+    // The integrals of the two reflections lead back to integrals inside.
+    const auto integral = [&](double u) {
+        if (u < begin) return inside(2.0 * begin - u);
+        if (u <= end) return inside(u);
+        return Eigen::Vector3d(2.0 * (u - end) * relative(last) + inside(2.0 * end - u));
+    };
+    std::vector<Eigen::Vector3d> result;
+    result.reserve(points.size());
+    for (const double u : at) {
+        result.emplace_back(points[0] + (integral(u + half) - integral(u - half)) / (2.0 * half));
+    }
+    result.front() = points.front();  // without the rounding
+    result.back() = points.back();
+    return result;
 }
 
 std::vector<double> smoothed(std::vector<double> values, std::ptrdiff_t half_width) {

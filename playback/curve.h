@@ -35,11 +35,21 @@ private:
     std::vector<Eigen::Vector3d> control_;
 };
 
-/// Interpolates the points of a track by cubic Hermite segments. The rate at a point is the slope of the parabola
-/// through this point and its two neighbours (Catmull-Rom for non-uniform times); zero where the track stands still.
-/// Constant before the first and after the last point.
+/// Interpolates the points of a track by cubic Hermite pieces: once continuously differentiable, constant before the
+/// first and after the last point. The rate at a point is the slope of the parabola through this point and its two
+/// neighbours (Catmull-Rom for uneven times), limited in plan to twice the speed over both adjacent intervals, and in
+/// height to 0 to twice the climb over both. So whatever the intervals, with the chord and the velocity between two
+/// points:
+///   - the curve is at most 0.53 times the length of the chord from the point that moves uniformly along the chord, and
+///     at most kMostDrift seconds times the velocity;
+///   - its height is between the heights of the two points.
+/// Where plain pieces would go beyond kMostDrift, as at a corner between long intervals, the curve follows the middle
+/// of the chord exactly, and differs from the chord only within kBlendTime of the points.
 class TrackCurve {
 public:
+    static constexpr double kMostDrift = 1.5;  ///< seconds of motion
+    static constexpr double kBlendTime = 3.0;  ///< seconds
+
     TrackCurve() = default;
     /// Requires a track with times.
     explicit TrackCurve(const Track& track);
@@ -48,10 +58,22 @@ public:
     double duration() const { return times_.empty() ? 0.0 : times_.back(); }
 
 private:
+    void add_knot(double time, const Eigen::Vector3d& value, const Eigen::Vector3d& rate);
+
     std::vector<double> times_;
     std::vector<Eigen::Vector3d> values_;
     std::vector<Eigen::Vector3d> rates_;
 };
+
+/// The means of a polyline over `half_width` before and after each of its points. Beyond its ends the polyline
+/// continues as its point reflection about the end, so that both ends keep their places; `half_width` is limited to
+/// half of the polyline's range. A point moves by at most half_width / 2 times the polyline's greatest rate, and rates
+/// do not grow. Requires two points or more. Cost: O(size log size).
+///
+/// @param at parameters of the points, such as times, strictly increasing
+std::vector<Eigen::Vector3d> windowed_means(const std::vector<double>& at,
+                                            const std::vector<Eigen::Vector3d>& points,
+                                            double half_width);
 
 /// Moving average over `half_width` neighbours on both sides, applied three times: close to a Gaussian, with support
 /// 3 * half_width. End values are repeated beyond the ends. Cost: O(size).

@@ -62,13 +62,28 @@ Result<std::string> read_text(const std::string& path) {
     return text;
 }
 
-// Merges points of equal times into their mean; fails for decreasing times.
-Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& path) {
-    std::vector<RawPoint> ordered;
+// Fails for decreasing times. Points without a time are left out.
+Result<void> check_order(const RawTrack& track, const std::string& path) {
+    const RawPoint* last = nullptr;
+    for (const RawPoint& point : track.points) {
+        if (!track.has_times || !point.has_time) continue;
+        if (last != nullptr && point.time < last->time) {
+            return refuse_line(path, point.line,
+                               "time goes back from " + number_text(last->time) + " to " +
+                                   number_text(point.time) + " s");
+        }
+        last = &point;
+    }
+    return {};
+}
+
+// Merges points of equal times into their mean.
+void merge_times(std::vector<RawPoint>& points) {
+    std::vector<RawPoint> merged;
     for (std::size_t i = 0; i < points.size();) {
         RawPoint mean = points[i];
         std::size_t next = i + 1;
-        for (; next < points.size() && points[next].time == mean.time; ++next) {
+        for (; next < points.size() && points[next].time <= mean.time; ++next) {
             mean.x += points[next].x;
             mean.y += points[next].y;
             mean.z += points[next].z;
@@ -77,16 +92,81 @@ Result<void> order_in_time(std::vector<RawPoint>& points, const std::string& pat
         mean.x /= count;
         mean.y /= count;
         mean.z /= count;
-        if (next < points.size() && points[next].time < mean.time) {
-            return refuse_line(path, points[next].line,
-                               "time goes back from " + number_text(mean.time) + " to " +
-                                   number_text(points[next].time) + " s");
-        }
-        ordered.push_back(mean);
+        merged.push_back(mean);
         i = next;
     }
-    points = std::move(ordered);
-    return {};
+    points = std::move(merged);
+}
+
+// One value of each point of a track, and whether the point has it.
+struct PointValues {
+    std::vector<double> values;
+    std::vector<bool> known;
+
+    PointValues(const std::vector<RawPoint>& points, double RawPoint::*member,
+                bool RawPoint::*has_member) {
+        for (const RawPoint& point : points) {
+            values.push_back(point.*member);
+            known.push_back(point.*has_member);
+        }
+    }
+    std::size_t missing() const {
+        return static_cast<std::size_t>(std::ranges::count(known, false));
+    }
+};
+
+// Fills the times of the points without one, by the distance `along` the track. Before the first and after the last
+// known time the track goes on at its mean speed.
+void fill_times(RawTrack& track, const std::vector<double>& along) {
+    PointValues time(track.points, &RawPoint::time, &RawPoint::has_time);
+    const std::size_t count = track.points.size(), missing = time.missing();
+    if (!track.has_times || missing == 0) return;
+    if (missing + 1 == count) {
+        track.has_times = false;
+        track.notes.push_back("only 1 of " + number_text(count) +
+                              " points has a time: the track is taken to have none");
+        return;
+    }
+    std::size_t first = 0, last = count - 1;
+    while (!time.known[first]) ++first;
+    while (!time.known[last]) --last;
+    const double length = along[last] - along[first];
+    const double pace = length > 0.0 ? (time.values[last] - time.values[first]) / length : 0.0;
+    time.values[0] = time.values[first] - pace * (along[first] - along[0]);
+    time.values[count - 1] = time.values[last] + pace * (along[count - 1] - along[last]);
+    time.known[0] = time.known[count - 1] = true;
+    internal::fill_unknown(along, time.known, time.values);
+    for (std::size_t i = 0; i < count; ++i) track.points[i].time = time.values[i];
+    track.notes.push_back(number_text(missing) + " of " + number_text(count) +
+                          " points have no time: filled by their distance from those around");
+}
+
+// Fills the heights of the points without one, by time, or by the distance `along` a track without times.
+void fill_heights(RawTrack& track, const std::vector<double>& along) {
+    PointValues height(track.points, &RawPoint::z, &RawPoint::has_height);
+    const std::size_t missing = height.missing();
+    if (!track.has_heights || missing == 0) return;
+    const PointValues time(track.points, &RawPoint::time, &RawPoint::has_time);
+    internal::fill_unknown(track.has_times ? time.values : along, height.known, height.values);
+    for (std::size_t i = 0; i < track.points.size(); ++i) track.points[i].z = height.values[i];
+    track.notes.push_back(number_text(missing) + " of " + number_text(track.points.size()) +
+                          " points have no height: filled from those around");
+}
+
+// The distance of each point from the first along the track, in plan, metres.
+std::vector<double> distances(const std::vector<RawPoint>& points) {
+    std::vector<double> along{0.0};
+    for (std::size_t i = 1; i < points.size(); ++i) {
+        along.push_back(along.back() +
+                        std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y));
+    }
+    return along;
+}
+
+std::string join(const std::vector<std::string>& clauses) {
+    std::string text;
+    for (const std::string& clause : clauses) text += (text.empty() ? "" : "; ") + clause;
+    return text;
 }
 
 Result<void> project(std::vector<RawPoint>& points, const GeoReference& reference,
@@ -155,22 +235,29 @@ Result<Track> read_track(const std::string& path, const GeoReference& reference)
     TERRANE_TRY(RawTrack raw, format->read(text, path));
 
     std::vector<RawPoint>& points = raw.points;
-    if (raw.has_times) {
-        TERRANE_TRY(order_in_time(points, path));
-    }
-    if (points.size() < 2) {
-        return fail(ErrorCode::bad_data,
-                    path + ": a track needs two points or more, got " + number_text(points.size()));
-    }
+    const auto check_count = [&]() -> Result<void> {
+        if (points.size() >= 2) return {};
+        return fail(ErrorCode::bad_data, path + ": a track needs two points or more, got " +
+                                             number_text(points.size()) +
+                                             (raw.notes.empty() ? "" : ": " + join(raw.notes)));
+    };
+    TERRANE_TRY(check_order(raw, path));
+    TERRANE_TRY(check_count());
     if (format->is_geographic) {
         TERRANE_TRY(project(points, reference, path));
     }
+    const std::vector<double> along = distances(points);
+    fill_times(raw, along);
+    fill_heights(raw, along);
+    if (raw.has_times) merge_times(points);
+    TERRANE_TRY(check_count());
 
     Track track;
     track.has_times = raw.has_times;
     track.has_heights = raw.has_heights;
     track.has_orientations = raw.has_orientations;
     track.is_recorded = format->is_geographic;
+    if (!raw.notes.empty()) track.note = path + ": " + join(raw.notes);
     track.points.reserve(points.size());
     for (const RawPoint& point : points) {
         track.points.push_back({raw.has_times ? point.time - points.front().time : 0.0,

@@ -74,6 +74,15 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
     return columns;
 }
 
+// Whether a field says that nothing was measured: it is empty or "nan".
+bool is_no_value(std::string_view field) {
+    return field.empty() || field == "nan" || field == "NaN" || field == "NAN";
+}
+
+bool has_any_height(const RawTrack& track) {
+    return std::ranges::any_of(track.points, [](const RawPoint& p) { return p.has_height; });
+}
+
 /// Parses the whole text as a finite number.
 std::optional<double> parse_plain(std::string_view text) {
     double value = 0.0;
@@ -116,6 +125,27 @@ tl::unexpected<Error> refuse_line(const std::string& path, long line, const std:
     return fail(ErrorCode::bad_data, path + ": line " + number_text(line) + ": " + what);
 }
 
+void fill_unknown(const std::vector<double>& at, const std::vector<bool>& known,
+                  std::vector<double>& values) {
+    const std::size_t count = values.size();
+    std::size_t before = count;  // index of the last known value; count: none yet
+    for (std::size_t i = 0; i <= count; ++i) {
+        if (i < count && !known[i]) continue;
+        for (std::size_t j = before == count ? 0 : before + 1; j < i; ++j) {
+            if (before == count || i == count) {
+                values[j] = values[before == count ? i : before];
+                continue;
+            }
+            const double span = at[i] - at[before];
+            const double share =
+                span > 0.0 ? std::clamp((at[j] - at[before]) / span, 0.0, 1.0)
+                           : static_cast<double>(j - before) / static_cast<double>(i - before);
+            values[j] = (1.0 - share) * values[before] + share * values[i];
+        }
+        before = i;
+    }
+}
+
 Result<void> for_each_line(const std::string& text,
                            const std::function<Result<void>(std::string_view, long)>& take) {
     constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
@@ -154,8 +184,13 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
                                                                      {columns->y, &point.y},
                                                                      {columns->z, &point.z}}};
         constexpr std::array<const char*, 4> kNames{"time_s", "x_m", "y_m", "z_m"};
+        constexpr std::size_t kHeight = 3;
         for (std::size_t i = 0; i < wanted.size(); ++i) {
             if (wanted[i].first == Columns::kNone) continue;
+            if (i == kHeight && is_no_value(fields[columns->z])) {
+                point.has_height = false;
+                continue;
+            }
             const std::optional<double> value = parse_number(fields[wanted[i].first]);
             if (!value) {
                 return refuse_line(path, number,
@@ -169,7 +204,7 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
     };
     TERRANE_TRY(for_each_line(text, take));
     track.has_times = columns && columns->time != Columns::kNone;
-    track.has_heights = columns && columns->z != Columns::kNone;
+    track.has_heights = columns && columns->z != Columns::kNone && has_any_height(track);
     return track;
 }
 
@@ -276,6 +311,14 @@ std::string_view without_prefix(std::string_view name) {
     return colon == std::string_view::npos ? name : name.substr(colon + 1);
 }
 
+// Elevations by which programs mark missing ones; no receiver has been there.
+constexpr std::array<double, 3> kNoElevations{-9999.0, -32768.0, -99999.0};
+
+// "3 of 60 points"
+std::string share_of(std::size_t part, std::size_t whole, const char* things) {
+    return number_text(part) + " of " + number_text(whole) + " " + things;
+}
+
 // State shared by the callbacks of expat.
 struct GpxReading {
     XML_Parser parser = nullptr;
@@ -285,8 +328,8 @@ struct GpxReading {
     bool in_point = false;
     int depth = 0;  // nesting depth inside the point
     std::string text;
-    std::size_t points_with_height = 0;
-    std::size_t points_with_time = 0;
+    std::string fix;  // of the point: "none", "2d", "3d", "dgps", "pps"; "" if it does not say
+    std::size_t without_fix = 0;
 
     void refuse(const std::string& what) {
         if (error) return;
@@ -312,25 +355,40 @@ struct GpxReading {
         if (!longitude || !latitude) return refuse("a trkpt needs the attributes lat and lon");
         point.x = *longitude;
         point.y = *latitude;
+        point.has_time = point.has_height = false;
         track.points.push_back(point);
         in_point = true;
         depth = 0;
+        fix.clear();
+    }
+
+    void end_point() {
+        in_point = false;
+        if (fix == "2d") track.points.back().has_height = false;
+        if (fix != "none") return;
+        track.points.pop_back();
+        ++without_fix;
     }
 
     void end_child(std::string_view name) {
         const std::string_view value = trimmed(text);
-        if (name == "ele") {
+        if (name == "fix") {
+            fix = value;
+        } else if (is_no_value(value)) {
+            return;
+        } else if (name == "ele") {
             const std::optional<double> height = parse_number(value);
             if (!height) return refuse("ele must be a number of metres, got " + quoted(value));
+            if (std::ranges::find(kNoElevations, *height) != kNoElevations.end()) return;
             track.points.back().z = *height;
-            ++points_with_height;
+            track.points.back().has_height = true;
         } else if (name == "time") {
             const std::optional<double> time = parse_iso_time(value);
             if (!time) {
                 return refuse("time must be like 2008-05-04T12:52:47Z, got " + quoted(value));
             }
             track.points.back().time = *time;
-            ++points_with_time;
+            track.points.back().has_time = true;
         }
     }
 };
@@ -349,7 +407,7 @@ void on_end(void* data, const XML_Char* name) {
     GpxReading& reading = *static_cast<GpxReading*>(data);
     if (!reading.in_point) return;
     if (reading.depth == 0) {
-        reading.in_point = false;
+        reading.end_point();
     } else if (--reading.depth == 0) {
         reading.end_child(without_prefix(name));
     }
@@ -407,16 +465,78 @@ Result<RawTrack> read_gpx(const std::string& text, const std::string& path) {
         if (is_last) break;
     }
     RawTrack track = std::move(reading.track);
-    track.has_heights = reading.points_with_height == track.points.size();
-    track.has_times = reading.points_with_time == track.points.size();
+    track.has_heights = has_any_height(track);
+    track.has_times = std::ranges::any_of(track.points, &RawPoint::has_time);
+    if (reading.without_fix > 0) {
+        track.notes.push_back(
+            share_of(reading.without_fix, track.points.size() + reading.without_fix, "points") +
+            " are left out, because they have no fix");
+    }
     return track;
 }
 
+namespace {
+
+// The altitudes of an IGC file's fixes, metres.
+struct IgcAltitudes {
+    std::vector<double> times, gnss, pressure;
+    std::vector<bool> is_3d;  // validity A: the GNSS altitude was measured
+};
+
+// Sets the heights of a track from the altitudes of its fixes. A GNSS altitude is measured if the fix is 3D and, in a
+// file with other GNSS altitudes, not 0 at a pressure altitude far from 0. Others come from the pressure altitude,
+// shifted by the difference of both in the measured fixes before and after, or else from these fixes themselves.
+void set_igc_heights(const IgcAltitudes& fixes, RawTrack& track) {
+    constexpr double kMostPressureError = 400.0;  // metres: of 970 to 1060 hPa at sea level
+    const auto is_set = [](double altitude) { return altitude != 0.0; };
+    const bool has_gnss = std::ranges::any_of(fixes.gnss, is_set);
+    const bool has_pressure = std::ranges::any_of(fixes.pressure, is_set);
+    const std::size_t count = fixes.times.size();
+    std::vector<bool> measured(count), compared(count);
+    std::vector<double> height = fixes.gnss, shift(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        measured[i] = fixes.is_3d[i] && has_gnss &&
+                      (is_set(fixes.gnss[i]) || std::abs(fixes.pressure[i]) < kMostPressureError);
+        compared[i] = measured[i] && is_set(fixes.pressure[i]);
+        shift[i] = fixes.gnss[i] - fixes.pressure[i];
+    }
+    const auto known = static_cast<std::size_t>(std::ranges::count(measured, true));
+    const std::size_t missing = count - known;
+    track.has_heights = known > 0 || has_gnss || has_pressure;
+    if (!track.has_heights) {
+        track.notes.emplace_back("no fix has an altitude");
+    } else if (known == 0) {
+        if (has_pressure) height = fixes.pressure;
+        std::string note =
+            "all fixes are 2D (validity V): heights are their GNSS altitudes all the same";
+        if (has_pressure) note = "no fix has a GNSS altitude: heights are pressure altitudes";
+        track.notes.push_back(std::move(note));
+    } else if (missing > 0) {
+        const bool can_compare = std::ranges::count(compared, true) > 0;
+        if (can_compare) fill_unknown(fixes.times, compared, shift);
+        std::size_t by_pressure = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (measured[i] || !can_compare || !is_set(fixes.pressure[i])) continue;
+            height[i] = fixes.pressure[i] + shift[i];
+            measured[i] = true;
+            ++by_pressure;
+        }
+        fill_unknown(fixes.times, measured, height);
+        track.notes.push_back(share_of(missing, count, "fixes") +
+                              " have no GNSS altitude: " + number_text(by_pressure) +
+                              " are filled from the pressure altitude, " +
+                              number_text(missing - by_pressure) + " from the fixes around");
+    }
+    for (std::size_t i = 0; i < count; ++i) track.points[i].z = height[i];
+}
+
+}  // namespace
+
 Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
     RawTrack track;
-    track.has_times = track.has_heights = true;
-    std::vector<double> pressure_altitudes;
-    bool has_gnss_altitudes = false;
+    track.has_times = true;
+    IgcAltitudes altitudes;
+    std::size_t without_position = 0;
     double midnights = 0.0;
     const auto take = [&](std::string_view line, long number) -> Result<void> {
         if (line.empty() || line.front() != 'B') return {};
@@ -435,6 +555,8 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
         const auto latitude = parse_igc_angle(line.substr(7, 8), 'N', 'S');
         const auto longitude = parse_igc_angle(line.substr(15, 9), 'E', 'W');
         if (!latitude || !longitude) return refuse("no latitude and longitude");
+        const char validity = line[24];
+        if (validity != 'A' && validity != 'V') return refuse("no validity A or V");
         const auto pressure = parse_igc_altitude(line.substr(25, 5));
         const auto gnss = parse_igc_altitude(line.substr(30, 5));
         if (!pressure || !gnss) return refuse("no altitudes");
@@ -445,17 +567,24 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
         }
         point.x = *longitude;
         point.y = *latitude;
-        point.z = *gnss;
-        has_gnss_altitudes = has_gnss_altitudes || *gnss != 0.0;
-        pressure_altitudes.push_back(*pressure);
+        if (validity == 'V' && *longitude == 0.0 && *latitude == 0.0) {
+            ++without_position;  // before a receiver's first fix
+            return {};
+        }
+        altitudes.times.push_back(point.time);
+        altitudes.gnss.push_back(*gnss);
+        altitudes.pressure.push_back(*pressure);
+        altitudes.is_3d.push_back(validity == 'A');
         track.points.push_back(point);
         return {};
     };
     TERRANE_TRY(for_each_line(text, take));
-    if (!has_gnss_altitudes) {
-        for (std::size_t i = 0; i < track.points.size(); ++i)
-            track.points[i].z = pressure_altitudes[i];
+    if (without_position > 0) {
+        track.notes.push_back(
+            share_of(without_position, track.points.size() + without_position, "fixes") +
+            " are left out, because they have no position");
     }
+    if (!track.points.empty()) set_igc_heights(altitudes, track);
     return track;
 }
 

@@ -20,13 +20,16 @@ struct RawPoint {
     double z = 0.0;
     Eigen::Vector3d forward = Eigen::Vector3d::UnitY();
     Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    bool has_time = true;    ///< whether the point has a time, in a track with times
+    bool has_height = true;  ///< whether the point has a measured height, in a track with heights
 };
 
 struct RawTrack {
     std::vector<RawPoint> points;
-    bool has_times = false;
-    bool has_heights = false;
+    bool has_times = false;    ///< whether any point has a time
+    bool has_heights = false;  ///< whether any point has a measured height
     bool has_orientations = false;
+    std::vector<std::string> notes;  ///< what the reader filled in or left out, one clause each
 };
 
 /// Readers, one per format. `text` is the content of the file, `path` is for messages. They fail with bad_data, naming
@@ -35,6 +38,14 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path);
 Result<RawTrack> read_tum(const std::string& text, const std::string& path);
 Result<RawTrack> read_gpx(const std::string& text, const std::string& path);
 Result<RawTrack> read_igc(const std::string& text, const std::string& path);
+
+/// Fills values that are unknown: linearly in `at` between the known values before and after, and with the nearest
+/// known value before the first and after the last one. Requires a known value.
+///
+/// @param at    such as times; where two known values have the same, or decreasing, `at`, indices take its place
+/// @param known [values.size()] whether a value is known
+void fill_unknown(const std::vector<double>& at, const std::vector<bool>& known,
+                  std::vector<double>& values);
 
 /// Calls `take` with each trimmed line and its number from 1; stops when `take` fails.
 Result<void> for_each_line(const std::string& text,

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 
 namespace terrane {
@@ -198,6 +199,149 @@ TEST_F(TrackTest, IgcWithoutGnssAltitudesUsesPressure) {
     ASSERT_TRUE(track) << track.error().message;
     EXPECT_EQ(track->points[0].position_world.z(), 332.0);
     EXPECT_EQ(track->points[1].position_world.z(), -10.0);
+}
+
+// One fix each second to the east; `fix(i)` is the validity and both altitudes.
+std::string igc_of(int count, const std::function<std::string(int)>& fix) {
+    std::string text;
+    for (int i = 0; i < count; ++i) {
+        const std::string second = std::to_string(100 + i).substr(1);
+        text += "B1200" + second + "4130000N01230" + "0" + second + "E" + fix(i) + "\n";
+    }
+    return text;
+}
+
+TEST_F(TrackTest, IgcFixesWithoutAGnssAltitudeAreFilledOneByOne) {
+    struct Case {
+        std::string odd;  // of the fixes 20 to 24 of 60
+        double height;    // that they get
+        std::string note;
+        std::string others = "A0100001050";
+    };
+    for (const auto& [odd, height, note, others] : {
+             Case{"V0100000000", 1050.0,
+                  "5 of 60 fixes have no GNSS altitude: 5 are filled from the pressure"},
+             Case{"V0110000000", 1150.0, "5 of 60"},  // 100 m above the others
+             Case{"V0110009999", 1150.0, "5 of 60"},  // 2D whatever the field says
+             Case{"A0100000000", 1050.0, "5 of 60"},  // no flight is at 0 m and 1000 m
+             Case{"V0000000000", 1050.0,
+                  "0 are filled from the pressure altitude, 5 from the fixes around"},
+             Case{"V0000000000", 1050.0, "5 from the fixes around", "A0000001050"},  // no barometer
+             Case{"A0020000000", 0.0, "", "A0020000010"},                            // over the sea
+             Case{"A-010000000", 0.0, "", "A0020000010"},
+         }) {
+        const std::string text =
+            igc_of(60, [&](int i) { return i >= 20 && i < 25 ? odd : others; });
+        const Result<Track> track = read_track(write("a.igc", text), degrees());
+        ASSERT_TRUE(track) << track.error().message;
+        ASSERT_EQ(track->points.size(), 60u);
+        const double usual = others == "A0020000010" ? 10.0 : 1050.0;
+        for (std::size_t i = 0; i < 60; ++i) {
+            EXPECT_NEAR(track->points[i].position_world.z(), i >= 20 && i < 25 ? height : usual,
+                        1e-9)
+                << odd << " " << i;
+        }
+        EXPECT_NE(track->note.find(note), std::string::npos) << track->note;
+        EXPECT_EQ(track->note.empty(), note.empty()) << track->note;
+    }
+}
+
+TEST_F(TrackTest, IgcFixesWithoutAPositionAreLeftOut) {
+    const std::string fix = "4130000N01230000EA0100001050\n";
+    const std::string text = "B1200000000000N00000000EV0100000000\nB120001" + fix + "B120002" + fix;
+    const Result<Track> track = read_track(write("a.igc", text), degrees());
+    ASSERT_TRUE(track) << track.error().message;
+    EXPECT_EQ(track->points.size(), 2u);
+    EXPECT_NE(track->note.find("a.igc: 1 of 3 fixes are left out, because they have no position"),
+              std::string::npos)
+        << track->note;
+    EXPECT_NE(refusal("a.igc", "B1200004130000N01230000EX0100001050\n", degrees())
+                  .find("no validity A or V"),
+              std::string::npos);
+}
+
+TEST_F(TrackTest, IgcFilesOf2DFixesOnlyUseWhatTheyHave) {
+    const auto read = [&](const std::string& fix) {
+        return read_track(write("a.igc", igc_of(3, [&](int) { return fix; })), degrees()).value();
+    };
+    EXPECT_EQ(read("V0100001050").points[1].position_world.z(), 1000.0);
+    EXPECT_EQ(read("V0000001050").points[1].position_world.z(), 1050.0);
+    const Track nothing = read("V0000000000");
+    EXPECT_FALSE(nothing.has_heights);
+    EXPECT_NE(nothing.note.find("no fix has an altitude"), std::string::npos);
+}
+
+TEST_F(TrackTest, GpxPointsWithoutAHeightOrTimeAreFilledOneByOne) {
+    const auto point = [](int i, const std::string& content) {
+        return "<trkpt lat=\"41.5\" lon=\"12.50" + std::to_string(10 + i) + "\">" + content +
+               "</trkpt>\n";
+    };
+    const auto time = [](int i) {
+        return "<time>2020-05-04T12:0" + std::to_string(i) + ":00Z</time>";
+    };
+    const auto height = [](int i) { return "<ele>" + std::to_string(1500 + 10 * i) + "</ele>"; };
+    // Ten points one minute and 10 m of height apart; `odd` is the content of the fifth.
+    const auto read = [&](const std::string& odd, int odd_index = 4) {
+        std::string text;
+        for (int i = 0; i < 10; ++i) text += point(i, i == odd_index ? odd : height(i) + time(i));
+        return read_track(write("a.gpx", gpx(text)), degrees()).value();
+    };
+    for (const std::string none :
+         {"", "<ele/>", "<ele> </ele>", "<ele>NaN</ele>", "<ele>-9999</ele>", "<ele>-32768</ele>",
+          "<ele>0</ele><fix>2d</fix>"}) {
+        const Track track = read(none + time(4));
+        ASSERT_TRUE(track.has_heights) << none;
+        for (std::size_t i = 0; i < 10; ++i) {
+            EXPECT_NEAR(track.points[i].position_world.z(), 1500.0 + 10.0 * static_cast<double>(i),
+                        1e-9);
+        }
+        EXPECT_NE(track.note.find("1 of 10 points have no height"), std::string::npos)
+            << track.note;
+    }
+    for (const int odd : {0, 4, 9}) {
+        for (const std::string none : {"", "<time/>"}) {
+            const Track track = read(height(odd) + none, odd);
+            ASSERT_TRUE(track.has_times);
+            ASSERT_EQ(track.points.size(), 10u);
+            for (std::size_t i = 0; i < 10; ++i) {
+                EXPECT_NEAR(track.points[i].time, 60.0 * static_cast<double>(i), 1e-5) << odd;
+            }
+            EXPECT_NE(track.note.find("1 of 10 points have no time"), std::string::npos);
+        }
+    }
+    EXPECT_EQ(read(height(4) + time(4) + "<fix>3d</fix>").note, "");
+    const Track without_fix = read(height(4) + time(4) + "<fix>none</fix>");
+    EXPECT_EQ(without_fix.points.size(), 9u);
+    EXPECT_NE(without_fix.note.find("1 of 10 points are left out"), std::string::npos);
+}
+
+TEST_F(TrackTest, TracksWithTooFewValuesHaveNone) {
+    const std::string bare = "<trkpt lat=\"41.5\" lon=\"12.5\"/><trkpt lat=\"41.5\" lon=\"12.6\"/>";
+    const Track none = read_track(write("a.gpx", gpx(bare)), degrees()).value();
+    EXPECT_FALSE(none.has_times);
+    EXPECT_FALSE(none.has_heights);
+    EXPECT_EQ(none.note, "");
+    const std::string timed =
+        "<trkpt lat=\"41.5\" lon=\"12.4\"><time>2020-05-04T12:00:00Z</time></trkpt>";
+    const Track one = read_track(write("a.gpx", gpx(timed + bare)), degrees()).value();
+    EXPECT_FALSE(one.has_times);
+    EXPECT_EQ(one.points.size(), 3u);
+    EXPECT_NE(one.note.find("only 1 of 3 points has a time"), std::string::npos);
+    // known times that decrease are refused at the point that has them, whatever is filled between
+    const std::string early =
+        "\n<trkpt lat=\"41.5\" lon=\"12.7\"><time>2020-05-04T11:00:00Z</time></trkpt>";
+    const std::string message = refusal("a.gpx", gpx(timed + bare + early), degrees());
+    EXPECT_NE(message.find("line 4: time goes back"), std::string::npos) << message;
+}
+
+TEST_F(TrackTest, CsvHeightsMayBeMissing) {
+    const Track track =
+        read_track(write("a.csv", "time_s,x_m,y_m,z_m\n0,0,0,10\n1,1,0,\n3,2,0,nan\n4,3,0,50\n"))
+            .value();
+    EXPECT_EQ(track.points[1].position_world.z(), 20.0);
+    EXPECT_EQ(track.points[2].position_world.z(), 40.0);
+    EXPECT_NE(track.note.find("2 of 4 points have no height"), std::string::npos);
+    EXPECT_FALSE(read_track(write("b.csv", "time_s,x_m,y_m,z_m\n0,0,0,\n1,1,0,\n"))->has_heights);
 }
 
 TEST_F(TrackTest, TumRotationsTurnTheCamerasAxes) {

@@ -114,7 +114,8 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     add_flight_options(*drive, *options);
     drive->footer(
         "Waits for ground before the first frame only: a vehicle whose ground is late is parked\n"
-        "until it is there, and that is counted. The bodies of a --scene are in its way.\n"
+        "until it is there, and that is counted. The bodies of a --scene are in its way. A path\n"
+        "that starts or leads where there is no ground is refused.\n"
         "Example: terrane drive --dem tools/data/jacksboro.tif --seed 7 --vehicle six-wheeler\n"
         "         --crates 40 --video --out out/drive");
     drive->callback(
@@ -178,7 +179,8 @@ void add_walk_command(CLI::App& app, CommandContext& context) {
     add_flight_options(*walk, *options);
     walk->footer(
         "The character pushes crates that it can move, climbs steps, and walks around what stops\n"
-        "it. The bodies of a --scene are in its way too.\n"
+        "it. The bodies of a --scene are in its way too. A path that starts or leads where there\n"
+        "is no ground is refused.\n"
         "Example: terrane walk --dem tools/data/jacksboro.tif --seed 7 --crates 40 --video --out "
         "out/walk");
     walk->callback([&context, options] { context.run = [options] { return run_walk(*options); }; });

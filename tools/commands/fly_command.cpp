@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "flight/flight_options.h"
 #include "flight/flight_output.h"
+#include "flight/path_ground.h"
 #include "frames/frame_maker.h"
 #include "frames/paging_storage.h"
 #include "program/command.h"
@@ -16,9 +17,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -81,6 +84,18 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
     return {};
 }
 
+// Prints a note if parts of a path are not over ground.
+Result<void> note_lack_of_ground(const FlyOptions& options, const CameraPath& path,
+                                 const Terrain& terrain) {
+    TERRANE_TRY(const PathGround ground, find_ground_under(lines_of(path), terrain));
+    if (ground.is_complete()) return {};
+    const std::string note =
+        fmt::format("the path '{}' {}; {:.6g} of its {:.6g} m have no ground", options.path,
+                    describe_lack(ground, terrain), ground.off_ground, ground.length);
+    std::fprintf(stderr, "terrane: %s\n", note.c_str());
+    return {};
+}
+
 CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) {
     TERRANE_TRY(check(options));
     TERRANE_TRY(refuse_idle_flags(
@@ -96,6 +111,7 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
                                                   .start = options.start,
                                                   .seconds = given(options.seconds)}));
     TERRANE_TRY(const std::size_t frame_count, count_frames(options.fps, path.duration()));
+    TERRANE_TRY(note_lack_of_ground(options, path, terrain));
     const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, terrain);
     TERRANE_TRY(const auto source,
                 storage ? with_volumes(terrain, storage)
@@ -160,7 +176,8 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
     fly->add_flag("--verify", options->verify,
                   "Measure each frame's error and movement by brute force: slow");
     fly->footer(
-        "Before the first frame it waits for what that frame needs; after that never.\n"
+        "Before the first frame it waits for what that frame needs; after that never. A note says\n"
+        "where the path has no ground under it, and what was filled in a track.\n"
         "Example: terrane fly --dem tools/data/jacksboro.tif --seed 7 --path canyon --video --out "
         "out/flight");
     fly->callback([&context, options, fly] {

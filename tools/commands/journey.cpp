@@ -2,6 +2,7 @@
 #include "commands/journey.h"
 
 #include "flight/flight_options.h"
+#include "flight/path_ground.h"
 #include "flight/pictures.h"
 #include "program/progress.h"
 
@@ -28,7 +29,7 @@ Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& 
         if (!settings.speed) settings.speed = usual_speed;
         return CameraPath::create(options.path, *terrain.source, planned_in(terrain, settings));
     }
-    TERRANE_TRY(Track track, read_track(options.path, make_geo_reference(terrain.dem)));
+    TERRANE_TRY(Track track, open_track(options.path, terrain));
     if (!track.has_times && !settings.speed) settings.speed = usual_speed;
     return follow_track(std::move(track), *terrain.source, settings);
 }
@@ -63,6 +64,13 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
         return pass_on(
             {ErrorCode::invalid_argument,
              fmt::format("the path '{}' is shorter than {} m", options.path, 2.0 * kSpacing)});
+    }
+    TERRANE_TRY(const PathGround ground, find_ground_under({&points, 1}, terrain));
+    if (!ground.is_complete()) {
+        return pass_on(
+            {ErrorCode::invalid_argument,
+             fmt::format("the path '{}' {}{}", options.path, describe_lack(ground, terrain),
+                         ground.first_along > 0.0 ? ": end it before with --seconds" : "")});
     }
     const double mean_speed = std::clamp(length / path.duration(), 1.0, kGreatestMean);
     return DrivePlan{.path = Polyline(std::move(points)),

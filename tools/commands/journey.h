@@ -26,7 +26,8 @@ struct DrivePlan {
 };
 
 /// The plan for a camera path or track, projected onto the horizontal plane. Fails with exit_usage for too many frames;
-/// with exit_failed for paths that jump, have no two points 1 m apart, or cannot be read.
+/// with exit_failed for paths that jump, have no two points 1 m apart, start or lead where no ground is, or cannot
+/// be read.
 ///
 /// @param usual_speed speed if neither the options nor a track's times give one, m/s
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,

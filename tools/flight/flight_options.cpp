@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,14 @@ GeoReference make_geo_reference(const std::optional<DemInfo>& dem) {
     reference.why_not =
         dem->crs.empty() ? "this raster has no CRS" : "this raster's CRS is " + dem->crs;
     return reference;
+}
+
+Result<Track> open_track(const std::string& path, const Terrain& terrain) {
+    Result<Track> track = read_track(path, make_geo_reference(terrain.dem));
+    if (track && !track->note.empty()) {
+        std::fprintf(stderr, "terrane: %s\n", track->note.c_str());
+    }
+    return track;
 }
 
 Result<CameraPath> follow_track(Track track, const HeightSource& source,
@@ -123,7 +132,7 @@ Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
     if (!names_track_file(name)) {
         return CameraPath::create(name, *terrain.source, planned_in(terrain, settings));
     }
-    TERRANE_TRY(Track track, read_track(name, make_geo_reference(terrain.dem)));
+    TERRANE_TRY(Track track, open_track(name, terrain));
     return follow_track(std::move(track), *terrain.source, settings);
 }
 

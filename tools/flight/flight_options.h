@@ -21,6 +21,9 @@ namespace terrane::tools {
 /// Mapping of longitudes and latitudes to the world of a raster, or the reason why there is none.
 GeoReference make_geo_reference(const std::optional<DemInfo>& dem);
 
+/// read_track() over a terrain. Prints the track's note.
+Result<Track> open_track(const std::string& path, const Terrain& terrain);
+
 /// CameraPath::create() for a track. An error of the setting `start` names its flag, --start-s.
 Result<CameraPath> follow_track(Track track, const HeightSource& source,
                                 const CameraPathSettings& settings);

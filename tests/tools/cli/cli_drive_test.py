@@ -63,6 +63,63 @@ class Drive(Folder):
         coarse = run(*arguments, "--ruts", "--detail-m", 5)
         self.assert_refused(coarse, [2], "--ruts need a finest spacing of at most 0.5 m, got 5")
 
+    def test_paths_that_start_or_lead_off_the_ground_are_refused_with_distances(self):
+        flat = self.flat()  # -200 to 200 m, -100 to 100 m
+        heights = np.zeros((40, 80))
+        heights[:, 60:] = -9999
+        half = self.write_grid("half.asc", heights, cell=5.0)  # no data in the east of 100 m
+
+        def track(*points):
+            return self.write("track.csv", "x_m,y_m\n" + "".join(f"{x},{y}\n" for x, y in points))
+
+        for command in ("drive", "walk"):
+            for raster, points, *words in (
+                    (flat, [(458150, 5429300), (458200, 5429300)], "track.csv' starts where there is no ground",
+                     "at x 458150 m, y 5429300 m, 5.44848e+06 m from the terrain",
+                     "x -200 to 200 m and y -100 to 100 m"),
+                    # in the units of the raster's CRS
+                    (flat, [(500190, 4000100), (500250, 4000100)], "starts where there is no ground",
+                     "metres from the raster's centre, which is 500200, 4000100 in its CRS"),
+                    (flat, [(-150, 0), (350, 0)], "leaves the ground after 35", "of its 499", "--seconds"),
+                    (flat, [(-150, 0), (250, 0), (150, 50)], "leaves the ground after 35"),
+                    (half, [(150, 0), (0, 0)], "starts where there is no ground, at x 150 m, y 0 m"),
+                    (half, [(0, 0), (180, 0)], "leaves the ground after ", "of its 180", "at x ")):
+                with self.subTest((command, points)):
+                    arguments = (command, "--dem", raster, "--path", track(*points), "--speed", 20, *SMALL)
+                    self.assert_refused(run(*arguments), [1], *words)
+        self.assert_refused(run("drive", "--dem", flat, "--seconds", 90, *SMALL), [1],
+                            "the path 'straight' leaves the ground after ", " of its 10", "--seconds")
+        for points in ([(-190, -90), (190, 90)], [(0, 0), (80, 0)]):
+            run_json("walk", "--dem", half if points[0][0] == 0 else flat, "--path", track(*points), "--seconds", 1,
+                     *SMALL)
+
+    def test_a_flight_off_the_ground_is_noted_with_distances(self):
+        flat = self.flat()
+        track = self.write("track.csv", "time_s,x_m,y_m,z_m\n0,0,0,50\n1,100,0,50\n4,400,0,50\n")
+        flight = ("fly", "--dem", flat, *SMALL)
+        done = run(*flight, "--path", track)
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"^terrane: the path '.*track.csv' leaves the ground after 20\d(\.\d*)? of its "
+                                      r"400 m, at x 20\d.*; (19\d|20\d)(\.\d*)? of its 400 m have no ground\n$")
+        self.assertEqual(run(*flight, "--path", track, "--seconds", 1.5).stderr, "")
+        jumps = run(*flight, "--path", "teleports", "--seconds", 8, "--speed", 5)  # jumps have no length
+        self.assertEqual(jumps.stderr, "")
+
+    def test_what_a_track_lacks_is_filled_and_noted(self):
+        lacks = self.write("track.csv", "time_s,x_m,y_m,z_m\n0,0,0,50\n1,50,0,\n2,100,0,50\n")
+        out = self.path("out")
+        done = run("fly", "--dem", self.flat(), "--path", lacks, *SMALL, "--out", out)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (0, 1))
+        self.assertIn("track.csv: 1 of 3 points have no height: filled from those around", done.stderr)
+        self.assertLess(np.abs(self.columns()["eye_z_m"] - 50).max(), 1e-9)
+
+    def test_a_drive_along_a_track_with_a_pause_stays_on_it(self):
+        track = self.write("stop.csv", "time_s,x_m,y_m,z_m\n0,0,0,500\n1,10,0,495\n601,11,0,495\n602,21,0,495\n")
+        run_json("drive", "--dem", self.flat(), "--path", track, "--seconds", 60, *SMALL, "--out", self.path("out"))
+        x = self.columns()["body_x_m"]
+        self.assertGreater(x.min(), -5)
+        self.assertLess(x.max(), 21 + 5)
+
     def test_many_crates_lie_at_rest(self):
         many = run_json("drive", "--dem", self.flat(), "--seconds", 4, *SMALL, "--crates", 600)
         self.assertEqual(many["fell_through"] + many["left_world"] + many["parked"], 0)

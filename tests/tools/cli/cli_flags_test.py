@@ -238,7 +238,7 @@ class Limits(Folder):
             (["drop", *SMALL_WORLD, "--restore", self.folder], "cannot restore", "not a file"),
             (["drop", *SMALL_WORLD, "--restore", empty], "cannot restore", "empty.csv"),
             (["page", "--seed", 1, "--memory-mb", 0.5], "--memory-mb"),
-            (["drive", "--dem", small, "--crates", 5000], "5000 crates", "free ground"),
+            (["drive", "--dem", small, "--seconds", 4, "--crates", 5000], "5000 crates", "free ground"),
             (["trade", "--dial", "root", "--dem", self.path("no.tif")], "no.tif"),
             (["trade", "--compare", self.path("no.json"), "b"], "cannot read", "no.json")], [1])
 

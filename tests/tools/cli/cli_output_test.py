@@ -137,7 +137,7 @@ def size_of(path):
 
 
 class Interrupted(Folder):
-    LONG = [*SMALL, "--seconds", 600]
+    LONG = [*SMALL, "--seconds", 600, "--path", "orbit"]
 
     def interrupt(self, command, file, number=signal.SIGINT, lead=4096):
         """Runs a command, and signals it when it has written part of a file."""

@@ -59,6 +59,13 @@ struct CameraPathSettings {
 /// high above the smoothed ground, and higher where it would be less than half the altitude above the ground. Otherwise
 /// a recorded track is raised to a clearance of 2 m, and the heights of other tracks are used as they are.
 ///
+/// A track is followed along a smooth curve through its points, whose velocity is continuous. Whatever the intervals of
+/// the points, compared with uniform motion along the straight line between two points, the curve is off by up to 0.53
+/// times the distance of the points, and by at most 1.5 s of that motion; the track's own heights stay between the
+/// heights of the two points. A recorded track is smoothed before, by its times, or by its length if it has none;
+/// its ends keep their places. It is then off by at most 3 s of the fastest motion in the 8 s before and after; without
+/// times, smoothing moves it by at most 5 m. If a speed is set, times follow from the smoothed positions.
+///
 /// Immutable, cheap to copy. Threads: any number
 class CameraPath {
 public:

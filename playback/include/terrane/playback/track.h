@@ -26,6 +26,8 @@ struct Track {
     bool has_orientations = false;   ///< whether forward and up are valid
     /// Recorded by a receiver: positions are rounded and noisy, and heights refer to another datum than the ground's.
     bool is_recorded = false;
+    /// What read_track() filled in or left out, in one line that names the file; "" for nothing.
+    std::string note;
 
     /// Fails: invalid_argument, naming the point, for fewer than two points, numbers that are not finite, and times
     ///        that do not start at 0 and increase strictly
@@ -46,14 +48,19 @@ struct GeoReference {
 ///
 ///   .csv   lines of numbers under a header that names the columns x_m and y_m and optionally time_s and z_m (or
 ///          eye_x_m and so on, so that a frames.csv can be replayed); other columns are ignored. Without a header, the
-///          columns are time_s,x_m,y_m,z_m
-///   .gpx   the track points (trkpt) of all segments in order; heights (ele) and times if all points have them
-///   .igc   the fixes (B records); heights are GNSS altitudes, or pressure altitudes if all of those are 0
+///          columns are time_s,x_m,y_m,z_m. A z_m that is empty or nan is missing
+///   .gpx   the track points (trkpt) of all segments in order, with heights (ele) and times. A height is missing if
+///          there is none, if it is -9999, -32768 or -99999, or if the fix is 2d; points whose fix is none are left out
+///   .igc   the fixes (B records); heights are GNSS altitudes. One is missing if the fix is 2D (validity V), or if it
+///          is 0 where others are not and the pressure altitude is beyond 400 m. Without any GNSS altitude, heights are
+///          pressure altitudes. Fixes of validity V at longitude and latitude 0 have no position and are left out
 ///   .tum   lines of "time x y z qx qy qz qw", metres in the world; the rotation takes camera axes
 ///          (x right, y down, z forward) to world axes. Lines that start with # are comments
 ///
-/// GPX and IGC coordinates are converted to world metres by the reference. Points of equal times are merged into their
-/// mean.
+/// GPX and IGC coordinates are converted to world metres by the reference. Missing values are filled one by one, and
+/// Track::note counts them: heights linearly in time between the points around, of IGC fixes from the pressure altitude
+/// shifted like the fixes around; times by the distance between the points around. If no point has a height, or fewer
+/// than two have a time, the track has none. Points of equal times are merged into their mean.
 ///
 /// Fails: io if the file cannot be read; bad_data, naming file, line and value, if a line is invalid, times decrease,
 ///        or fewer than two points remain; invalid_argument for another extension, or for longitudes and latitudes if
