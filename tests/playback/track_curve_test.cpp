@@ -131,8 +131,8 @@ TEST(TrackCurves, StayWithinTheirBoundsOfThePolylineWhateverTheIntervals) {
         SCOPED_TRACE(name);
         const CameraPath path = follow(track);
         double worst_chord = 0.0, worst_seconds = 0.0, worst_height = 0.0;
-        for_each_time(track, [&](std::size_t i, double time) {
-            const TrackPoint &from = track.points[i], &to = track.points[i + 1];
+        for_each_time(track, [&, &points = track.points](std::size_t i, double time) {
+            const TrackPoint &from = points[i], &to = points[i + 1];
             const Eigen::Vector3d chord = to.position_world - from.position_world;
             const double span = to.time - from.time, share = (time - from.time) / span;
             const WorldPos eye = path.at(time).eye_world;

@@ -111,7 +111,9 @@ TEST_F(TrackTest, FaultsAreNamedByTheirLine) {
              Fault{"a.tum", "0 0 0 0 0 0 1\n", "line 1"},
          }) {
         const std::string message = refusal(name, text, degrees());
-        EXPECT_NE(message.find(name + ": " + line), std::string::npos) << text << message;
+        std::string place = name;
+        place.append(": ").append(line);
+        EXPECT_NE(message.find(place), std::string::npos) << text << message;
         EXPECT_EQ(message.find('\n'), std::string::npos) << text;
     }
     EXPECT_NE(refusal("a.csv", head + "1,abc,3\n").find("'abc'"), std::string::npos);
@@ -206,7 +208,8 @@ std::string igc_of(int count, const std::function<std::string(int)>& fix) {
     std::string text;
     for (int i = 0; i < count; ++i) {
         const std::string second = std::to_string(100 + i).substr(1);
-        text += "B1200" + second + "4130000N01230" + "0" + second + "E" + fix(i) + "\n";
+        text.append("B1200").append(second).append("4130000N012300").append(second);
+        text.append("E").append(fix(i)).append("\n");
     }
     return text;
 }
@@ -230,8 +233,8 @@ TEST_F(TrackTest, IgcFixesWithoutAGnssAltitudeAreFilledOneByOne) {
              Case{"A0020000000", 0.0, "", "A0020000010"},                            // over the sea
              Case{"A-010000000", 0.0, "", "A0020000010"},
          }) {
-        const std::string text =
-            igc_of(60, [&](int i) { return i >= 20 && i < 25 ? odd : others; });
+        const std::string text = igc_of(
+            60, [&odd = odd, &others = others](int i) { return i >= 20 && i < 25 ? odd : others; });
         const Result<Track> track = read_track(write("a.igc", text), degrees());
         ASSERT_TRUE(track) << track.error().message;
         ASSERT_EQ(track->points.size(), 60u);
