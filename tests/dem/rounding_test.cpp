@@ -259,8 +259,9 @@ TEST(DemRounding, GroundOfSmallCellsIsNotFlat) {
             // Hills without twist: nothing but the quantum is off. As high as a cell is wide.
             std::vector<double> numbers;
             for (int i = 0; i < 24 * 24; ++i) {
+                const int row = i / 24, column = i % 24;
                 numbers.push_back(above_sea +
-                                  cell * (std::sin(i / 24 * 0.7) + std::cos(i % 24 * 0.9)));
+                                  cell * (std::sin(row * 0.7) + std::cos(column * 0.9)));
             }
             const TemporaryFolder folder;
             const std::string path = folder.file("small.tif");

@@ -34,8 +34,9 @@ constexpr double kMostCoordinate = 2e9;   // metres
 /// Share that the driver uses of the accelerations allowed by friction, stability and brakes.
 constexpr double kLimitShare = 0.5;
 constexpr double kMostProgress = 1.0;  // metres along the path that always count as progress
-constexpr double kPatience = 3.0;      // seconds without progress before the vehicle is stuck
-constexpr double kFirstBacking = 2.0;  // seconds; doubled with each pair of lines
+constexpr double kPatience = 5.0;      // seconds without progress before the vehicle is stuck
+constexpr double kFirstBacking =
+    2.0;  // seconds, for the first two lines; twice as long for the next two
 constexpr double kMostBacking = 8.0;   // seconds
 constexpr double kBackingSpeed = 2.0;  // m/s
 constexpr double kBackingSteer = 0.5;  // of full lock, turns the nose towards the next line
@@ -132,7 +133,8 @@ Reserve reserve_of(const VehicleSettings& s, const VehicleState& vehicle) {
 double line_offset(int attempt) {
     if (attempt == 0) return 0.0;
     const int line = (attempt - 1) % kMostLines;
-    return (line % 2 == 0 ? kLineSpacing : -kLineSpacing) * (1 + line / 2);
+    const int distance = 1 + line / 2;  // in spacings
+    return (line % 2 == 0 ? kLineSpacing : -kLineSpacing) * distance;
 }
 
 }  // namespace
@@ -276,7 +278,8 @@ void PathDriver::watch(double along, const Eigen::Vector2d& here, double dt) {
     if (attempts_ == 0) stuck_along_ = along;
     ++attempts_;
     stuck_place_world_ = here;
-    backing_time_ = std::min(kFirstBacking * (1 + (attempts_ - 1) / 2), kMostBacking);
+    const int pairs = (attempts_ + 1) / 2;
+    backing_time_ = std::min(kFirstBacking * pairs, kMostBacking);
     patience_ = still_time_ + kPatience + 3.0 * backing_time_;  // it has to come back, too
 }
 
@@ -305,9 +308,11 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
         return kStop;
     }
     const double along = advance(here);
-    const bool can_move =
-        chassis.condition == BodyCondition::awake || chassis.condition == BodyCondition::asleep;
-    if (can_move && !is_finished_) watch(along, here, dt > 0.0 && std::isfinite(dt) ? dt : 0.0);
+    // Time in the air, and beside ground that is not resident, does not count.
+    const bool is_watched =
+        has_wheel_in_contact(vehicle) && !is_finished_ &&
+        (chassis.condition == BodyCondition::awake || chassis.condition == BodyCondition::asleep);
+    if (is_watched) watch(along, here, dt > 0.0 && std::isfinite(dt) ? dt : 0.0);
     status_ = is_finished_              ? DriverStatus::finished
               : still_time_ > kPatience ? DriverStatus::stuck
                                         : DriverStatus::driving;

@@ -112,14 +112,14 @@ struct PathDriverSettings {
 /// What a driver is doing.
 enum class DriverStatus : std::uint8_t {
     driving,  ///< follows the path
-    stuck,  ///< no progress for 3 s: backs off, and tries lines beside the path until it progresses
+    stuck,  ///< no progress for 5 s: backs off, and tries lines beside the path until it progresses
     rolled_over,  ///< the vehicle lies on its side or roof: throttle 0, brakes on
     finished,     ///< the end of the path was reached: brakes on; final
 };
 
 /// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
 /// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
-/// cruise speed. A vehicle that makes no progress for 3 s backs off and tries a line 4 m to the left of the path, then
+/// cruise speed. A vehicle that makes no progress for 5 s backs off and tries a line 4 m to the left of the path, then
 /// one to the right, then farther lines.
 ///
 /// Threads: one at a time.
@@ -150,7 +150,7 @@ public:
     /// Share of the path's length that the vehicle has passed, 0 to 1; never decreases.
     double path_share() const;
     /// Total time that the vehicle was stuck, seconds: from its last progress to its next one, for each time that this
-    /// took more than 3 s.
+    /// took more than 5 s.
     double stuck_time() const { return stuck_time_; }
     /// The vehicle's place in plan when it was last found to be stuck; none if it never was.
     std::optional<WorldVec2> stuck_place_world() const { return stuck_place_world_; }
