@@ -93,7 +93,7 @@ void visit_leaves(std::span<const AabbNode> tree, const Wants& wants, const Visi
 /// Visits the items whose boxes have a bound of at most `limit`. Of two siblings, visits the one with the smaller bound
 /// first, and at equal bounds the first one. Items with an infinite bound are not visited.
 ///
-/// @param bound double(const Aabb&), not NaN; the bound of a box is at least that of every box that contains it
+/// @param bound double(const Aabb&), not NaN; if box A contains box B, bound(A) <= bound(B)
 /// @param visit double(std::uint32_t item): returns the new limit, -infinity to stop
 template <class Bound, class Visit>
 void visit_leaves_up_to(std::span<const AabbNode> tree, double limit, const Bound& bound,

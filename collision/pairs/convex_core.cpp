@@ -148,7 +148,7 @@ namespace {
 
 struct Corner {
     Eigen::Vector3d w = Eigen::Vector3d::Zero();     ///< point of a minus point of b
-    Eigen::Vector3d on_a = Eigen::Vector3d::Zero();  ///< from the centre of a; on_b from that of b
+    Eigen::Vector3d on_a = Eigen::Vector3d::Zero();  ///< relative to the centre of a; on_b: of b
     Eigen::Vector3d on_b = Eigen::Vector3d::Zero();
     std::uint32_t a = 0;
     std::uint32_t b = 0;

@@ -77,5 +77,30 @@ TEST(CharacterTraveller, ReachesTheEndAtItsSpeed) {
     EXPECT_NEAR(walk.pose(world).translation.x(), 19.5, 1.0);
 }
 
+TEST(CharacterTraveller, SaysHowLongAndWhereAWallHoldsIt) {
+    const auto source = FractalHeights::create({.seed = 9, .amplitude = 1.0}).value();
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const RequiredRegion region = pager.require({-60.0, -60.0, 60.0, 60.0}, 0.0);
+    pager.update({}, {}, 0.0);
+    const Ground ground = pager.ground();
+    World world = World::create({}).value();
+    const BodySettings wall{.shape = Box{{0.5, 50.0, 20.0}}, .type = BodyType::static_body};
+    ASSERT_TRUE(world.add(wall, {.pose = {.translation = {8.5, 0.0, source->height(8.5, 0.0)}}}));
+    CharacterTraveller walk({}, Polyline({{0.0, 0.0}, {20.0, 0.0}}), 2.0, *source);
+    ASSERT_TRUE(walk.enter(world, ground, World::create({}).value()));
+    constexpr double kSeconds = 15.0;
+    for (double time = 0.0; time < kSeconds; time += kStep) {
+        walk.control(world, true, kStep);
+        world.step(ground, kStep);
+        walk.react(world, ground, kStep);
+    }
+    const PathProgress progress = walk.progress();
+    EXPECT_FALSE(progress.has_arrived);
+    EXPECT_NEAR(progress.share, 8.0 / 20.0, 0.05);
+    EXPECT_NEAR(progress.stuck_s, kSeconds - 8.0 / 2.0, 1.5);
+    ASSERT_TRUE(progress.stuck_world);
+    EXPECT_NEAR(progress.stuck_world->x(), 7.6, 0.5);
+}
+
 }  // namespace character_traveller_test
 }  // namespace terrane::tools

@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <span>
@@ -89,10 +88,8 @@ Result<void> note_lack_of_ground(const FlyOptions& options, const CameraPath& pa
                                  const Terrain& terrain) {
     TERRANE_TRY(const PathGround ground, find_ground_under(lines_of(path), terrain));
     if (ground.is_complete()) return {};
-    const std::string note =
-        fmt::format("the path '{}' {}; {:.6g} of its {:.6g} m have no ground", options.path,
-                    describe_lack(ground, terrain), ground.off_ground, ground.length);
-    std::fprintf(stderr, "terrane: %s\n", note.c_str());
+    print_note(fmt::format("the path '{}' {}; {:.6g} of its {:.6g} m have no ground", options.path,
+                           describe_lack(ground, terrain), ground.off_ground, ground.length));
     return {};
 }
 

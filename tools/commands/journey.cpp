@@ -63,7 +63,7 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
     if (points.size() < 2) {
         return pass_on(
             {ErrorCode::invalid_argument,
-             fmt::format("the path '{}' is shorter than {} m", options.path, 2.0 * kSpacing)});
+             fmt::format("the path '{}' has no two points {} m apart", options.path, kSpacing)});
     }
     TERRANE_TRY(const PathGround ground, find_ground_under({&points, 1}, terrain));
     if (!ground.is_complete()) {

@@ -3,6 +3,7 @@
 
 #include "program/command.h"
 #include "program/options.h"
+#include "program/summary.h"
 #include "scene/terrain_options.h"
 
 #include <CLI/CLI.hpp>
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string_view>
 #include <utility>
@@ -34,9 +34,7 @@ GeoReference make_geo_reference(const std::optional<DemInfo>& dem) {
 
 Result<Track> open_track(const std::string& path, const Terrain& terrain) {
     Result<Track> track = read_track(path, make_geo_reference(terrain.dem));
-    if (track && !track->note.empty()) {
-        std::fprintf(stderr, "terrane: %s\n", track->note.c_str());
-    }
+    if (track && !track->note.empty()) print_note(track->note);
     return track;
 }
 

@@ -119,7 +119,10 @@ std::string rounded_text(double value, int digits, Rounding rounding) {
 }
 
 std::string figure_text(const std::string& key, const nlohmann::ordered_json& value) {
-    if (value.is_string()) return value == "" ? "-" : value.get<std::string>();
+    if (value.is_string()) {
+        const auto& text = value.get_ref<const std::string&>();
+        return text.empty() ? "-" : text;
+    }
     if (value.is_array()) {
         std::string text;
         for (const nlohmann::ordered_json& item : value) {
@@ -196,6 +199,11 @@ void print_summary(const nlohmann::ordered_json& summary, bool as_json) {
 }
 
 void print_text(std::string_view text) { std::fwrite(text.data(), 1, text.size(), stdout); }
+
+void print_note(std::string_view note) {
+    const std::string line = fmt::format("terrane: {}\n", note);
+    std::fwrite(line.data(), 1, line.size(), stderr);
+}
 
 nlohmann::ordered_json number_or_null(const std::optional<double>& number) {
     return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json();

@@ -32,6 +32,8 @@ void print_summary(const nlohmann::ordered_json& summary, bool as_json);
 
 /// Writes text to standard output. Failures are reported at the end of the program.
 void print_text(std::string_view text);
+/// Writes a note of one line to standard error, after the program's name.
+void print_note(std::string_view note);
 
 /// The text of print_summary(), with line ends.
 std::string format_summary(const nlohmann::ordered_json& summary, bool as_json);

@@ -123,11 +123,10 @@ void add_raster_options(CLI::App& app, RasterOptions& options) {
                if (options.nodata) return;
                throw CLI::ValidationError(
                    "--nodata",
-                   fmt::format("must be numbers, parted by commas, or none, got '{:.60}'", text));
+                   fmt::format("must be numbers separated by commas, or none, got '{:.60}'", text));
            },
            "Numbers of a raster that are nodata, besides those that the file declares; 'none': "
-           "numbers "
-           "such as -9999 are heights")
+           "numbers such as -9999 are heights")
         ->type_name("X,...")
         ->group("Terrain");
     std::vector<std::string> names;
@@ -136,8 +135,7 @@ void add_raster_options(CLI::App& app, RasterOptions& options) {
         app, "--encoding", std::move(names), 0,
         [&options](std::size_t number) { options.encoding = kEncodings[number].encoding; },
         "How a raster of colours encodes heights: the first band's numbers, or red, green and blue "
-        "as in "
-        "Terrarium or Mapbox tiles")
+        "as in Terrarium or Mapbox tiles")
         ->default_str("")
         ->group("Terrain");
     add_number(app, "--cell-m", options.cell_m, is_above_0, "a number above 0",

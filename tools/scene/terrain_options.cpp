@@ -4,6 +4,7 @@
 #include "program/command.h"
 #include "program/options.h"
 #include "program/progress.h"
+#include "program/summary.h"
 #include "scene/scene_bodies.h"
 
 #include <terrane/store/chunk_store.h>
@@ -18,7 +19,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -278,9 +278,9 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         return usage_error(std::move(message));
     }
     if (!info.cache_note.empty()) {
-        std::fprintf(stderr, "terrane: %s\n", info.cache_note.c_str());
+        print_note(info.cache_note);
     }
-    for (const std::string& note : info.notes) std::fprintf(stderr, "terrane: %s\n", note.c_str());
+    for (const std::string& note : info.notes) print_note(note);
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
     return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});

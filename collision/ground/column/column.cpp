@@ -23,7 +23,7 @@ void keep_nearer(const Eigen::Vector3d& on_shape, const Eigen::Vector3d& on_tria
     if (distance < best.distance) best = {on_shape, on_triangle, distance};
 }
 
-// Updates the closest pair with that of the segments from p to p + u and from q to q + v.
+// Replaces `best` by the closest points of the segments from p to p + u and from q to q + v, if these are nearer.
 void visit_segments(const Eigen::Vector3d& p, const Eigen::Vector3d& u, const Eigen::Vector3d& q,
                     const Eigen::Vector3d& v, ClosestPair& best) {
     const SegmentParameters parameters = find_closest_parameters(p, u, q, v);
@@ -149,9 +149,9 @@ ClosestPair find_closest_box(const LocalShape& box, const Triangle& triangle) {
     return best;
 }
 
-// The lift of a sphere or capsule over a face is that of its support point against the face's normal, if this point
-// lies over the face. Otherwise the lift is largest over an edge or a corner of the face. In all cases the lift over
-// the whole plane of the face is an upper bound.
+// The support point of a sphere or capsule against a face's normal has the largest lift over the face's plane. If the
+// support point lies over the face, its lift is the lift over the face. Otherwise the lift is largest over an edge or a
+// corner of the face, and the lift over the plane is an upper bound.
 
 namespace {
 

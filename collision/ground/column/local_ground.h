@@ -121,7 +121,7 @@ struct CellPrism {
 class LocalGround {
 public:
     LocalGround(const Ground& ground, const WorldPos& near_world);
-    /// The same ground in a frame offset from that of `other` by whole cells and quanta, with its origin near a point.
+    /// The ground of `other` in a frame with its origin near a point. The two origins differ by whole cells and quanta.
     LocalGround(const LocalGround& other, const Eigen::Vector3d& near);
     LocalGround(const LocalGround&) = delete;
     LocalGround& operator=(const LocalGround&) = delete;

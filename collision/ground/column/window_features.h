@@ -71,7 +71,7 @@ struct WindowCodes {
     std::uint8_t at(int column, int row) const { return bits[LocalWindow::index(column, row)]; }
 };
 
-/// Visits those of the southern side, western side and diagonal of each cell of a rectangle that are convex edges.
+/// Visits the convex edges among the southern side, the western side and the diagonal of each cell of a rectangle.
 /// Skips edges whose two ends share an outcode bit, and sides on the border of the ground. The window must hold one
 /// more cell on each side.
 ///

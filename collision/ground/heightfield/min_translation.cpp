@@ -85,7 +85,7 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
             const LocalShape shape = body.part(lift.part, hull);
             LocalShape moved = shape;
             moved.centre += d;
-            // Of the planes between the column and the shape moved by d, takes that of least overlap without the move.
+            // Of the planes that separate `moved` from the column, chooses the one that `shape` overlaps least.
             Separation best;
             const auto offer = [&](const Eigen::Vector3d& n, double gap) {
                 if (gap < -kSeparatedLift) return;

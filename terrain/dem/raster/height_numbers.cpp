@@ -132,8 +132,6 @@ std::string quoted_name(std::string_view text) {
     return name;
 }
 
-std::string named_raster(const std::string& path) { return "raster " + quoted_name(path); }
-
 bool equals_ignoring_case(const char* text, const char* word) {
     return text != nullptr && EQUAL(text, word);
 }

@@ -35,9 +35,9 @@ Result<NumberReading> number_reading(const DemSettings& settings);
 /// How the samples of a raster become heights. The number of a sample is that of the first band; of an encoding, the
 /// three bytes as one whole number.
 struct BandNumbers {
-    double scale = 1.0,
-           offset = 0.0;  ///< metres per number, metres; of plain numbers without a unit
-    /// The same for the numbers of DemSettings::nodata.
+    /// A height is scale * number + offset, in metres; for RasterNumbers::plain without a unit.
+    double scale = 1.0, offset = 0.0;
+    /// Likewise, for the numbers of DemSettings::nodata, which of an encoding are the decoded heights.
     double nodata_scale = 1.0, nodata_offset = 0.0;
     std::array<int, 3> bands{1, 0, 0};  ///< of red, green and blue; {1, 0, 0}: not encoded
     bool is_signed_byte = false;      ///< bytes of 128 and above stand for numbers from -128 to -1

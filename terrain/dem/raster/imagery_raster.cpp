@@ -68,11 +68,7 @@ private:
     mutable std::mutex mutex_;  // a GDAL dataset serves one thread at a time
 };
 
-namespace {
-
-std::string named(const std::string& path) { return "raster \"" + path + "\""; }
-
-}  // namespace
+namespace {}  // namespace
 
 void ImageryFile::CloseDataset::operator()(GDALDataset* dataset) const {
     const QuietGdal quiet;
@@ -91,7 +87,7 @@ Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
     made->file_.reset(
         GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
     if (!made->file_)
-        return fail(ErrorCode::io, "cannot open " + named(path) + ": " + quiet.message());
+        return fail(ErrorCode::io, "cannot open " + named_raster(path) + ": " + quiet.message());
     std::optional<DemInfo> dem = settings.aligned_with;
     const OGRSpatialReference* crs = made->file_->GetSpatialRef();
     if (crs == nullptr || (dem && dem->crs_wkt.empty())) dem.reset();
@@ -103,18 +99,19 @@ Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
 
 Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
     const int count = file_->GetRasterCount();
-    if (count < 1) return fail(ErrorCode::bad_data, named(path_) + " has 0 bands");
+    if (count < 1) return fail(ErrorCode::bad_data, named_raster(path_) + " has 0 bands");
     info_.bands = wanted.empty() ? bands_by_colour(*file_) : wanted;
     for (const int band : info_.bands) {
         if (band < 1 || band > count) {
-            return fail(ErrorCode::invalid_argument, named(path_) + " has bands 1 to " +
+            return fail(ErrorCode::invalid_argument, named_raster(path_) + " has bands 1 to " +
                                                          std::to_string(count) + ", got band " +
                                                          std::to_string(band));
         }
         const GDALDataType type = file_->GetRasterBand(band)->GetRasterDataType();
         if (type != GDT_Byte) {
-            return fail(ErrorCode::bad_data, named(path_) + " has " + GDALGetDataTypeName(type) +
-                                                 " samples in band " + std::to_string(band) +
+            return fail(ErrorCode::bad_data, named_raster(path_) + " has " +
+                                                 GDALGetDataTypeName(type) + " samples in band " +
+                                                 std::to_string(band) +
                                                  ", imagery needs 8-bit ones");
         }
     }
@@ -166,8 +163,8 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
         GDALDataset::FromHandle(GDALWarp("", nullptr, 1, &source, options, &usage_error)));
     GDALWarpAppOptionsFree(options);
     if (!warped_) {
-        return fail(ErrorCode::bad_data,
-                    "cannot bring " + named(path_) + " into the ground's CRS: " + quiet.message());
+        return fail(ErrorCode::bad_data, "cannot bring " + named_raster(path_) +
+                                             " into the ground's CRS: " + quiet.message());
     }
     dataset_ = warped_.get();
     return {};
@@ -195,7 +192,8 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
             const auto scale = metres_per_degree({crs->GetSemiMajor(), crs->GetSemiMinor()},
                                                  crs->GetAngularUnits(), centre_y,
                                                  0.5 * rows * std::fabs(transform[5]));
-            if (!scale) return fail(scale.error().code, named(path_) + " " + scale.error().message);
+            if (!scale)
+                return fail(scale.error().code, named_raster(path_) + " " + scale.error().message);
             of_place.metres_per_unit_x = scale->east;
             of_place.metres_per_unit_y = scale->north;
         }
@@ -240,7 +238,7 @@ Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns
                        GDT_Byte, 0, 0, &extra) == CE_None) {
         return {};
     }
-    return fail(ErrorCode::io, "cannot read " + named(path_));
+    return fail(ErrorCode::io, "cannot read " + named_raster(path_));
 }
 
 Result<void> ImageryFile::read(const WorldRect& square, int side,

@@ -71,11 +71,18 @@ Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radian
     return scale;
 }
 
+std::string named_raster(const std::string& path) {
+    std::string name = "raster \"";
+    name += path;
+    name += '"';
+    return name;
+}
+
 namespace {
 
 tl::unexpected<Error> refuse(const std::string& raster, const std::string& why,
                              ErrorCode code = ErrorCode::bad_data) {
-    return fail(code, "raster \"" + raster + "\" " + why);
+    return fail(code, named_raster(raster) + " " + why);
 }
 
 std::string text(double value) {
@@ -163,7 +170,7 @@ Result<void> check_memory(const std::string& raster, int columns, int rows, doub
                   "of %d x %d samples needs %.6g MiB of memory, the limit is %.6g MiB", columns,
                   rows, needed_bytes / kMebibyte, static_cast<double>(limit_bytes) / kMebibyte);
     return fail(ErrorCode::out_of_memory,
-                "raster \"" + raster + "\" " + numbers + " (" + setting + ")");
+                named_raster(raster) + " " + numbers + " (" + setting + ")");
 }
 
 }  // namespace terrane::internal

@@ -47,6 +47,9 @@ namespace terrane::internal {
 /// largest number of lattice points per sample.
 inline constexpr double kMostCellRatio = 32.0;
 
+/// The subject of messages: raster "PATH".
+std::string named_raster(const std::string& path);
+
 /// The checks below are made before the samples of a raster are read. Every message is one sentence that names the
 /// raster and the value. `raster` is the raster's path.
 

@@ -21,23 +21,29 @@
 namespace terrane::internal {
 namespace {
 
-std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
-
-/// The names of a dataset's subdatasets, for messages; "" if it has none.
-std::string subdatasets_of(GDALDataset& dataset, int& count_out) {
-    constexpr int kMostNamed = 8;
-    std::string names;
-    count_out = 0;
+/// The names of a dataset's subdatasets.
+std::vector<std::string> subdatasets_of(GDALDataset& dataset) {
+    constexpr std::string_view kKey = "_NAME=";
+    std::vector<std::string> names;
     char** items = dataset.GetMetadata("SUBDATASETS");
     for (; items != nullptr && *items != nullptr; ++items) {
         const std::string_view item = *items;
-        const std::size_t end = item.find("_NAME=");
-        if (end == std::string_view::npos) continue;
-        if (++count_out <= kMostNamed) {
-            names += (names.empty() ? "" : ", ") + std::string(item.substr(end + 6));
-        }
+        const std::size_t at = item.find(kKey);
+        if (at != std::string_view::npos) names.emplace_back(item.substr(at + kKey.size()));
     }
-    return names + (count_out > kMostNamed ? ", ..." : "");
+    return names;
+}
+
+/// The first names, for messages.
+std::string list_of(const std::vector<std::string>& names) {
+    constexpr std::size_t kMostNamed = 8;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+        if (i > 0) list += ", ";
+        list += names[i];
+    }
+    if (names.size() > kMostNamed) list += ", ...";
+    return list;
 }
 
 /// Sets coefficients that only rounding has kept from being 0: of a turn by a multiple of 90 degrees.
@@ -94,23 +100,21 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     reader->file_.reset(
         GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR));
     if (!reader->file_) {
-        return fail(ErrorCode::io,
-                    "cannot open raster " + in_quotes(path) + ": " + quiet.message());
+        return fail(ErrorCode::io, "cannot open " + named_raster(path) + ": " + quiet.message());
     }
-    int subdataset_count = 0;
-    const std::string subdatasets = subdatasets_of(*reader->file_, subdataset_count);
+    const std::vector<std::string> subdatasets = subdatasets_of(*reader->file_);
     if (reader->file_->GetRasterCount() < 1) {
-        if (subdataset_count == 0) {
-            return fail(ErrorCode::bad_data, "raster " + in_quotes(path) + " has 0 bands");
+        if (subdatasets.empty()) {
+            return fail(ErrorCode::bad_data, named_raster(path) + " has 0 bands");
         }
         return fail(ErrorCode::bad_data,
-                    "raster " + in_quotes(path) + " has " + std::to_string(subdataset_count) +
-                        " subdatasets, give one of them instead: " + subdatasets);
+                    named_raster(path) + " has " + std::to_string(subdatasets.size()) +
+                        " subdatasets, give one of them instead: " + list_of(subdatasets));
     }
-    if (subdataset_count > 1) {
-        reader->info_.notes.push_back("raster " + in_quotes(path) + " has " +
-                                      std::to_string(subdataset_count) +
-                                      " subdatasets, of which the default is read: " + subdatasets);
+    if (subdatasets.size() > 1) {
+        reader->info_.notes.push_back(
+            named_raster(path) + " has " + std::to_string(subdatasets.size()) +
+            " subdatasets, of which the default is read: " + list_of(subdatasets));
     }
     TERRANE_TRY(reader->meaning_,
                 read_meaning(path, *reader->file_, numbers, reading, reader->info_));
@@ -134,13 +138,13 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
 tl::unexpected<Error> stopped_answering(const std::string& path, double patience_s) {
     char seconds[40];
     std::snprintf(seconds, sizeof seconds, "%.3g", patience_s);
-    return fail(ErrorCode::timed_out, "raster " + in_quotes(path) +
-                                          " stopped answering: GDAL has read nothing for " +
-                                          seconds + " s");
+    return fail(
+        ErrorCode::timed_out,
+        named_raster(path) + " stopped answering: GDAL has read nothing for " + seconds + " s");
 }
 
 Result<void> RasterReader::check_placement() {
-    const std::string name = "raster " + in_quotes(path_);
+    const std::string name = named_raster(path_);
     const bool is_cell_set = reading_.cell > 0.0;
     if (transform_) {
         if (!is_cell_set) return {};
@@ -183,7 +187,7 @@ Result<void> RasterReader::check_placement() {
 Result<void> RasterReader::warp() {
     const QuietGdal quiet;
     if (meaning_.is_decoded()) {
-        return fail(ErrorCode::bad_data, "raster " + in_quotes(path_) + " has " + info_.placement +
+        return fail(ErrorCode::bad_data, named_raster(path_) + " has " + info_.placement +
                                              ", and its numbers need decoding (" + info_.numbers +
                                              ", nodata: " + info_.nodata +
                                              "): straighten it first, with gdalwarp for example");
@@ -207,7 +211,7 @@ Result<void> RasterReader::warp() {
     GDALWarpAppOptionsFree(options);
     if (warped_) return {};
     return fail(ErrorCode::io,
-                "cannot straighten rotated raster " + in_quotes(path_) + ": " + quiet.message());
+                "cannot straighten rotated " + named_raster(path_) + ": " + quiet.message());
 }
 
 Result<void> RasterReader::straighten() {
@@ -244,7 +248,7 @@ Result<void> RasterReader::straighten() {
     }
     if (numbers_ == RasterNumbers::heights && (info_.columns < 2 || info_.rows < 2)) {
         return fail(ErrorCode::bad_data,
-                    "raster " + in_quotes(path_) + " has " + std::to_string(info_.columns) + " x " +
+                    named_raster(path_) + " has " + std::to_string(info_.columns) + " x " +
                         std::to_string(info_.rows) + " samples, at least 2 x 2 are needed");
     }
     band_ = dataset->GetRasterBand(1);
@@ -275,8 +279,7 @@ Result<void> RasterReader::find_place() {
             const auto scale =
                 metres_per_degree(ellipsoid, crs->GetAngularUnits(), info_.centre_y, half_height);
             if (!scale) {
-                return fail(scale.error().code,
-                            "raster " + in_quotes(path_) + " " + scale.error().message);
+                return fail(scale.error().code, named_raster(path_) + " " + scale.error().message);
             }
             const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
             const double cell = std::fabs(transform[1]) * degrees;
@@ -322,7 +325,7 @@ Error RasterReader::too_high(double height, int column, int row) const {
                   " has a height of %.6g m in %s, possible are "
                   "%.3g to %.3g m; is it a nodata value that the file does not declare (--nodata)?",
                   height, place_in_file(column, row).c_str(), -kMostHeight, kMostHeight);
-    return {ErrorCode::bad_data, "raster " + in_quotes(path_) + text.data()};
+    return {ErrorCode::bad_data, named_raster(path_) + text.data()};
 }
 
 bool RasterReader::read_numbers(int file_x, int file_y, int columns, int rows,
@@ -367,7 +370,7 @@ Result<void> RasterReader::read(int column, int row, int columns, int rows,
         const QuietGdal quiet;
         if (!read_numbers(file_x, file_y, columns, rows, values, valid)) {
             return fail(ErrorCode::io,
-                        "cannot read raster " + in_quotes(path_) + ": " + quiet.message());
+                        "cannot read " + named_raster(path_) + ": " + quiet.message());
         }
     }
     for (const double nodata : meaning_.nodata) {

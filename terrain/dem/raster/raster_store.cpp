@@ -220,9 +220,9 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     }));
     voids_.finish();
     if (low > high) {
-        return fail(ErrorCode::bad_data, "raster \"" + reader_->path() +
-                                             "\" has no valid sample, " + "all " +
-                                             std::to_string(size) + " are nodata");
+        return fail(ErrorCode::bad_data, named_raster(reader_->path()) +
+                                             " has no valid sample, all " + std::to_string(size) +
+                                             " are nodata");
     }
     TERRANE_TRY(check_extremes(extremes));
     info_.min_m = low;
@@ -250,7 +250,7 @@ Result<void> RasterStore::check_extremes(const ExtremeHeights& extremes) const {
     const auto column = static_cast<int>(first.index % width);
     const auto row = static_cast<int>(first.index / width);
     return fail(ErrorCode::bad_data,
-                "raster \"" + reader_->path() + "\" has a height of " + number_text(first.height) +
+                named_raster(reader_->path()) + " has a height of " + number_text(first.height) +
                     " m in " + reader_->place_in_file(column, row) +
                     ", far from all others; is it a nodata value that the file does not declare? "
                     "Give --nodata " +

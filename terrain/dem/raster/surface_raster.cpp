@@ -57,9 +57,8 @@ tl::unexpected<Error> wrong_sample(const RasterReader& reader, SurfaceNumbers nu
                                    double sample, int column, int row) {
     const bool is_friction = numbers == SurfaceNumbers::friction;
     return fail(ErrorCode::bad_data,
-                "raster \"" + reader.path() + "\" has a " +
-                    (is_friction ? "friction" : "material") + " of " + number_text(sample) +
-                    " in " + reader.place_in_file(column, row) +
+                named_raster(reader.path()) + " has a " + (is_friction ? "friction" : "material") +
+                    " of " + number_text(sample) + " in " + reader.place_in_file(column, row) +
                     (is_friction ? ", possible are 0 to 1e+06"
                                  : ", possible are whole numbers of 0 to 4294967294") +
                     "; is it a nodata value that the file does not declare?");
@@ -201,8 +200,9 @@ Result<void> check_crs(const std::string& path, const DemInfo& raster, const Dem
     const auto name_of = [](const DemInfo& info) {
         return info.crs.empty() ? "no CRS" : "the CRS \"" + info.crs + "\"";
     };
-    return refuse_setting("raster \"" + path + "\" has " + name_of(raster) + " and aligned_with " +
-                          name_of(dem) + ", the same CRS with a name is needed");
+    return refuse_setting(internal::named_raster(path) + " has " + name_of(raster) +
+                          " and aligned_with " + name_of(dem) +
+                          ", the same CRS with a name is needed");
 }
 
 /// The raster's outer edges in the world.

@@ -12,7 +12,7 @@
 // Units: metres. Frame: the map's, x east, y north, z up, translated by ElevationMapSettings::origin_world.
 // Layout: column-major. Row and column indices increase towards -x and -y: unwrapped cell (0, 0) has the largest x and
 // y. Buffer index = unwrapped index plus start index, modulo the size. A cell holds the height of the contact surface
-// at its centre; if volumes produce several surfaces there, that of the highest one.
+// at its centre; if volumes produce several surfaces there, it holds the height of the highest one.
 //
 // Absent ground: NaN, as in grid_map, with the reason in statuses(). Nothing is filled in.
 //

@@ -8,7 +8,7 @@
 //           (0, 0, -9.81).
 // Frame:    ODE = world - origin, axes as the world's. The geometry has no pose: dGeomSetPosition and dGeomSetRotation
 //           do not move it.
-// Contacts: those of spheres, capsules and boxes are found by find_contacts(): the ground is solid below the surface,
+// Contacts: find_contacts() finds the contacts of spheres, capsules and boxes: the ground is solid below the surface,
 //           depths are the overlaps along the normals, normals lie in the ground's normal cone. Ground::ray() traces
 //           rays. Other classes (cylinders, convexes, meshes) get no contacts; their collisions count as unsupported.
 // Volumes:  contacts and rays see the joined surface, as in find_contacts() and Ground::ray().
