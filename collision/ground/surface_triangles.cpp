@@ -42,11 +42,12 @@ bool has_contour(const SolidSurface& solid, const Aabb& box) {
 
 /// Height of the heightfield's triangles over or under a point, metres; minus infinity if there is no ground.
 double field_height(const Ground& ground, const WorldPos& point) {
+    if (!ground.extent().contains(point.x(), point.y())) return -kInfinity;
     const std::int64_t column = ground.column_at(point.x()), row = ground.row_at(point.y());
     const GroundCell cell = ground.cell(column, row);
     if (cell.status != QueryStatus::ok) return -kInfinity;
     const LocalGround local(ground, point);
-    const std::array<Triangle, 2> both = local.triangles(cell, column, row);
+    const std::array<Triangle, 2> both = local.whole_triangles(cell, column, row);
     const Eigen::Vector3d p = local.to_local(point);
     return point.z() + TrianglePlane(both[is_over(p, both[0]) ? 0 : 1]).above(p);
 }

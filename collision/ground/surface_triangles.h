@@ -125,10 +125,11 @@ private:
             }
             const auto index = static_cast<std::size_t>((row & (kChunkCells - 1)) * kChunkCells +
                                                         (column & (kChunkCells - 1)));
-            const std::array<Triangle, 2> both = triangles.local_.triangles(cell, column, row);
-            for (const bool is_north : {false, true}) {
+            const CellTriangles all = triangles.local_.triangles(cell, column, row);
+            for (std::size_t i = 0; i < all.count; ++i) {
+                const bool is_north = i >= all.south_count;
                 if (solid != nullptr && solid->is_replaced(index, is_north)) continue;
-                visit_triangle(both[is_north ? 1 : 0]);
+                visit_triangle(all[i]);
             }
         }
     };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace terrane {
 namespace {
@@ -99,11 +100,23 @@ Ground::Ground(std::shared_ptr<const ResidentSet> resident, int contact_level,
     columns_ = {lattice.origin_x, spacing_, 1.0 / spacing_};
     rows_ = {lattice.origin_y, spacing_, 1.0 / spacing_};
     extent_ = resident_->extent();
+    // Edges that cut off slivers are moved, because triangles without area have no normal.
+    for (const auto& [lines, edge] :
+         {std::pair(&columns_, &extent_.west), std::pair(&columns_, &extent_.east),
+          std::pair(&rows_, &extent_.south), std::pair(&rows_, &extent_.north)}) {
+        const double line = lines->at(lines->last_up_to(*edge + 0.5 * spacing_));
+        if (std::abs(line - *edge) <= 0x1p-20 * spacing_) *edge = line;
+    }
     in_extent_ = {column_at(extent_.west), row_at(extent_.south), column_at(extent_.east),
                   row_at(extent_.north)};
     // excludes cells that only touch the extent's edge, and cells outside the root squares
     if (columns_.at(in_extent_.east) >= extent_.east) --in_extent_.east;
     if (rows_.at(in_extent_.north) >= extent_.north) --in_extent_.north;
+    whole_ = in_extent_;
+    if (columns_.at(whole_.west) < extent_.west) ++whole_.west;
+    if (rows_.at(whole_.south) < extent_.south) ++whole_.south;
+    if (columns_.at(whole_.east + 1) > extent_.east) --whole_.east;
+    if (rows_.at(whole_.north + 1) > extent_.north) --whole_.north;
     in_extent_.west = std::max(in_extent_.west, lattice.west() / step_);
     in_extent_.south = std::max(in_extent_.south, lattice.south() / step_);
     in_extent_.east = std::min(in_extent_.east, lattice.east() / step_ - 1);

@@ -101,6 +101,7 @@ void GroundReader::heights(const CellRange& range, std::size_t stride,
 }
 
 bool GroundReader::is_all_ground(const CellRange& range) {
+    if (!ground_->is_within_extent(range)) return false;
     std::int64_t count = 0;
     visit_chunks(range, [&](const Chunk& chunk, const CellRange& part) {
         const std::int64_t columns = part.east - part.west + 1;

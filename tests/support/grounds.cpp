@@ -169,8 +169,7 @@ public:
             for (int column = 0; column + 1 < grid.columns; ++column) {
                 const double x = lattice().x(grid.corner.x + column * grid.step) + half;
                 const double y = lattice().y(grid.corner.y + row * grid.step) + half;
-                const bool outside = !extent().contains(x, y) ||
-                                     (settings_.is_outside && settings_.is_outside(x, y));
+                const bool outside = settings_.is_outside && settings_.is_outside(x, y);
                 flags_out[static_cast<std::size_t>(row * (grid.columns - 1) + column)] =
                     outside ? cell_outside : cell_ground;
             }
@@ -200,7 +199,7 @@ Ground make_test_ground(std::function<double(double, double)> height,
                     .quantum = settings.quantum};
     lattice.first_root_x = lattice.first_root_y = settings.first_root;
     lattice.root_count_x = lattice.root_count_y = settings.roots;
-    const WorldRect extent = whole_extent(lattice);
+    const WorldRect extent = settings.extent.value_or(whole_extent(lattice));
     const TableHeights source(lattice, extent, std::move(height), settings);
     std::vector<std::shared_ptr<const Chunk>> chunks;
     for (int row = 0; row < settings.roots; ++row) {

@@ -60,6 +60,7 @@ struct TableGroundSettings {
     std::int32_t first_root = 0;  ///< key.x and key.y of the south-western root square
     double quantum = 0x1p-12;     ///< metres
     float bound = 0.0f;           ///< every bound that the source returns
+    std::optional<WorldRect> extent{};                 ///< none: all root squares
     std::function<bool(double, double)> is_outside{};  ///< by cell centre; none: all is ground
     std::function<bool(int, int)> is_resident{};  ///< by a root's column and row; none: all roots
     std::shared_ptr<const SurfaceMap> surface{};  ///< null: none

@@ -175,7 +175,7 @@ public:
     void visit(const GroundCell& cell, std::int64_t column, std::int64_t row) {
         result_.error_m = std::max(result_.error_m, static_cast<double>(cell.error_m));
         ++cells_tested_;
-        if (slabs_ && visit_corners(cell, column, row)) return;
+        if (slabs_ && local_.is_whole(column, row) && visit_corners(cell, column, row)) return;
         for (const Triangle& triangle : local_.triangles(cell, column, row)) visit(triangle);
     }
     void visit(const Triangle& triangle) {

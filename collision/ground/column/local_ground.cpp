@@ -115,6 +115,7 @@ const LocalWindow* LocalGround::window(const CellRange& cells, int ring) const {
     if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
         return nullptr;
     }
+    if (!ground().is_within_extent(cells)) return nullptr;
     return window_.is_full || window_.is_ground(cells) ? &window_ : nullptr;
 }
 
@@ -160,8 +161,85 @@ std::array<Eigen::Vector3d, 3> LocalGround::corners(const LocalWindow& window, i
     return {from, at(column + 1, row + 1), to};
 }
 
-std::array<Triangle, 2> LocalGround::triangles(const GroundCell& cell, std::int64_t column,
-                                               std::int64_t row) const {
+namespace {
+
+/// A convex polygon over part of a triangle.
+struct CutPolygon {
+    static constexpr std::size_t kMost = 7;  ///< corners of a triangle clipped by four edges
+    std::array<Eigen::Vector3d, kMost> v;
+    std::size_t count = 0;
+
+    /// Adds a corner, unless it coincides with the last one.
+    void add(const Eigen::Vector3d& p, double least) {
+        const auto is_near = [&](const Eigen::Vector3d& other) {
+            return std::abs(p[0] - other[0]) + std::abs(p[1] - other[1]) <= least;
+        };
+        if (count == 0 || (!is_near(v[count - 1]) && !is_near(v[0]))) v[count++] = p;
+    }
+};
+
+/// The part of a polygon in which `sign` times a coordinate is at most `sign * limit`. Cells that share an edge get the
+/// same point on it.
+CutPolygon cut(const CutPolygon& polygon, Eigen::Index axis, double limit, double sign,
+               double least) {
+    CutPolygon inside;
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+        const Eigen::Vector3d& from = polygon.v[i];
+        const Eigen::Vector3d& to = polygon.v[(i + 1) % polygon.count];
+        const bool is_from_inside = sign * (from[axis] - limit) <= 0.0;
+        if (is_from_inside) inside.add(from, least);
+        if (is_from_inside == (sign * (to[axis] - limit) <= 0.0)) continue;
+        const bool is_ordered = from[0] < to[0] || (from[0] == to[0] && from[1] < to[1]);
+        const Eigen::Vector3d& a = is_ordered ? from : to;
+        const Eigen::Vector3d& b = is_ordered ? to : from;
+        Eigen::Vector3d p = a + (limit - a[axis]) / (b[axis] - a[axis]) * (b - a);
+        p[axis] = limit;
+        inside.add(p, least);
+    }
+    return inside;
+}
+
+}  // namespace
+
+CellTriangles LocalGround::triangles(const GroundCell& cell, std::int64_t column,
+                                     std::int64_t row) const {
+    const std::array<Triangle, 2> both = whole_triangles(cell, column, row);
+    CellTriangles all;
+    if (is_whole(column, row)) {
+        all.triangles[0] = both[0];
+        all.triangles[1] = both[1];
+        all.count = 2;
+        all.south_count = 1;
+        return all;
+    }
+    const WorldRect& extent = ground().extent();
+    const double least = 1e-9 * spacing_;
+    for (const Triangle& whole : both) {
+        CutPolygon part;
+        for (const Eigen::Vector3d& corner : whole.v) part.add(corner, least);
+        part = cut(part, 0, extent.west - origin_world_.x(), -1.0, least);
+        part = cut(part, 0, extent.east - origin_world_.x(), 1.0, least);
+        part = cut(part, 1, extent.south - origin_world_.y(), -1.0, least);
+        part = cut(part, 1, extent.north - origin_world_.y(), 1.0, least);
+        for (std::size_t i = 2; i < part.count; ++i) {
+            const Triangle piece{{part.v[0], part.v[i - 1], part.v[i]}, whole.normal};
+            if (left_of(piece.v[0], piece.v[1], piece.v[2]) > least * spacing_) {
+                all.triangles[all.count++] = piece;
+            }
+        }
+        if (&whole == both.data()) all.south_count = all.count;
+    }
+    return all;
+}
+
+std::array<std::int64_t, 2> LocalGround::cell_of(const Triangle& triangle) const {
+    const Eigen::Vector3d middle = (triangle.v[0] + triangle.v[1] + triangle.v[2]) / 3.0;
+    return {column_ + static_cast<std::int64_t>(std::floor(middle[0] / spacing_)),
+            row_ + static_cast<std::int64_t>(std::floor(middle[1] / spacing_))};
+}
+
+std::array<Triangle, 2> LocalGround::whole_triangles(const GroundCell& cell, std::int64_t column,
+                                                     std::int64_t row) const {
     const double west = x(column);
     const double east = x(column + 1);
     const double south = y(row);
@@ -189,10 +267,23 @@ bool is_in_normal_cone(const LocalGround& local, const Triangle& triangle,
     const double slack = 1e-10 * local.spacing();
     std::array<LatticeIndex, 3> top;
     std::size_t count = 0;
-    const Eigen::Vector3d& a = triangle.v[0];
-    const double highest = std::max({0.0, dot(n, triangle.v[1] - a), dot(n, triangle.v[2] - a)});
+    const auto [column, row] = local.cell_of(triangle);
+    const GroundCell cell = local.is_whole(column, row) ? GroundCell() : local.cell(column, row);
+    std::array<Eigen::Vector3d, 3> corners = triangle.v;
+    if (cell.status == QueryStatus::ok) {
+        // A feature of a clipped triangle is one of the whole triangle, or it lies on an edge of the extent.
+        const std::array<Triangle, 2> both = local.whole_triangles(cell, column, row);
+        const Eigen::Vector3d middle = (triangle.v[0] + triangle.v[1] + triangle.v[2]) / 3.0;
+        corners = both[is_over(middle, both[0]) ? 0 : 1].v;
+        const auto farthest = [&](const std::array<Eigen::Vector3d, 3>& v) {
+            return std::max({dot(n, v[0] - middle), dot(n, v[1] - middle), dot(n, v[2] - middle)});
+        };
+        if (farthest(triangle.v) < farthest(corners) - slack) return false;
+    }
+    const Eigen::Vector3d& a = corners[0];
+    const double highest = std::max({0.0, dot(n, corners[1] - a), dot(n, corners[2] - a)});
     Eigen::Vector3d point = a;
-    for (const Eigen::Vector3d& v : triangle.v) {
+    for (const Eigen::Vector3d& v : corners) {
         if (dot(n, v - a) < highest - slack) continue;
         point = v;
         top[count++] = {local.column_of(v[0]), local.row_of(v[1])};

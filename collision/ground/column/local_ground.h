@@ -107,6 +107,19 @@ inline bool is_foot_inside(const Eigen::Vector3d& p, const Triangle& triangle) {
     return true;
 }
 
+/// The triangles of a cell. Those that an edge of the extent cuts are clipped and split.
+struct CellTriangles {
+    static constexpr std::size_t kMost =
+        10;  ///< five for each of two triangles clipped by four edges
+    std::array<Triangle, kMost> triangles;
+    std::size_t count = 0;
+    std::size_t south_count = 0;  ///< the first ones are parts of the southern triangle
+
+    const Triangle* begin() const { return triangles.data(); }
+    const Triangle* end() const { return triangles.data() + count; }
+    const Triangle& operator[](std::size_t i) const { return triangles[i]; }
+};
+
 /// The vertical prism over a rectangle of cells with its top at `high` and no bottom. It contains the ground there,
 /// whose surface is nowhere below `low`. Metres, local frame.
 struct CellPrism {
@@ -147,7 +160,7 @@ public:
         return reader_.cell(column, row);
     }
     /// A window over a range of cells, widened by `ring` cells on each side; valid until the next call. Null if this is
-    /// too many cells, or if a cell of the range itself is not ground or not resident.
+    /// too many cells, or if a cell of the range itself is not ground, not resident or cut by an edge of the extent.
     ///
     /// @param ring 0 or 1
     const LocalWindow* window(const CellRange& cells, int ring) const;
@@ -159,7 +172,8 @@ public:
         }
         return cell(column, row).status == QueryStatus::ok;
     }
-    /// Whether all cells of a range are ground and resident. Cost: O(chunks); O(cells) in chunks that are partly ground
+    /// Whether all cells of a range are ground and resident, and lie within the extent. Cost: O(chunks); O(cells) in
+    /// chunks that are partly ground
     bool is_all_ground(const CellRange& cells) const { return reader_.is_all_ground(cells); }
     /// Finds a vertex of the contact surface; false if none of the cells around it is ground and resident.
     bool find_vertex(std::int64_t column, std::int64_t row, Eigen::Vector3d& p_out) const;
@@ -183,9 +197,17 @@ public:
     RangeAnswer square(std::int64_t column, std::int64_t row, int log2_side) const {
         return reader_.square(column, row, log2_side);
     }
-    /// The two triangles of a cell whose status is ok.
-    std::array<Triangle, 2> triangles(const GroundCell& cell, std::int64_t column,
-                                      std::int64_t row) const;
+    /// Whether a cell lies within the extent, so that no edge cuts it.
+    bool is_whole(std::int64_t column, std::int64_t row) const {
+        return ground().is_within_extent({column, row, column, row});
+    }
+    /// The triangles of a cell whose status is ok.
+    CellTriangles triangles(const GroundCell& cell, std::int64_t column, std::int64_t row) const;
+    /// The two triangles of a cell whose status is ok as if no edge cut it; the southern one first.
+    std::array<Triangle, 2> whole_triangles(const GroundCell& cell, std::int64_t column,
+                                            std::int64_t row) const;
+    /// Indices of the cell that contains a triangle.
+    std::array<std::int64_t, 2> cell_of(const Triangle& triangle) const;
     double x(std::int64_t column) const { return spacing_ * static_cast<double>(column - column_); }
     double y(std::int64_t row) const { return spacing_ * static_cast<double>(row - row_); }
     /// Lattice indices of coordinates that x() and y() returned.

@@ -23,7 +23,7 @@ using OffsetTriangle = std::array<Offset, 3>;
 struct ColumnName {
     std::int64_t column, row;
     std::uint32_t part;
-    bool is_first;  ///< whether it is the first triangle of the cell
+    std::size_t index;  ///< in LocalGround::triangles()
 
     bool operator==(const ColumnName&) const = default;
 };
@@ -90,19 +90,27 @@ double find_range_top(const LocalGround& local, const Eigen::Vector3d& lowest,
 
 ColumnName name_of(const LocalGround& local, const GroundLift& lift) {
     const std::array<Eigen::Vector3d, 3>& v = lift.triangle.v;
-    const double west = std::min({v[0][0], v[1][0], v[2][0]});
+    const auto [column, row] = local.cell_of(lift.triangle);
+    if (!local.is_whole(column, row)) {
+        const CellTriangles all = local.triangles(local.cell(column, row), column, row);
+        std::size_t index = 0;
+        while (index + 1 < all.count && all[index].v != v) ++index;
+        return {column, row, lift.part, index};
+    }
     const double south = std::min({v[0][1], v[1][1], v[2][1]});
     // Two corners of the first triangle of a cell are on its southern side.
     int at_south = 0;
     for (const Eigen::Vector3d& p : v) at_south += p[1] == south ? 1 : 0;
-    return {local.column_of(west), local.row_of(south), lift.part, at_south == 2};
+    return {column, row, lift.part, at_south == 2 ? std::size_t{0} : std::size_t{1}};
 }
 
 Obstacle::Obstacle(const LocalGround& local, const LocalBody& body, const ColumnName& name) {
     const GroundCell cell = local.cell(name.column, name.row);
-    is_ground_ = cell.status == QueryStatus::ok;
+    if (cell.status != QueryStatus::ok) return;
+    const CellTriangles all = local.triangles(cell, name.column, name.row);
+    is_ground_ = name.index < all.count;
     if (!is_ground_) return;
-    triangle_ = local.triangles(cell, name.column, name.row)[name.is_first ? 0 : 1];
+    triangle_ = all[name.index];
     shape_ = body.part(name.part, hull_);
 }
 
@@ -166,25 +174,28 @@ bool make_top_of_neighbour(const LocalGround& local, const LocalBody& body, cons
                            HalfSpace& top_out) {
     double most = kTouch;  // largest height of a top above p
     bool is_found = false;
-    for (int k = 0; k < 18; ++k) {
-        const ColumnName beside{name.column + k / 2 % 3 - 1, name.row + k / 6 - 1, name.part,
-                                k % 2 == 0};
-        if (beside == name) continue;
-        const Obstacle obstacle(local, body, beside);
-        if (!obstacle.is_ground()) continue;
+    const auto visit = [&](const ColumnName& beside, const Obstacle& obstacle) {
+        if (beside == name) return;
         std::array<double, 3> lifts;
-        bool is_under_all = true;
-        for (std::size_t i = 0; i < 3 && is_under_all; ++i) {
+        for (std::size_t i = 0; i < 3; ++i) {
             lifts[i] = obstacle.lift_at(triangle[i]);
-            is_under_all = std::isfinite(lifts[i]);
+            if (!std::isfinite(lifts[i])) return;
         }
         HalfSpace top;
-        if (!is_under_all || !make_top(triangle, lifts, top)) continue;
+        if (!make_top(triangle, lifts, top)) return;
         const double below = top.depth - dot(top.normal, p);
-        if (!(below > most)) continue;
+        if (!(below > most)) return;
         most = below;
         top_out = top;
         is_found = true;
+    };
+    for (int k = 0; k < 9; ++k) {
+        ColumnName beside{name.column + k % 3 - 1, name.row + k / 3 - 1, name.part, 0};
+        for (;; ++beside.index) {
+            const Obstacle obstacle(local, body, beside);
+            if (!obstacle.is_ground()) break;
+            visit(beside, obstacle);
+        }
     }
     return is_found;
 }

@@ -138,6 +138,10 @@ const std::vector<LawScene>& law_scenes() {
         made.push_back(
             make_scene("stairs", [](double x, double) { return 0.5 * std::floor(x / 4.0); }));
         made.push_back(make_scene("rough", [](double x, double y) { return hash_of(x, y); }));
+        // Ground of a few cells, of which the edges of the extent cut the outer ones.
+        made.push_back(test::make_scene(
+            "cut", [](double x, double y) { return hash_of(x, y); },
+            TableGroundSettings{.extent = WorldRect{60.3, 61.0, 68.75, 67.625}}));
         made.push_back(make_scene(
             "needles",
             [](double x, double y) { return hash_of(8.0 * x, 8.0 * y) < 0.01 ? 4.0 : 0.0; },
@@ -167,8 +171,9 @@ const std::vector<LawShape>& law_shapes() {
 }
 
 Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, double lift) {
-    const double width = scene.soup.cells() * scene.soup.spacing();
-    const double border = 3.0;
+    const WorldRect& extent = scene.ground.extent();
+    const double width = extent.east - extent.west, depth = extent.north - extent.south;
+    const double border = std::min(3.0, 0.01 * std::min(width, depth));
     Pose pose{.rotation = random.rotation()};
     if (random.below(4) == 0) {
         pose.rotation.setZero();
@@ -176,10 +181,14 @@ Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, d
         for (int k = 0; k < 3; ++k) pose.rotation((first + turn * k) % 3, k) = 1.0;
         if (pose.rotation.determinant() < 0.0) pose.rotation.col(0) = -pose.rotation.col(0);
     }
-    pose.translation.x() = scene.soup.west() + random.between(border, width - border);
-    pose.translation.y() = scene.soup.south() + random.between(border, width - border);
-    pose.translation.z() = scene.soup.height(pose.translation.x(), pose.translation.y());
-    pose.translation.z() += brute_lift<double>(scene.soup, shape.oracle, pose) - lift;
+    double first_lift = 0.0;
+    do {
+        pose.translation.x() = extent.west + random.between(border, width - border);
+        pose.translation.y() = extent.south + random.between(border, depth - border);
+        pose.translation.z() = scene.soup.height(pose.translation.x(), pose.translation.y());
+        first_lift = brute_lift<double>(scene.soup, shape.oracle, pose);
+    } while (!std::isfinite(first_lift));  // no part of the shape is over the ground
+    pose.translation.z() += first_lift - lift;
     // Repeated in long double to remove the rounding error; few triangles matter by now.
     pose.translation.z() += static_cast<double>(brute_lift<long double>(
                                 scene.soup, shape.oracle, pose, Vec<long double>::Zero(),

@@ -10,14 +10,19 @@ namespace terrane::test {
 
 Soup::Soup(const Ground& ground) : spacing_(ground.spacing()) {
     const WorldRect& extent = ground.extent();
-    west_ = extent.west;
-    south_ = extent.south;
-    side_ = static_cast<int>(std::lround((extent.east - extent.west) / spacing_));
+    const std::int64_t first_column = ground.column_at(extent.west);
+    const std::int64_t first_row = ground.row_at(extent.south);
+    extent_ = extent;
+    west_ = ground.cell_x(first_column);
+    south_ = ground.cell_y(first_row);
+    side_ = static_cast<int>(
+        std::ceil(std::max(extent.east - west_, extent.north - south_) / spacing_ - 1e-9));
+    is_cut_ = west_ != extent.west || south_ != extent.south ||
+              west_ + side_ * spacing_ != extent.east || south_ + side_ * spacing_ != extent.north;
     const auto count = static_cast<std::size_t>(side_);
     heights_.assign((count + 1) * (count + 1), 0.0);
     highest_.assign(count * count, -std::numeric_limits<double>::infinity());
     is_cell_.assign(count * count, false);
-    const std::int64_t first_column = ground.column_at(west_), first_row = ground.row_at(south_);
     for (int row = 0; row < side_; ++row) {
         for (int column = 0; column < side_; ++column) {
             const GroundCell cell = ground.cell(first_column + column, first_row + row);

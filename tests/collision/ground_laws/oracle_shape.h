@@ -58,6 +58,19 @@ public:
         const int first_row = std::max(cell_of(static_cast<double>(low.y() - shift_y), 0) - 1, 0);
         const int last_row =
             std::min(cell_of(static_cast<double>(high.y() - shift_y), 0) + 1, side_ - 1);
+        const auto show = [&](const SoupTriangle<Real>& triangle) {
+            if (!is_cut_) return visit(triangle);
+            std::vector<Vec<Real>> part(triangle.v.begin(), triangle.v.end());
+            part = beyond<Real>(part, 0, 1, Real(extent_.west) - Real(origin.x()));
+            part = beyond<Real>(part, 0, -1, Real(extent_.east) - Real(origin.x()));
+            part = beyond<Real>(part, 1, 1, Real(extent_.south) - Real(origin.y()));
+            part = beyond<Real>(part, 1, -1, Real(extent_.north) - Real(origin.y()));
+            for (std::size_t i = 2; i < part.size(); ++i) {
+                const Vec<Real> normal = (part[i - 1] - part[0]).cross(part[i] - part[0]);
+                if (normal.z() > Real(1e-12))
+                    visit(SoupTriangle<Real>{{part[0], part[i - 1], part[i]}});
+            }
+        };
         const auto corner = [&](int column, int row) {
             return Vec<Real>(shift_x + Real(spacing_) * column, shift_y + Real(spacing_) * row,
                              Real(heights_[static_cast<std::size_t>(row * (side_ + 1) + column)]) -
@@ -70,11 +83,11 @@ public:
                 const Vec<Real> sw = corner(column, row), se = corner(column + 1, row);
                 const Vec<Real> nw = corner(column, row + 1), ne = corner(column + 1, row + 1);
                 if (is_cut_to_north_east(column, row)) {
-                    visit(SoupTriangle<Real>{{sw, se, ne}});
-                    visit(SoupTriangle<Real>{{sw, ne, nw}});
+                    show(SoupTriangle<Real>{{sw, se, ne}});
+                    show(SoupTriangle<Real>{{sw, ne, nw}});
                 } else {
-                    visit(SoupTriangle<Real>{{sw, se, nw}});
-                    visit(SoupTriangle<Real>{{se, ne, nw}});
+                    show(SoupTriangle<Real>{{sw, se, nw}});
+                    show(SoupTriangle<Real>{{se, ne, nw}});
                 }
             }
         }
@@ -84,6 +97,23 @@ private:
     std::size_t index(int column, int row) const {
         return static_cast<std::size_t>(row * side_ + column);
     }
+    /// The part of a polygon on one side of an edge of the extent.
+    template <class Real>
+    static std::vector<Vec<Real>> beyond(const std::vector<Vec<Real>>& polygon, int axis, int sign,
+                                         Real edge) {
+        std::vector<Vec<Real>> part;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+            const Vec<Real>& a = polygon[i];
+            const Vec<Real>& b = polygon[(i + 1) % polygon.size()];
+            const Real at_a = sign * (a[axis] - edge), at_b = sign * (b[axis] - edge);
+            if (at_a >= 0) part.push_back(a);
+            if ((at_a < 0) != (at_b < 0)) part.push_back(a + at_a / (at_a - at_b) * (b - a));
+        }
+        return part;
+    }
+
+    WorldRect extent_;
+    bool is_cut_ = false;  // whether an edge of the extent is no line between cells
 
     int side_ = 0;  // cells
     double spacing_ = 1.0;

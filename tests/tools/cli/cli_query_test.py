@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import threading
 
-from program import DATA, PROGRAM, SEED, Folder, ask, main, np
+from program import DATA, PROGRAM, SEED, Folder, ask, main, np, run_json
 
 
 def bilinear(heights, cell, x, y):
@@ -70,6 +70,29 @@ class Query(Folder):
         self.assertEqual((void["status"], void["filled"]), ("ok", True))
         self.assertEqual(ground["status"], "ok")
         self.assertNotIn("filled", ground)
+
+    def test_every_answer_ends_at_the_extent(self):
+        raster = self.write_grid("flat.asc", np.full((4, 4), 5.0))
+        _, _, east, north = run_json("info", "--dem", raster)["extent_m"]
+        ball = {"shape": {"sphere": {"radius": 0.5}}}
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1)):
+            def place(beyond, z):
+                return [x * (east + beyond), y * (north + beyond), z]
+
+            def answers(beyond):
+                high, low = place(beyond, 5.2), place(beyond, 0.0)
+                return ask(["--dem", raster], [
+                    {"op": "height", "x": high[0], "y": high[1]}, {"op": "ray", "from": high, "to": low},
+                    {"op": "test", **ball, "position": high},
+                    {"op": "cast", **ball, "position": place(beyond, 9.0), "to": low},
+                    {"op": "distance", **ball, "position": place(beyond, 5.5)}])
+            height, ray, test, cast, distance = answers(4.0)
+            self.assertEqual((height["status"], ray["status"], test["overlap"], cast["hit"]),
+                             ("outside", "outside", False, False))
+            self.assertAlmostEqual(distance["distance"], np.hypot(4.0 * np.hypot(x, y), 0.5) - 0.5, places=6)
+            height, ray, test, cast, distance = answers(-1.0)
+            self.assertEqual((height["height"], ray["hit"], test["overlap"], cast["hit"]), (5.0, True, True, True))
+            self.assertAlmostEqual(distance["distance"], 0.0, places=6)
 
     def test_bad_lines_get_invalid_and_the_next_is_answered(self):
         _, raster = self.hills()

@@ -86,8 +86,13 @@ public:
 
     /// Lattice of the source.
     const Lattice& lattice() const { return resident_->lattice(); }
-    /// Extent of the source, metres.
+    /// Extent of the source, metres. An edge within 2^-20 of a spacing from a line between cells is moved onto it.
     const WorldRect& extent() const { return extent_; }
+    /// Whether cells lie within the extent. Of a cell that an edge of the extent cuts, only the part inside is ground.
+    bool is_within_extent(const CellRange& cells) const {
+        return cells.west >= whole_.west && cells.east <= whole_.east &&
+               cells.south >= whole_.south && cells.north <= whole_.north;
+    }
     /// The contact level.
     int level() const { return level_; }
     /// Metres between the samples of the contact surface.
@@ -184,6 +189,7 @@ private:
     Lines columns_, rows_;
     WorldRect extent_;
     CellRange in_extent_;  // cells that overlap the interior of the extent
+    CellRange whole_;      // cells within the extent
 };
 
 /// Reads many cells of a ground, faster than Ground if consecutive cells lie in the same chunk.
@@ -216,7 +222,7 @@ public:
     /// @param ground_out  for each row of cells: bit i is set if cell i from the west is ground and resident
     void heights(const CellRange& range, std::size_t stride, std::span<std::int32_t> heights_out,
                  std::span<std::uint32_t> ground_out);
-    /// Whether all cells of a range are ground and resident.
+    /// Whether all cells of a range are ground and resident, and lie within the extent.
     ///
     /// Cost: O(chunks), plus O(cells) in chunks that also have other cells
     bool is_all_ground(const CellRange& range);

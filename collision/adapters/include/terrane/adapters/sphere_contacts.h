@@ -71,6 +71,7 @@ inline std::optional<ContactAnswer> find_sphere_contacts(const Ground& ground,
     ContactAnswer answer;
     answer.status = QueryStatus::ok;
     if (cells.west > cells.east || cells.south > cells.north) return std::nullopt;
+    if (!ground.is_within_extent(cells)) return std::nullopt;
     if (cells.east - cells.west >= kMostSide || cells.north - cells.south >= kMostSide)
         return std::nullopt;
 
