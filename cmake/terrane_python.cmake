@@ -1,31 +1,47 @@
-# Whether the Python module can be built, and where it is installed.
+# The interpreter of scripts, whether the Python module is built, and where it is installed.
 #
-# TERRANE_PYTHON_MODULE is on by default if this is the top project, collision is built, and pybind11 and Python's
-# development files are found. It is an error to switch it on without collision or these files. A build with sanitizers
+# TERRANE_PYTHON_MODULE is ON, OFF or AUTO: built if this is the top project and all that it needs is found. What was
+# found is not kept in the cache, so that a build folder made before pybind11 was installed gets the module later.
+# TERRANE_WITHOUT_PYTHON is the reason for which the module is left out; empty if it is built. A build with sanitizers
 # has no module, because the interpreter itself would have to be built with them.
-set(PYBIND11_FINDPYTHON ON)
+set(TERRANE_PYTHON_MODULE AUTO CACHE STRING "The Python module terrane, by pybind11: ON, OFF or AUTO, where it can be built")
+set_property(CACHE TERRANE_PYTHON_MODULE PROPERTY STRINGS AUTO ON OFF)
 # Debian's interpreter is used if there is one, because numpy is packaged for it.
+find_program(TERRANE_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH NO_CACHE)
+find_program(TERRANE_PYTHON NAMES python3 NO_CACHE)
+set(PYBIND11_FINDPYTHON ON)
 if(NOT DEFINED Python_EXECUTABLE AND NOT DEFINED Python_ROOT_DIR AND EXISTS /usr/bin/python3)
     set(Python_EXECUTABLE /usr/bin/python3)
 endif()
-set(can_build FALSE)
-if((PROJECT_IS_TOP_LEVEL OR TERRANE_PYTHON_MODULE) AND TERRANE_COLLISION AND NOT TERRANE_SANITIZE)
+set(TERRANE_WITHOUT_PYTHON)
+if(NOT TERRANE_PYTHON_MODULE OR (TERRANE_PYTHON_MODULE STREQUAL "AUTO" AND NOT PROJECT_IS_TOP_LEVEL))
+    set(TERRANE_WITHOUT_PYTHON "TERRANE_PYTHON_MODULE is ${TERRANE_PYTHON_MODULE}")
+elseif(NOT TERRANE_COLLISION)
+    set(TERRANE_WITHOUT_PYTHON "TERRANE_COLLISION is OFF")
+elseif(TERRANE_SANITIZE)
+    set(TERRANE_WITHOUT_PYTHON "TERRANE_SANITIZE is ${TERRANE_SANITIZE}")
+else()
     find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
-    if(Python_Development.Module_FOUND)
+    if(NOT Python_Development.Module_FOUND)
+        set(TERRANE_WITHOUT_PYTHON "Python 3.9 with its development files, Debian's python3-dev, was not found")
+    else()
         find_package(pybind11 2.10 QUIET)
-    endif()
-    if(pybind11_FOUND AND Python_Development.Module_FOUND)
-        set(can_build TRUE)
-    elseif(NOT DEFINED TERRANE_PYTHON_MODULE)
-        message(STATUS "pybind11 or Python's development files were not found: the Python module is left out")
+        if(NOT pybind11_FOUND)
+            set(TERRANE_WITHOUT_PYTHON "pybind11 2.10, Debian's pybind11-dev, was not found")
+        endif()
     endif()
 endif()
-option(TERRANE_PYTHON_MODULE "The Python module terrane, by pybind11; needs contact" ${can_build})
-if(TERRANE_PYTHON_MODULE AND NOT can_build)
-    message(FATAL_ERROR "TERRANE_PYTHON_MODULE needs TERRANE_COLLISION, no TERRANE_SANITIZE, pybind11 2.10 and the "
-        "development files of Python 3.9: install pybind11-dev and python3-dev, or switch it off")
+if(NOT TERRANE_WITHOUT_PYTHON)
+    message(STATUS "The Python module is built for ${Python_EXECUTABLE}, version ${Python_VERSION}")
+elseif(TERRANE_PYTHON_MODULE AND NOT TERRANE_PYTHON_MODULE STREQUAL "AUTO")
+    message(FATAL_ERROR "TERRANE_PYTHON_MODULE is ${TERRANE_PYTHON_MODULE}, but ${TERRANE_WITHOUT_PYTHON}")
+elseif(PROJECT_IS_TOP_LEVEL)
+    message(STATUS "The Python module is left out: ${TERRANE_WITHOUT_PYTHON}")
 endif()
-# The folder that the interpreter searches under the prefix /usr/local: dist-packages on Debian, else site-packages.
-get_filename_component(packages "${Python_SITEARCH}" NAME)
-set(TERRANE_PYTHON_DIR "lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/${packages}" CACHE STRING
-    "Where the Python package is installed, under the prefix")
+# By default the folder that the interpreter searches under the prefix /usr/local: dist-packages on Debian, else
+# site-packages.
+set(TERRANE_PYTHON_DIR "" CACHE STRING "Where the Python package is installed, under the prefix; empty: the interpreter's folder")
+if(NOT TERRANE_PYTHON_DIR)
+    get_filename_component(packages "${Python_SITEARCH}" NAME)
+    set(TERRANE_PYTHON_DIR "lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/${packages}")
+endif()

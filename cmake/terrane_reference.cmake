@@ -1,7 +1,5 @@
 # The target `reference`, if Doxygen is installed: HTML of all public headers in <build>/reference/html.
 find_package(Doxygen 1.9 QUIET)
-find_program(TERRANE_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
-find_program(TERRANE_PYTHON NAMES python3)
 if(NOT DOXYGEN_FOUND OR NOT TERRANE_PYTHON)
     return()
 endif()

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Parts of a simulator's integration, as docs/integration.md shows them, and a main() that runs them.
-#include <terrane/collision/ground_queries.h>
+#include <terrane/collision/lidar.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/terrain.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -69,17 +71,19 @@ bool step_or_wait(Terrain& terrain, World& world, double& time_s, double dt) {
     return report.parked == 0;
 }
 
-// Rays of a lidar on two threads: all read one Ground, which does not change, whatever is loaded meanwhile.
-std::vector<RayAnswer> scan(const Ground& ground, const WorldPos& eye_world,
-                            const std::vector<WorldPos>& ends_world) {
-    std::vector<RayAnswer> answers(ends_world.size());
-    const auto rays_of = [&](std::size_t first) {
-        for (std::size_t i = first; i < ends_world.size(); i += 2)
-            answers[i] = ground.ray(eye_world, ends_world[i]);
-    };
-    std::jthread other(rays_of, std::size_t{1});
-    rays_of(0);
-    return answers;
+// A scan of a lidar on two threads. Its need goes to the terrain beside those of the bodies. All beams read one Ground,
+// which does not change, whatever is loaded meanwhile.
+std::vector<LidarStatus> scan(Terrain& terrain, World& world, Lidar& lidar,
+                              const Pose& world_from_sensor, double time_s) {
+    const std::span<const BodyNeed> of_bodies = world.needs();
+    std::vector<BodyNeed> needs(of_bodies.begin(), of_bodies.end());
+    needs.push_back(lidar.need(world_from_sensor));
+    const Frame& frame = terrain.load({}, needs, time_s);  // blocks; in a loop, update() does not
+    std::vector<LidarStatus> statuses(lidar.count());
+    LidarArrays out;
+    out.statuses = statuses;
+    const auto scanned = lidar.scan(frame.ground, &world, world_from_sensor, out);
+    return scanned ? statuses : std::vector<LidarStatus>();
 }
 
 int main() {
@@ -102,14 +106,19 @@ int main() {
         has_moved = teleport.finish(terrain.frame().ground, world);
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    const Ground& ground = terrain.load({}, world.needs(), time_s).ground;
-    const WorldPos eye = world.state(ball).pose.translation;
-    std::vector<WorldPos> ends;
-    for (int i = -2; i <= 2; ++i) ends.push_back(eye + Eigen::Vector3d(i, 1.0, -6.0));
-    const std::vector<RayAnswer> hits = scan(ground, eye, ends);
-    const std::optional<double> height = height_or_last(ground, eye.x(), eye.y(), std::nullopt);
-    std::printf("%s; height %.3f m; the first ray has %s the ground\n",
-                has_moved ? "teleported" : "still there", height.value_or(0.0),
-                hits[0].status == QueryStatus::ok ? "met" : "not met");
-    return has_moved && height && hits[0].status == QueryStatus::ok ? 0 : 1;
+    Lidar lidar =
+        Lidar::create({.max_range = 300.0, .worker_count = 2}, make_lidar_grid().value()).value();
+    const Pose sensor = world.state(ball).pose;
+    const std::vector<LidarStatus> beams = scan(terrain, world, lidar, sensor, time_s);
+    const auto count = [&beams](LidarStatus status) {
+        return static_cast<int>(std::ranges::count(beams, status));
+    };
+    const int met = count(LidarStatus::ground), undecided = count(LidarStatus::not_resident);
+    const WorldPos& eye = sensor.translation;
+    const std::optional<double> height =
+        height_or_last(terrain.frame().ground, eye.x(), eye.y(), std::nullopt);
+    std::printf("%s; height %.3f m; of %zu beams %d meet the ground, %d are undecided\n",
+                has_moved ? "teleported" : "still there", height.value_or(0.0), beams.size(), met,
+                undecided);
+    return has_moved && height && met > 0 && undecided == 0 ? 0 : 1;
 }

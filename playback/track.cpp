@@ -8,6 +8,7 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -62,6 +63,13 @@ Result<std::string> read_text(const std::string& path) {
     return text;
 }
 
+// A number with all its digits: number_text() has six, with which times since 1970 look alike.
+std::string exact_text(double value) {
+    std::array<char, 32> text{};
+    const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+    return {text.data(), end};
+}
+
 // Fails for decreasing times. Points without a time are left out.
 Result<void> check_order(const RawTrack& track, const std::string& path) {
     const RawPoint* last = nullptr;
@@ -69,8 +77,9 @@ Result<void> check_order(const RawTrack& track, const std::string& path) {
         if (!track.has_times || !point.has_time) continue;
         if (last != nullptr && point.time < last->time) {
             return refuse_line(path, point.line,
-                               "time goes back from " + number_text(last->time) + " to " +
-                                   number_text(point.time) + " s");
+                               "time goes back by " + number_text(last->time - point.time) +
+                                   " s, from " + exact_text(last->time) + " to " +
+                                   exact_text(point.time) + " s");
         }
         last = &point;
     }
@@ -214,8 +223,8 @@ Result<void> Track::validate() const {
         }
         const double before = points[i - 1].time;
         if (!(point.time > before && std::isfinite(point.time))) {
-            return refuse("must be later than the one before at " + number_text(before) +
-                          " s, got " + number_text(point.time) + " s");
+            return refuse("must be later than the one before at " + exact_text(before) +
+                          " s, got " + exact_text(point.time) + " s");
         }
     }
     return {};
@@ -232,6 +241,11 @@ Result<Track> read_track(const std::string& path, const GeoReference& reference)
                     "a track is a .csv, .gpx, .igc or .tum file, got " + path);
     }
     TERRANE_TRY(const std::string text, read_text(path));
+    const bool is_utf_16 = text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff");
+    if (is_utf_16 && format->read != &internal::read_gpx) {
+        return fail(ErrorCode::bad_data,
+                    path + " is UTF-16 text, which only .gpx may be: save it as UTF-8");
+    }
     TERRANE_TRY(RawTrack raw, format->read(text, path));
 
     std::vector<RawPoint>& points = raw.points;

@@ -68,8 +68,10 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
         find_column(names, "time_s", "time_s"), find_column(names, "x_m", "eye_x_m"),
         find_column(names, "y_m", "eye_y_m"), find_column(names, "z_m", "eye_z_m"), names.size()};
     if (columns.x == Columns::kNone || columns.y == Columns::kNone) {
-        return refuse_line(path, number,
-                           "the header must name the columns x_m and y_m, got " + quoted(line));
+        return refuse_line(
+            path, number,
+            "the header must name the columns x_m and y_m, separated by commas, got " +
+                quoted(line));
     }
     return columns;
 }
@@ -330,6 +332,9 @@ struct GpxReading {
     std::string text;
     std::string fix;  // of the point: "none", "2d", "3d", "dgps", "pps"; "" if it does not say
     std::size_t without_fix = 0;
+    std::string encoding;  // as the file declares it
+    std::string root;      // name of the root element
+    std::size_t route_points = 0, waypoints = 0;
 
     void refuse(const std::string& what) {
         if (error) return;
@@ -393,8 +398,37 @@ struct GpxReading {
     }
 };
 
+void on_declaration(void* data, const XML_Char*, const XML_Char* encoding, int) {
+    if (encoding != nullptr) static_cast<GpxReading*>(data)->encoding = encoding;
+}
+
+constexpr const char* kEncodings =
+    "UTF-8, UTF-16, US-ASCII, ISO-8859, windows-125x, KOI8, Macintosh and IBM code pages";
+
+// Accepts an encoding that expat does not know, if it has one byte per character, and ASCII below 128. The numbers and
+// names of a track are ASCII; other bytes, in texts that are ignored, are taken for a letter.
+int on_unknown_encoding(void*, const XML_Char* name, XML_Encoding* encoding) {
+    constexpr std::array<std::string_view, 9> kOneByte{"windows-125", "cp125", "iso-8859-",
+                                                       "iso8859-",    "koi8-", "macintosh",
+                                                       "x-mac-",      "ibm",   "cp8"};
+    constexpr int kLetter = 0xC0;
+    std::string lower(name);
+    std::ranges::transform(lower, lower.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto begins = [&lower](std::string_view prefix) { return lower.starts_with(prefix); };
+    if (std::ranges::none_of(kOneByte, begins)) return XML_STATUS_ERROR;
+    for (int byte = 0; byte < 256; ++byte) encoding->map[byte] = byte < 128 ? byte : kLetter;
+    encoding->data = nullptr;
+    encoding->convert = nullptr;
+    encoding->release = nullptr;
+    return XML_STATUS_OK;
+}
+
 void on_start(void* data, const XML_Char* name, const XML_Char** attributes) {
     GpxReading& reading = *static_cast<GpxReading*>(data);
+    if (reading.root.empty()) reading.root = without_prefix(name);
+    if (without_prefix(name) == "rtept") ++reading.route_points;
+    if (without_prefix(name) == "wpt") ++reading.waypoints;
     if (reading.in_point) {
         ++reading.depth;
         reading.text.clear();
@@ -437,6 +471,30 @@ std::optional<double> parse_igc_altitude(std::string_view text) {
     return is_negative ? -*metres : *metres;
 }
 
+// What a file without track points has instead; "" if that is not known.
+std::string describe_trackless(const GpxReading& reading) {
+    if (reading.root != "gpx")
+        return "its root element is " + quoted(reading.root) + " and not 'gpx'";
+    if (reading.route_points > 0) {
+        return "it has a route of " + number_text(reading.route_points) +
+               " points (rtept), and no track (trkpt)";
+    }
+    if (reading.waypoints == 0) return "it has no track (trkpt)";
+    return "it has " + number_text(reading.waypoints) + " waypoints (wpt), and no track (trkpt)";
+}
+
+// What expat refused.
+std::string describe_failure(const GpxReading& reading) {
+    const XML_Error code = XML_GetErrorCode(reading.parser);
+    if (code == XML_ERROR_UNKNOWN_ENCODING) {
+        return "the encoding " + quoted(reading.encoding) + " is not known; known are " +
+               kEncodings;
+    }
+    if (code == XML_ERROR_INCORRECT_ENCODING)
+        return "the file is not in the encoding " + quoted(reading.encoding) + " that it declares";
+    return std::string("no XML: ") + XML_ErrorString(code);
+}
+
 }  // namespace
 
 Result<RawTrack> read_gpx(const std::string& text, const std::string& path) {
@@ -448,6 +506,8 @@ Result<RawTrack> read_gpx(const std::string& text, const std::string& path) {
     XML_SetUserData(parser.get(), &reading);
     XML_SetElementHandler(parser.get(), &on_start, &on_end);
     XML_SetCharacterDataHandler(parser.get(), &on_text);
+    XML_SetXmlDeclHandler(parser.get(), &on_declaration);
+    XML_SetUnknownEncodingHandler(parser.get(), &on_unknown_encoding, nullptr);
 
     // Parsed in pieces, because expat counts bytes in an int.
     constexpr std::size_t kPiece = std::size_t{1} << 24;
@@ -458,15 +518,16 @@ Result<RawTrack> read_gpx(const std::string& text, const std::string& path) {
                                             is_last ? XML_TRUE : XML_FALSE);
         if (reading.error) return tl::unexpected(*reading.error);
         if (status != XML_STATUS_OK) {
-            return refuse_line(
-                path, static_cast<long>(XML_GetCurrentLineNumber(parser.get())),
-                std::string("no XML: ") + XML_ErrorString(XML_GetErrorCode(parser.get())));
+            return refuse_line(path, static_cast<long>(XML_GetCurrentLineNumber(parser.get())),
+                               describe_failure(reading));
         }
         if (is_last) break;
     }
     RawTrack track = std::move(reading.track);
     track.has_heights = has_any_height(track);
     track.has_times = std::ranges::any_of(track.points, &RawPoint::has_time);
+    if (track.points.empty() && reading.without_fix == 0)
+        track.notes.push_back(describe_trackless(reading));
     if (reading.without_fix > 0) {
         track.notes.push_back(
             share_of(reading.without_fix, track.points.size() + reading.without_fix, "points") +
@@ -585,6 +646,8 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
             " are left out, because they have no position");
     }
     if (!track.points.empty()) set_igc_heights(altitudes, track);
+    if (track.points.empty() && without_position == 0)
+        track.notes.emplace_back("it has no fixes (B records)");
     return track;
 }
 

@@ -3,6 +3,7 @@
 // Range scans of the ground and the bodies of a world.
 #include "bodies.h"
 #include "conversions.h"
+#include "terrain.h"
 
 #include <terrane/collision/lidar.h>
 
@@ -68,6 +69,11 @@ py::object scan(HeldLidar& lidar, const Ground& ground, const py::object& positi
     return make_answer("LidarScan", range, point, normal, body, part, status);
 }
 
+BodyNeeds need(HeldLidar& lidar, const py::object& position, const py::object& velocity) {
+    const Pose pose{Eigen::Matrix3d::Identity(), read_vector(position, "position")};
+    return {{lidar.read()->need(pose, read_vector(velocity, "velocity"))}};
+}
+
 py::object make_grid(int azimuth_count, double first_azimuth, double azimuth_step,
                      int elevation_count, double first_elevation, double elevation_step) {
     const std::vector<Eigen::Vector3d> directions =
@@ -128,6 +134,12 @@ Raises ValueError for what is out of range.)")
 position, rotation  of the sensor: shape (3,), metres; None, a matrix (3, 3) or a unit quaternion w, x, y, z
 world               a World, or None for the ground alone
 layers, except_body, include_sensors, include_ground  as of World.rays())")
+        .def("need", &need, py::arg("position"),
+             py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
+             R"(What a Terrain must keep resident for a scan: BodyNeeds, to add to World.needs().
+
+position  of the sensor: shape (3,), metres
+velocity  of the sensor until the scan: shape (3,), metres a second, world axes)")
         .def("__len__", [](HeldLidar& self) { return self.read()->count(); })
         .def("close", &HeldLidar::close, "Stops its threads. Nothing where it is closed.")
         .def_property_readonly("closed", &HeldLidar::is_closed, "Whether close() was called.")

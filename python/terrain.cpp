@@ -295,6 +295,13 @@ velocity  shape (3,), metres a second, world axes)")
 centre_world  shape (n, 3), metres
 velocity      shape (n, 3) or (3,), metres a second, world axes
 radius        shape (n,) or one number, metres)")
+        .def(
+            "__add__",
+            [](BodyNeeds sum, const BodyNeeds& others) {
+                sum.needs.insert(sum.needs.end(), others.needs.begin(), others.needs.end());
+                return sum;
+            },
+            py::is_operator(), "The bodies of both.")
         .def("__len__", [](const BodyNeeds& bodies) { return bodies.needs.size(); });
     py::class_<HeldRegion>(module, "RequiredRegion",
                            "Ground that Terrain.require() keeps resident until release().")

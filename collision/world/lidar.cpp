@@ -169,6 +169,16 @@ Lidar::~Lidar() = default;
 
 std::size_t Lidar::count() const { return state_->directions_sensor.size(); }
 
+BodyNeed Lidar::need(const Pose& world_from_sensor, const Eigen::Vector3d& velocity) const {
+    // Directions are unit only to kUnitError. A beam over absent ground is undecided wherever a coarser chunk's bounds
+    // reach up to it, so that heights do not limit the need.
+    return {.centre_world = world_from_sensor.translation,
+            .velocity = velocity,
+            .radius = (1.0 + 2.0 * kUnitError) * state_->settings.max_range,
+            .trajectory = {},
+            .is_waiting = true};
+}
+
 Result<void> Lidar::scan(const Ground& ground, const World* world, const Pose& world_from_sensor,
                          const LidarArrays& out, const QueryFilter& filter) {
     TERRANE_TRY(check_arrays(out, count()));

@@ -25,9 +25,13 @@ from ._terrane import __version__, components
 __all__ = sorted(_answers.__all__ + [name for name in dir(_terrane) if not name.startswith("_")])
 
 _OPTIONAL = {"open_store": "store", "bake": "store", "open_dem": "dem", "Renderer": "render"}
+_ONLY_IN_CPP = {"read_track": "playback", "Track": "playback", "CameraPath": "playback", "Scene": "scene",
+                "SceneGraph": "scene", "VolumeEditor": "volume"}
 
 
 def __getattr__(name):
     if name in _OPTIONAL:
         raise AttributeError(f"terrane.{name}: this Terrane was built without the component '{_OPTIONAL[name]}'")
+    if name in _ONLY_IN_CPP:
+        raise AttributeError(f"terrane.{name} is in C++ only: the component '{_ONLY_IN_CPP[name]}' has no Python functions")
     raise AttributeError(f"module 'terrane' has no attribute '{name}'")

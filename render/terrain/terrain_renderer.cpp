@@ -25,6 +25,16 @@ using namespace internal;
 
 constexpr double kMostShadowDistance = 1e6;  // metres
 constexpr double kMostWaterLevel = 1e9;      // metres, up or down
+constexpr double kEndOfExtents = 1e5;        // metres, above all half extents of solids
+
+Result<void> check_colour(std::string name, const Colour& colour) {
+    for (const float part : {colour.red, colour.green, colour.blue}) {
+        if (part >= 0.0f && part <= 1.0f) continue;
+        return fail(ErrorCode::invalid_argument,
+                    name.append(" must have parts from 0 to 1, got ").append(number_text(part)));
+    }
+    return {};
+}
 
 Result<void> check(const RendererSettings& settings) {
     const auto refuse = [](const std::string& message) -> Result<void> {
@@ -56,6 +66,27 @@ Result<void> check(const RendererSettings& settings) {
         return refuse("shadow_texels must be " + std::to_string(kLeastShadowTexels) + " to " +
                       std::to_string(kMostShadowTexels) + ", got " +
                       std::to_string(settings.shadow_texels));
+    }
+    TERRANE_TRY(check_colour("horizon_colour", settings.horizon_colour));
+    return check_colour("zenith_colour", settings.zenith_colour);
+}
+
+Result<void> check(std::span<const DrawnObject> objects) {
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const auto named = [i](std::string what) {
+            return what.append(" of object ").append(number_text(i));
+        };
+        const Pose& pose = objects[i].world_from_object;
+        if (!pose.translation.allFinite() || !pose.rotation.allFinite())
+            return fail(ErrorCode::invalid_argument, named("the pose").append(" must be finite"));
+        for (const double extent : objects[i].extents) {
+            if (extent >= 0.0 && extent < kEndOfExtents) continue;
+            return fail(ErrorCode::invalid_argument,
+                        named("the extents")
+                            .append(" must be at least 0 and below 1e5 m, got ")
+                            .append(number_text(extent)));
+        }
+        TERRANE_TRY(check_colour(named("the colour"), objects[i].colour));
     }
     return {};
 }
@@ -215,6 +246,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                                    std::span<const DrawnObject> objects, const SceneDraws& scene) {
     State& state = *state_;
     TERRANE_TRY(check(mesh, view, state.picture));
+    TERRANE_TRY(check(objects));
     // the sky does not depend on the lattice
     const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
     EyeFrame eye;

@@ -67,13 +67,36 @@ if(COMPONENTS MATCHES "collision" AND BUILD_TYPE STREQUAL "Release")
     endif()
 endif()
 
-# A component that is not installed is an error that names it.
-execute_process(
-    COMMAND ${CMAKE_COMMAND} --fresh -S ${CMAKE_CURRENT_LIST_DIR}/stranger -B ${WORK_DIR}/missing
-        -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix}
-        -DCOMPONENTS=terrain,no_such_component
-    RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE errors)
-if(result EQUAL 0 OR NOT errors MATCHES "no_such_component")
-    message(NOTICE "${errors}")
-    message(FATAL_ERROR "a missing component was not named")
+# What is wrong with a component is an error that names it; an optional component that cannot be used is none.
+function(find_components word components)
+    file(WRITE ${WORK_DIR}/components/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(components LANGUAGES CXX)
+find_package(terrane REQUIRED COMPONENTS ${components})
+foreach(component IN ITEMS scene dem volumes)
+    message(STATUS \"\${component}=\${terrane_\${component}_FOUND}\")
+endforeach()
+")
+    execute_process(
+        COMMAND ${CMAKE_COMMAND} --fresh -S ${WORK_DIR}/components -B ${WORK_DIR}/components/build
+            -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} ${ARGN}
+        OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    string(REGEX REPLACE "[ \n]+" " " output "${output}")  # CMake wraps messages
+    if(NOT output MATCHES "${word}")
+        message(FATAL_ERROR "find_package() with the components ${components} does not say '${word}':\n${output}")
+    endif()
+    set(output "${output}" PARENT_SCOPE)
+endfunction()
+find_components("The component 'volumes' of Terrane is not found; known are base, terrain, .* render\\." "terrain volumes")
+if(COMPONENTS MATCHES "scene" AND COMPONENTS MATCHES "dem")
+    find_components("The component 'dem' of Terrane needs GDAL 3.2, which was not found\\." "terrain dem"
+        -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON)
+    find_components("scene=TRUE -- dem=FALSE -- volumes=FALSE"
+        "terrain OPTIONAL_COMPONENTS scene dem volumes" -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON)
+    file(COPY ${prefix}/ DESTINATION ${WORK_DIR}/without_store)
+    file(GLOB targets ${WORK_DIR}/without_store/lib/*/cmake/terrane/terrane_store_targets*.cmake
+        ${WORK_DIR}/without_store/lib/cmake/terrane/terrane_store_targets*.cmake)
+    file(REMOVE ${targets})
+    find_components("The component 'dem' of Terrane needs the component 'store', which is not installed in [^ ]*without_store\\."
+        "terrain dem" -DCMAKE_PREFIX_PATH=${WORK_DIR}/without_store)
+    file(REMOVE_RECURSE ${WORK_DIR}/without_store)
 endif()

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace terrane {
 namespace track_test {
@@ -165,6 +166,76 @@ TEST_F(TrackTest, GpxPointsAreProjectedByTheRaster) {
     EXPECT_NEAR(track->points[1].position_world.x(), -8'000.0, 1e-6);
     EXPECT_NEAR(track->points[1].position_world.y(), 11'100.0, 1e-6);
     EXPECT_NEAR(track->points[1].time, 2.5, 1e-6);
+}
+
+TEST_F(TrackTest, TimesThatGoBackAreTellableApart) {
+    const std::string gpx_times =
+        gpx("<trkpt lat=\"41.5\" lon=\"12.5\"><time>2020-05-04T12:01:00Z</time></trkpt>\n"
+            "<trkpt lat=\"41.5\" lon=\"12.6\"><time>2020-05-04T12:00:00Z</time></trkpt>\n");
+    EXPECT_NE(refusal("a.gpx", gpx_times, degrees())
+                  .find("line 4: time goes back by 60 s, from 1588593660 to 1588593600 s"),
+              std::string::npos);
+    EXPECT_NE(refusal("a.csv", "1588593660.25,0,0,0\n1588593660,1,1,1\n")
+                  .find("by 0.25 s, from 1588593660.25 to 1588593660 s"),
+              std::string::npos);
+    const Track late{.points = {{.time = 0.0}, {.time = 12345678.5}, {.time = 12345678.25}},
+                     .has_times = true,
+                     .note = ""};
+    EXPECT_NE(late.validate().error().message.find("at 12345678.5 s, got 12345678.25 s"),
+              std::string::npos);
+}
+
+TEST_F(TrackTest, GpxIsReadInEveryEncodingOfOneByteAndInUtf16) {
+    const std::string points =
+        "<trkpt lat=\"41.5\" lon=\"12.5\"><ele>7</ele></trkpt><trkpt lat=\"41.6\" lon=\"12.5\"/>";
+    const auto text = [&](const std::string& encoding, const std::string& name) {
+        return "<?xml version=\"1.0\" encoding=\"" + encoding + "\"?>\n<gpx><trk><name>" + name +
+               "</name><trkseg>" + points + "</trkseg></trk></gpx>";
+    };
+    const std::string cafe = "Caf\xe9 \x80\xff";
+    std::vector<std::string> texts{"\xef\xbb\xbf" + text("UTF-8", "Caf\xc3\xa9")};
+    for (const char* encoding : {"windows-1252", "Windows-1251", "CP1250", "ISO-8859-1",
+                                 "iso-8859-15", "KOI8-R", "IBM850", "macintosh"}) {
+        texts.push_back(text(encoding, cafe));
+    }
+    std::string wide = "\xff\xfe";
+    for (const char c : text("UTF-16", "Cafe")) wide.append(1, c).append(1, '\0');
+    texts.push_back(wide);
+    for (const std::string& each : texts) {
+        const Result<Track> track = read_track(write("a.gpx", each), degrees());
+        ASSERT_TRUE(track) << track.error().message;
+        EXPECT_EQ(track->points.size(), 2u);
+        EXPECT_EQ(track->points[0].position_world.z(), 7.0);
+    }
+    EXPECT_NE(refusal("a.gpx", text("Shift_JIS", "a"), degrees())
+                  .find("line 1: the encoding 'Shift_JIS' is not known; known are UTF-8, UTF-16"),
+              std::string::npos);
+    EXPECT_NE(refusal("a.gpx", text("UTF-16", "a"), degrees())
+                  .find("line 1: the file is not in the encoding 'UTF-16' that it declares"),
+              std::string::npos);
+    for (const char* name : {"a.csv", "a.igc", "a.tum"})
+        EXPECT_NE(refusal(name, wide, degrees()).find("is UTF-16 text"), std::string::npos);
+}
+
+TEST_F(TrackTest, AFileWithoutATrackSaysWhatItHasInstead) {
+    const auto refused = [&](const std::string& name, const std::string& text,
+                             const std::string& said) {
+        const std::string message = refusal(name, text, degrees());
+        EXPECT_NE(message.find("a track needs two points or more, got 0: " + said),
+                  std::string::npos)
+            << message;
+    };
+    refused("a.gpx",
+            "<gpx><rte><rtept lat=\"41.5\" lon=\"12.5\"/><rtept lat=\"41.6\" "
+            "lon=\"12.5\"/></rte></gpx>",
+            "it has a route of 2 points (rtept), and no track (trkpt)");
+    refused("a.gpx", "<gpx><wpt lat=\"41.5\" lon=\"12.5\"/></gpx>",
+            "it has 1 waypoints (wpt), and no track (trkpt)");
+    refused("a.gpx", gpx(""), "it has no track (trkpt)");
+    refused("a.gpx", "<kml><Document/></kml>", "its root element is 'kml' and not 'gpx'");
+    refused("a.igc", "AXYZ\nHFDTE010120\n", "it has no fixes (B records)");
+    EXPECT_NE(refusal("a.csv", "time_s;x_m;y_m\n0;1;2\n").find("separated by commas"),
+              std::string::npos);
 }
 
 TEST_F(TrackTest, PlacesOnTheEarthNeedARasterInDegrees) {

@@ -66,6 +66,20 @@ class Arrays(unittest.TestCase):
             with self.assertRaisesRegex(TypeError, "^x must hold real numbers, got [^\n]*$"):
                 self.ground.heights(bad, y)
 
+    def test_arguments_that_fit_no_signature_are_a_type_error_of_one_line(self):
+        truck = terrane.make_truck()
+        for call, words in (
+                (lambda: terrane.Lidar([[1, 0, 0]], max_range="far"),
+                 r"^__init__\(\) takes \(.*max_range: float = 100.*, got \(.*Lidar, list, max_range=str\)$"),
+                (lambda: terrane.World().step(None, np.zeros(2)), r"^step\(\) takes \(.*ground.*\), got \(.*ndarray\)$"),
+                (lambda: terrane.fractal(sead=7), r"^fractal\(\) takes \(.*seed: int.*got \(sead=int\)$"),
+                (lambda: self.ground.heights(np.zeros((30, 30))), r"^heights\(\) takes .*got \(.*Ground, numpy.ndarray\)$"),
+                (lambda: terrane.Shape.sphere("1"), r"^sphere\(\) takes \(.*\), got \(str\)$"),
+                (lambda: setattr(truck, "mass", "heavy"), r"^a property takes \(.*got \(.*VehicleSettings, str\)$")):
+            with self.assertRaisesRegex(TypeError, words) as caught:
+                call()
+            self.assertNotIn("\n", str(caught.exception))
+
     def test_other_shapes_are_a_value_error_that_names_both(self):
         for call, words in (
                 (lambda: self.ground.heights(np.zeros(3), np.zeros(4)), r"x and y .* \(3,\) and \(4,\)"),

@@ -55,6 +55,25 @@ class Batches(unittest.TestCase):
 
 
 class Scans(unittest.TestCase):
+    def test_the_need_of_a_sensor_loads_its_ground(self):
+        directions = terrane.lidar_grid(azimuth_count=60, azimuth_step=2 * np.pi / 60, elevation_count=8,
+                                        first_elevation=-0.8, elevation_step=0.1)
+        source = small_fractal()
+        position = np.array([300.0, -400.0, source.heights(300.0, -400.0) + 2.0])
+        world = terrane.World()
+        world.add(Shape.sphere(1.0), position + (0, 0, 9))
+        lidar = terrane.Lidar(directions, max_range=300.0)
+
+        def statuses(needs):
+            return lidar.scan(terrane.Terrain(source, worker_count=0).load([], needs, 0.0).ground, position).status
+
+        self.assertIn(int(LidarStatus.not_resident), statuses(world.needs()))
+        needs = world.needs() + lidar.need(position, (10, 0, 0))
+        self.assertEqual((len(needs), len(world.needs())), (2, 1))
+        found = statuses(needs)
+        self.assertNotIn(int(LidarStatus.not_resident), found)
+        self.assertIn(int(LidarStatus.ground), found)
+
     def test_a_scan_is_the_rays_of_the_world(self):
         ground = loaded(small_fractal()).frame.ground
         top = float(ground.heights(0.0, 0.0).height)
@@ -87,6 +106,8 @@ class Scans(unittest.TestCase):
                 lidar.scan(ground, np.zeros((2, 3)))
         with self.assertRaisesRegex(ValueError, "this Lidar is closed"):
             lidar.scan(ground, position)
+        with self.assertRaisesRegex(ValueError, "this Lidar is closed"):
+            lidar.need(position)
         with self.assertRaises(ValueError):
             terrane.Lidar(2 * directions)
         with self.assertRaises(ValueError):

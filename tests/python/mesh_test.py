@@ -122,6 +122,13 @@ class Pictures(Scene):
             self.renderer.draw(mesh, terrane.look_at((0, 0, 100), (1, 1, 0), width_px=64, height_px=64))
         with self.assertRaisesRegex(ValueError, "form of a solid"):
             self.renderer.draw(mesh, self.view, [("cone", (0, 0, 0), (1, 1, 1), None, (1.0, 0.0, 0.0))])
+        for extents, colour, said in (((1, -5, 1), (1, 0, 0), "extents of object 0 .*, got -5$"),
+                                      ((1, 1e5, 1), (1, 0, 0), "extents of object 0 .*, got 100000$"),
+                                      ((1, 1, 1), (0, 0, 255), "colour of object 0 .* 0 to 1, got 255$")):
+            with self.assertRaisesRegex(ValueError, said):
+                self.renderer.draw(mesh, self.view, [("box", (0, 0, 0), extents, None, colour)])
+        with self.assertRaisesRegex(ValueError, "horizon_colour .* 0 to 1, got 128$"):
+            terrane.Renderer(64, 64, horizon_colour=(128, 150, 200))
         with self.assertRaises(ValueError):
             terrane.Renderer(0, 10)
         caught = []

@@ -114,6 +114,10 @@ class Names(unittest.TestCase):
             terrane.Volumes
         with self.assertRaisesRegex(AttributeError, "Renderer: .*without the component 'render'"):
             terrane.__getattr__("Renderer")
+        with self.assertRaisesRegex(AttributeError, "read_track is in C.. only: the component 'playback'"):
+            terrane.read_track
+        for name in terrane._ONLY_IN_CPP:
+            self.assertNotIn(name, terrane.__all__)
 
 
 main()

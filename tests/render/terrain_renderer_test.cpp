@@ -64,6 +64,9 @@ TEST_F(TerrainRendererTest, RefusesSettingsOutOfRangeAndNamesThem) {
     refused({.tint_low = 0.0, .tint_high = 0.0}, "");
     refused({.tint_low = -kInfinity}, "");
     refused({.sample_count = 0}, "");
+    refused({.horizon_colour = {0.7f, 128.0f, 0.9f}},
+            "horizon_colour must have parts from 0 to 1, got 128");
+    refused({.zenith_colour = {-0.1f, 0.0f, 0.0f}}, "zenith_colour");
     for (const double level : {nan, kInfinity, 1e300, -2e9})
         refused({.water_level = level}, "water_level");
     for (const double distance : {-1.0, 1.1e6, 1e300, nan, kInfinity})
@@ -100,6 +103,22 @@ TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
         ASSERT_FALSE(drawn);
         EXPECT_EQ(drawn.error().code, ErrorCode::invalid_argument);
     }
+    const auto refuses = [&](const Pose& pose, const Eigen::Vector3d& extents, const Colour& colour,
+                             const std::string& said) {
+        std::vector<DrawnObject> objects(2);
+        objects[1] = {DrawnObject::Form::box, pose, extents, colour};
+        const Result<void> drawn = renderer.draw(scene.mesh(), view_along(), objects);
+        EXPECT_EQ(drawn ? "" : drawn.error().message, said);
+    };
+    const Colour red{1.0f, 0.0f, 0.0f};
+    refuses({}, {1.0, -5.0, 1.0}, red,
+            "the extents of object 1 must be at least 0 and below 1e5 m, got -5");
+    refuses({}, {1.0, 1.0, 1e5}, red,
+            "the extents of object 1 must be at least 0 and below 1e5 m, got 100000");
+    refuses({}, {1.0, 1.0, 1.0}, {0.0f, 255.0f, 0.0f},
+            "the colour of object 1 must have parts from 0 to 1, got 255");
+    refuses({.translation = {0.0, 0.0, std::nan("")}}, {1.0, 1.0, 1.0}, red,
+            "the pose of object 1 must be finite");
     EXPECT_EQ(count_different(before, renderer.read()), 0);
 }
 

@@ -141,6 +141,11 @@ TEST(ParseQuery, ReadsEveryOperation) {
     EXPECT_EQ(swept.to_rotation, Eigen::Matrix3d::Identity());
 }
 
+TEST(ParseQuery, NamesTheColumnOfAnErrorOfTheJson) {
+    EXPECT_EQ(complaint(R"({"op":"ray",})").find("the line is no JSON: column 13: "), 0u);
+    EXPECT_EQ(complaint("[1,2]"), "the line must be a JSON object, got [1,2]");
+}
+
 TEST(ParseQuery, KeepsTheIdOfABadQuestion) {
     const QueryLine parsed = parse_query(R"({"id":"seven","op":"dance"})");
     ASSERT_FALSE(parsed.question);

@@ -82,8 +82,13 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"dem":"a.tif","cell_m":-1})", "cell_m"},
              {R"({"seed":)" + std::string(100'000, '['), "deeper than 64"},
              {"{}", "names no terrain"},
-             {"[]", "one.json"},
-             {"{\"seed\":", "one.json"}}) {
+             {"[1]", "scene 'one.json' must be a JSON object, got [1]"},
+             {"", "'one.json': line 1, column 1: "},
+             {"{\n  \"seed\": 7,\n}", "'one.json': line 3, column 1: "},
+             {"\xef\xbb\xbf{\n\"seed\" 7}", "'one.json': line 2, column 8: "},
+             {"{\"seed\": 1e999}", "'one.json': number overflow parsing '1e999'"},
+             {"{\"seed\": 7, // note\n}", "'one.json': line 1, column 13: "},
+             {"\xff\xfe{\0", "'one.json': UTF-16 text"}}) {
         const CommandResult<TerrainOptions> scene = parse_scene(text, "one.json");
         ASSERT_FALSE(scene) << text;
         EXPECT_NE(scene.error().message.find(word), std::string::npos) << scene.error().message;
@@ -94,7 +99,7 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
 CommandResult<Terrain> open_line(const std::string& line) {
     CLI::App app;
     TerrainOptions options;
-    add_terrain_options(app, options);
+    add_terrain_options(app, options, {});
     app.parse(line);
     return open_terrain(options);
 }

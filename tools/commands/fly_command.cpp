@@ -49,11 +49,24 @@ std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const 
                                          kMegabyte * bandwidth);
 }
 
+// The bodies of a scene, at their start.
+std::vector<DrawnObject> solids_of(std::span<const PlacedBody> bodies) {
+    std::vector<DrawnObject> solids;
+    for (const PlacedBody& body : bodies) {
+        BodyState state = body.state;
+        if (body.settings.type == BodyType::static_body) state.condition = BodyCondition::fixed;
+        add_objects(body.settings.shape, state, solids);
+    }
+    return solids;
+}
+
 // Plays the flight: frame i shows time i / fps. Loaders run in real time.
 //
+// @param bodies  drawn in every frame
 // @param storage null without simulated storage
 Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t frame_count,
-                 SlowHeights* storage, FrameMaker& maker, FlightOutput& output) {
+                 std::span<const DrawnObject> bodies, SlowHeights* storage, FrameMaker& maker,
+                 FlightOutput& output) {
     Progress progress("flying");
     std::vector<CameraMoment> future;
     if (options.policy == PagingChoice::oracle) future = camera_trajectory(path_moments(path), 0.0);
@@ -75,7 +88,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
             .view = view,
             .velocity = pose.velocity,
             .trajectory = trajectory_ahead(std::span<const CameraMoment>(future), time, horizon)};
-        TERRANE_TRY(output.add(maker.make(camera, {}, time), view));
+        TERRANE_TRY(output.add(maker.make(camera, {}, time), view, bodies));
         const FrameRecord& record = output.frames().back();
         maker.add_frame_time(record);
         if (output.is_closed()) break;
@@ -126,7 +139,8 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
         maker.set_governor(governor);
     }
 
-    if (const Result<void> flown = fly(options, path, frame_count, storage.get(), maker, output);
+    if (const Result<void> flown = fly(options, path, frame_count, solids_of(terrain.bodies),
+                                       storage.get(), maker, output);
         !flown) {
         return pass_on(flown.error());
     }
@@ -159,7 +173,7 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                  "Metres above the smoothed ground; 200 without it, or a track's own heights");
     add_positive(*fly, "--seconds", options->seconds, "How long; 20 without it, or all of a track");
     add_not_negative(*fly, "--start-s", options->start, "Seconds of a track to leave out");
-    add_flight_options(*fly, *options);
+    add_flight_options(*fly, *options, {"bodies", "volumes", "objects", "imagery", "water_m"});
     add_paging_choice(*fly, options->policy, options->radius);
     add_in_range(*fly, "--latency-ms", options->latency_ms, 0.0, 1e6,
                  "Storage that takes so long to begin to answer, in real time: see --realtime");

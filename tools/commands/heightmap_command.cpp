@@ -204,7 +204,7 @@ void add_heightmap_command(CLI::App& app, CommandContext& context) {
     CLI::App* command = app.add_subcommand("heightmap",
                                            "Writes a square of 2^n + 1 heights for Gazebo and "
                                            "other simulators: a raster and an SDF model");
-    add_terrain_options(*command, options->terrain);
+    add_terrain_options(*command, options->terrain, {});
     add_in_range(*command, "--centre-x-m", options->centre_x_m, -kMostPlace, kMostPlace,
                  "World x of the square's centre, metres; without it that of --start-m");
     add_in_range(*command, "--centre-y-m", options->centre_y_m, -kMostPlace, kMostPlace,

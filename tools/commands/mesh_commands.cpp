@@ -154,7 +154,7 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<MeshOptions>();
     CLI::App* mesh = app.add_subcommand(
         "mesh", "Makes the mesh of one view, with everything loaded that it needs, and writes it");
-    add_terrain_options(*mesh, options->terrain);
+    add_terrain_options(*mesh, options->terrain, {"volumes"});
     add_point(*mesh, "--eye", options->eye_world,
               "Where the camera is, metres; without it south of the point looked at, and above");
     add_point(*mesh, "--look", options->look_world,

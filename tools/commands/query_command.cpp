@@ -24,6 +24,15 @@ struct QueryOptions {
     double memory_mb = 1024.0;
 };
 
+/// Whether the answer to a question leaves out the bodies and objects of a scene.
+bool is_of_ground_alone(const Parsed<Question>& question) {
+    if (!question) return false;
+    const auto meets_ground = [](const auto* asked) { return asked != nullptr && !asked->other; };
+    return meets_ground(std::get_if<RayQuestion>(&*question)) ||
+           meets_ground(std::get_if<ShapeQuestion>(&*question)) ||
+           meets_ground(std::get_if<CastQuestion>(&*question));
+}
+
 CommandResult<void> run_query(const QueryOptions& options) {
     TerrainOptions whole = options.terrain;
     whole.world = WorldKind::whole;
@@ -39,6 +48,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
                        .objects = terrain.objects,
                        .heightfield = heightfield_of(terrain)};
 
+    bool has_more = !terrain.bodies.empty() || terrain.objects != nullptr;  // than ground
     LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
     for (;;) {
         std::string_view line;
@@ -47,11 +57,21 @@ CommandResult<void> run_query(const QueryOptions& options) {
         if (status == LineReader::Status::failed) {
             return failure(fmt::format("cannot read standard input: {}", std::strerror(errno)));
         }
-        const std::string answer =
-            status == LineReader::Status::too_long
-                ? to_line(invalid_answer(
-                      fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
-                : to_line(answer_query(parse_query(line), ground, scene));
+        std::string answer;
+        if (status == LineReader::Status::too_long) {
+            answer = to_line(invalid_answer(
+                fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)));
+        } else {
+            const QueryLine asked = parse_query(line);
+            answer = to_line(answer_query(asked, ground, scene));
+            if (has_more && is_of_ground_alone(asked.question)) {
+                print_note(fmt::format(
+                    "ray, test, find, distance, pseudodistance and cast meet the ground of the "
+                    "scene '{}'; its bodies and objects are met by pick alone",
+                    options.terrain.scene));
+                has_more = false;  // said once
+            }
+        }
         std::fwrite(answer.data(), 1, answer.size(), stdout);
         std::fputc('\n', stdout);
         // a full disk: main() reports it
@@ -93,8 +113,9 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "With \"other\":{\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..} "
         "a "
         "shape or a ray meets that shape instead of the ground.\n"
+        "Bodies and objects of a scene are met by pick alone, as a note says.\n"
         "An \"id\" is echoed. A bad line gets status invalid and a message.");
-    add_terrain_options(*query, options->terrain);
+    add_terrain_options(*query, options->terrain, {"bodies", "surface", "volumes", "objects"});
     add_in_range(*query, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,
                  "Answers come from the coarsest level of at most this spacing, metres; 0: the "
                  "finest");

@@ -115,7 +115,7 @@ void add_info_command(CLI::App& app, CommandContext& context) {
     CLI::App* info = app.add_subcommand(
         "info",
         "Describes a terrain: extent, heights, levels, the conversion to its coordinates, volumes");
-    add_terrain_options(*info, options->terrain);
+    add_terrain_options(*info, options->terrain, {"volumes"});
     info->add_flag("--json", options->json, "Print one JSON object");
     info->footer("Example: terrane info --dem tools/data/jacksboro.tif --json");
     info->callback([&context, options] { context.run = [options] { return run_info(*options); }; });
@@ -182,7 +182,7 @@ void add_bake_command(CLI::App& app, CommandContext& context) {
     CLI::App* bake = app.add_subcommand("bake",
                                         "Writes a terrain as a file of compressed chunks with "
                                         "exact bounds, which --dem opens at once");
-    add_terrain_options(*bake, options->terrain);
+    add_terrain_options(*bake, options->terrain, {});
     bake->add_option("--out", options->out, "File to write; one that is there is replaced")
         ->type_name("FILE.terrane")
         ->required();

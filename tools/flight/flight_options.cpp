@@ -78,8 +78,9 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
     app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
 }
 
-void add_flight_options(CLI::App& app, FlightOptions& options) {
-    add_terrain_options(app, options.terrain);
+void add_flight_options(CLI::App& app, FlightOptions& options,
+                        std::initializer_list<const char*> scene_parts) {
+    add_terrain_options(app, options.terrain, scene_parts);
     add_picture_options(app, options, "flight");
     add_count(app, "--budget", options.budget, 1, "Most triangles a frame", kMostTriangles);
     add_positive(app, "--max-error-px", options.max_error_px,

@@ -68,7 +68,10 @@ struct FlightOptions {
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
 
 /// Adds all flags except --path, --speed, --altitude and --seconds, whose meanings differ between commands.
-void add_flight_options(CLI::App& app, FlightOptions& options);
+///
+/// @param scene_parts see add_terrain_options()
+void add_flight_options(CLI::App& app, FlightOptions& options,
+                        std::initializer_list<const char*> scene_parts);
 
 /// Adds --policy and --radius.
 void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius);

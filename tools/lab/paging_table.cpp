@@ -212,7 +212,7 @@ bool is_positive(const std::optional<double>& value) { return value && *value > 
 }  // namespace
 
 void add_page_options(CLI::App& app, PageOptions& options) {
-    add_terrain_options(app, options.terrain);
+    add_terrain_options(app, options.terrain, {"volumes"});
     add_path_list(app, options.paths);
     add_positive_list(app, "--speed", options.speeds,
                       "Metres a second; without it 100 (spins: 20), or a track's own times");

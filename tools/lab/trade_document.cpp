@@ -3,6 +3,7 @@
 
 #include "assets.h"
 #include "frames/flight_log.h"
+#include "program/json_values.h"
 #include "program/options.h"
 #include "program/output_file.h"
 #include "program/summary.h"
@@ -64,7 +65,6 @@ std::string fault_of(const Json& value, const Json& form, const std::string& nam
 }
 
 std::string fault_of_document(const Json& document) {
-    if (document.is_discarded()) return "it is no JSON";
     if (!document.is_object() || document.value("format", Json()) != kTradeFormat) {
         return fmt::format("it has no \"format\": \"{}\"", kTradeFormat);
     }
@@ -132,11 +132,12 @@ CommandResult<Json> read_trade_document(const std::string& path) {
     if (!file.is_open() || file.bad()) {
         return failure(fmt::format("cannot read '{}': {}", path, std::strerror(errno)));
     }
-    Json document = Json::parse(text, nullptr, false);
-    if (const std::string fault = fault_of_document(document); !fault.empty()) {
+    Parsed<Json> document = parse_json(text);
+    const std::string fault = document ? fault_of_document(*document) : document.error();
+    if (!fault.empty()) {
         return failure(fmt::format("'{}' is no trade.json of terrane trade: {}", path, fault));
     }
-    return document;
+    return *std::move(document);
 }
 
 Json compare_documents(const Json& a, const Json& b) {

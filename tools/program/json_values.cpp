@@ -19,11 +19,51 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMaxCoordinate = 2e9;
 constexpr double kUnitTolerance = 1e-6;
+constexpr int kMaxNesting = 64;
+
+/// Nesting depth of the brackets of a text: limited, because functions on values recurse.
+int nesting_of(std::string_view text) {
+    int depth = 0;
+    int deepest = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string) {
+            if (c == '\\') ++i;
+            if (c == '"') in_string = false;
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '[' || c == '{') {
+            deepest = std::max(deepest, ++depth);
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
+    return deepest;
+}
 
 }  // namespace
 
 tl::unexpected<std::string> wrong(std::string message) {
     return tl::unexpected<std::string>(std::move(message));
+}
+
+Parsed<Json> parse_json(std::string_view text) {
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+        return wrong("UTF-16 text, which must be UTF-8");
+    if (nesting_of(text) > kMaxNesting)
+        return wrong(fmt::format("brackets go deeper than {}", kMaxNesting));
+    try {
+        return Json::parse(text);
+    } catch (const Json::exception& error) {
+        // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
+        std::string_view what = error.what();
+        for (const std::string_view before : {"] ", "parse error at "}) {
+            const std::size_t begin = what.find(before);
+            if (begin != std::string_view::npos) what.remove_prefix(begin + before.size());
+        }
+        return wrong(std::string(what));
+    }
 }
 
 std::string shown(const Json& value) {

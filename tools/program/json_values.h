@@ -22,6 +22,9 @@ using Parsed = tl::expected<T, std::string>;
 
 tl::unexpected<std::string> wrong(std::string message);
 
+/// Parses a JSON text in UTF-8. A message gives line and column of the error.
+Parsed<nlohmann::ordered_json> parse_json(std::string_view text);
+
 /// The text of a value for a message, shortened if it is long.
 std::string shown(const nlohmann::ordered_json& value);
 

@@ -159,28 +159,6 @@ Parsed<PickQuestion> read_pick(const Json& object) {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr int kMaxNesting = 64;
-
-/// Nesting depth of the brackets of a line: limited, because the parser recurses.
-int nesting_of(std::string_view line) {
-    int depth = 0;
-    int deepest = 0;
-    bool in_text = false;
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        const char c = line[i];
-        if (in_text) {
-            if (c == '\\') ++i;
-            if (c == '"') in_text = false;
-        } else if (c == '"') {
-            in_text = true;
-        } else if (c == '[' || c == '{') {
-            deepest = std::max(deepest, ++depth);
-        } else if (c == ']' || c == '}') {
-            --depth;
-        }
-    }
-    return deepest;
-}
 
 Parsed<Question> read_height(const Json& object) {
     const Parsed<double> x = read_coordinate(object, "x");
@@ -305,22 +283,24 @@ Parsed<Question> read_question(const Json& object) {
 
 QueryLine parse_query(std::string_view line) {
     QueryLine parsed{.id = {}, .has_id = false, .question = wrong("")};
-    if (nesting_of(line) > kMaxNesting) {
-        parsed.question = wrong(fmt::format("brackets go deeper than {}", kMaxNesting));
+    const Parsed<Json> object = parse_json(line);
+    if (!object) {
+        // of the only line
+        constexpr std::string_view kLine = "line 1, ";
+        std::string fault = object.error();
+        if (fault.starts_with(kLine)) fault.erase(0, kLine.size());
+        parsed.question = wrong("the line is no JSON: " + fault);
         return parsed;
     }
-    const Json object = Json::parse(line, nullptr, false);
-    if (!object.is_object()) {
-        parsed.question =
-            wrong(object.is_discarded() ? "the line is not JSON that can be read"
-                                        : "the line must be a JSON object, got " + shown(object));
+    if (!object->is_object()) {
+        parsed.question = wrong("the line must be a JSON object, got " + shown(*object));
         return parsed;
     }
-    if (const auto id = object.find("id"); id != object.end()) {
+    if (const auto id = object->find("id"); id != object->end()) {
         parsed.id = *id;
         parsed.has_id = true;
     }
-    parsed.question = read_question(object);
+    parsed.question = read_question(*object);
     return parsed;
 }
 

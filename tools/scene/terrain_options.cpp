@@ -157,10 +157,13 @@ constexpr const char* kGdalCache_mb = "256";
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMaxNesting = 64;  // brackets in a scene file
 const std::array<std::string, 15> kSceneKeys{
     "dem",     "seed",    "fractal",     "detail_m",     "bodies", "surface",  "volumes", "objects",
     "water_m", "imagery", "height_unit", "height_scale", "nodata", "encoding", "cell_m"};
+
+/// Keys that not every command uses.
+constexpr std::array<std::string_view, 6> kPartKeys{"bodies",  "surface", "volumes",
+                                                    "objects", "imagery", "water_m"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -326,7 +329,10 @@ CommandResult<std::string> read_text(const std::string& path) {
 
 }  // namespace
 
-void add_terrain_options(CLI::App& app, TerrainOptions& options) {
+void add_terrain_options(CLI::App& app, TerrainOptions& options,
+                         std::initializer_list<const char*> scene_parts) {
+    options.command = app.get_name();
+    options.scene_parts.assign(scene_parts.begin(), scene_parts.end());
     app.add_option("--dem", options.dem,
                    "Raster of heights, in any format that GDAL reads, or a terrain that 'terrane "
                    "bake' wrote")
@@ -359,10 +365,10 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options) {
         "--scene", options.scene,
         "The same choices in a JSON file, with the keys dem, seed, fractal, "
         "detail_m, height_unit, height_scale, nodata, encoding and cell_m; and bodies, "
-        "which drop, drive and walk play, surface, the friction by place, "
+        "which drop, drive and walk play, and fly shows, surface, the friction by place, "
         "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
         "show, and for pictures water_m, the level of water, and imagery, a raster of "
-        "colours");
+        "colours. A note names those that the command does not use");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -447,24 +453,19 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
 }
 
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path) {
-    bool is_too_deep = false;
-    const Json scene = Json::parse(
-        text,
-        [&](int depth, Json::parse_event_t, Json&) {
-            is_too_deep = is_too_deep || depth > kMaxNesting;
-            return depth <= kMaxNesting;
-        },
-        false);
-    if (is_too_deep) {
+    const Parsed<Json> scene = parse_json(text);
+    if (!scene) return failure(fmt::format("scene '{}': {}", path, scene.error()));
+    if (!scene->is_object()) {
         return failure(
-            fmt::format("scene '{}' has brackets that go deeper than {}", path, kMaxNesting));
+            fmt::format("scene '{}' must be a JSON object, got {}", path, shown(*scene)));
     }
-    if (!scene.is_object()) return failure("scene " + quoted(path) + " is not a JSON object");
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     TerrainOptions options;
-    for (const auto& item : scene.items()) {
+    for (const auto& item : scene->items()) {
         const std::string& key = item.key();
         const Json& value = item.value();
+        if (std::ranges::find(kPartKeys, key) != kPartKeys.end() && !value.empty())
+            options.scene_parts.push_back(key);
         const auto wrong = [&](const char* wanted) {
             return failure(
                 fmt::format("scene '{}': {} must be {}, got {}", path, key, wanted, shown(value)));
@@ -536,8 +537,17 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         scene.dem_memory_mb = options.dem_memory_mb;
         scene.raster.override_by(options.raster);
         scene.cache = options.cache;
+        std::vector<std::string> unused = scene.scene_parts;
+        std::erase_if(unused, [&](const std::string& key) {
+            return std::ranges::find(options.scene_parts, key) != options.scene_parts.end();
+        });
         TERRANE_TRY(Terrain terrain, open_terrain(scene));
-        return play_scene(options.scene, std::move(scene), std::move(terrain));
+        TERRANE_TRY(terrain, play_scene(options.scene, std::move(scene), std::move(terrain)));
+        if (!unused.empty()) {
+            print_note(fmt::format("{} does not use {} of the scene '{}'", options.command,
+                                   fmt::join(unused, ", "), options.scene));
+        }
+        return terrain;
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");

@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,12 +79,18 @@ struct TerrainOptions {
     std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
     WorldKind world = WorldKind::windowed;               ///< of a fractal without world_m
     std::optional<WorldVec2> start = std::nullopt;       ///< start position of commands, metres
-    std::string cache;  ///< a folder, "beside" or "off"; "": the user's cache folder
+    std::string cache;         ///< a folder, "beside" or "off"; "": the user's cache folder
+    std::string command = {};  ///< name of the command, for notes
+    std::vector<std::string> scene_parts = {};  ///< see add_terrain_options(); of a scene: its own
 };
 
 /// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --dem-memory-mb, --cache and the flags of
 /// RasterOptions. `options` must outlive the app's parse().
-void add_terrain_options(CLI::App& app, TerrainOptions& options);
+///
+/// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, imagery and
+///                    water_m: open_terrain() notes the others that a scene has
+void add_terrain_options(CLI::App& app, TerrainOptions& options,
+                         std::initializer_list<const char*> scene_parts);
 
 /// A terrain selected on the command line.
 struct Terrain {

@@ -5,12 +5,15 @@
 #include "support/random.h"
 
 #include <terrane/collision/lidar.h>
+#include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/pager.h>
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -185,6 +188,51 @@ TEST(Lidar, SeesNothingNearerOrFartherThanItsRanges) {
         if (is_seen) {
             EXPECT_NEAR(arrays.ranges[0], 15.6, 1e-12);
         }
+    }
+}
+
+// A sensor that flies over paged ground, 2 m above the surface and then far above it. The pager loads in update(), so
+// that all the ground of a need is resident.
+std::size_t count_undecided(bool has_need, const Eigen::Vector3d& velocity, double height) {
+    const auto source =
+        FractalHeights::create(
+            {.seed = 5, .amplitude = 90.0, .wavelength_log2 = 8, .root_size_log2 = 12})
+            .value();
+    Pager pager = Pager::create(source, {.memory_bytes = 64 << 20, .worker_count = 0}).value();
+    const std::vector<Eigen::Vector3d> directions =
+        make_lidar_grid({.azimuth_count = 180,
+                         .azimuth_step = std::numbers::pi / 90.0,
+                         .elevation_count = 24,
+                         .first_elevation = -0.9,
+                         .elevation_step = 0.05})
+            .value();
+    Lidar lidar = Lidar::create({.min_range = 0.5, .max_range = 400.0}, directions).value();
+    Arrays arrays(directions.size());
+    Pose pose{.translation = {-300.0, 40.0, 0.0}};
+    std::size_t undecided = 0, hits = 0;
+    constexpr double kStepTime = 0.1;
+    for (int step = 0; step < 30; ++step) {
+        pose.translation.z() = source->height(pose.translation.x(), pose.translation.y()) + height;
+        std::vector<BodyNeed> needs;
+        if (has_need) needs.push_back(lidar.need(pose, velocity));
+        pager.update({}, needs, kStepTime * step);
+        pose.translation += kStepTime * velocity;
+        EXPECT_TRUE(lidar.scan(pager.ground(), nullptr, pose, arrays.out()));
+        for (const LidarStatus status : arrays.statuses) {
+            undecided += status == LidarStatus::not_resident ? 1 : 0;
+            hits += status == LidarStatus::ground ? 1 : 0;
+        }
+    }
+    EXPECT_TRUE(!has_need || hits > 1000) << hits;
+    EXPECT_EQ(pager.stats().cut_needs, 0u);
+    return undecided;
+}
+
+TEST(Lidar, ItsNeedLoadsAllGroundThatItsBeamsMayMeet) {
+    const Eigen::Vector3d velocity(60.0, 25.0, 0.0);
+    for (const double height : {2.0, 120.0, 300.0}) {
+        EXPECT_EQ(count_undecided(true, velocity, height), 0u) << height;
+        EXPECT_GT(count_undecided(false, velocity, height), 0u) << height;
     }
 }
 

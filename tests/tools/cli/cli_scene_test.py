@@ -147,6 +147,48 @@ class Scenes(Folder):
             self.assert_all_refused([(["drop", *scene, "--count", 1, "--seconds", 0.1], *words),
                                      (["drive", *scene, *SMALL], *words), (["walk", *scene, *SMALL], *words)], [1])
 
+    def test_a_note_names_the_keys_that_a_command_does_not_use(self):
+        self.write("rock.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+        scene = self.over_flat(bodies=[{"shape": BOX, "position": [0, 0, 1], "type": "static"}], water_m=-5,
+                               surface=[{"rect": [0, 0, 1, 1], "friction": 0.5}],
+                               objects=[{"mesh": "rock.obj", "position": [5, 5, 0]}])
+        flight = ("--seconds", 0.2, *SMALL)
+        for arguments, unused in (
+                (("info",), "bodies, water_m, surface, objects"), (("mesh",), "bodies, water_m, surface, objects"),
+                (("heightmap", "--side", 5), "bodies, water_m, surface, objects"),
+                (("bake", "--out", self.path("flat.terrane")), "bodies, water_m, surface, objects"),
+                (("fly", *flight), "surface"), (("drive", *flight), None), (("walk", *flight), None),
+                (("drop", "--count", 1, "--seconds", 0.1), None), (("query",), "water_m")):
+            with self.subTest(arguments):
+                done = run(*arguments, "--scene", scene, stdin="")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                notes = [line for line in done.stderr.splitlines() if "does not use" in line]
+                wanted = [f"terrane: {arguments[0]} does not use {unused} of the scene '{scene}'"] if unused else []
+                self.assertEqual(notes, wanted)
+        empty = run("info", "--scene", self.over_flat(bodies=[], objects=[]))
+        self.assertEqual(empty.stderr, "")
+
+    def test_a_query_says_once_that_it_leaves_out_bodies_and_objects(self):
+        scene = self.over_flat(bodies=[{"shape": BOX, "position": [0, 0, 1]}])
+        height, ray = '{"op":"height","x":0,"y":0}\n', '{"op":"ray","from":[0,0,9],"to":[0,0,-9]}\n'
+        pair = f'{{"op":"test","shape":{{"sphere":{{"radius":1}}}},"position":[0,0,0],"other":{{"shape":{{"sphere":' \
+               f'{{"radius":1}}}},"position":[0,0,1]}}}}\n'
+        for questions, count in ((height + pair + "no question\n", 0), (height + ray + ray, 1)):
+            done = run("query", "--scene", scene, stdin=questions)
+            self.assertEqual(done.stderr.count("are met by pick alone"), count, done.stderr)
+        self.assertEqual(run("query", "--scene", self.over_flat(), stdin=ray).stderr, "")
+
+    def test_a_flight_shows_the_bodies_of_its_scene(self):
+        track = self.write("track.csv", "time_s,x_m,y_m,z_m\n0,-100,0,30\n10,100,0,30\n")
+        ball = {"shape": {"sphere": {"radius": 15}}, "position": [0, 0, 30]}
+        pictures = []
+        for bodies in ([], [ball], [{**ball, "type": "static"}]):
+            done = run("fly", "--scene", self.over_flat(bodies=bodies), "--path", track, "--seconds", 0.2, *SMALL,
+                       "--png", "--out", self.path("out"))
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            pictures.append(self.read("out/frame_000000.png"))
+        self.assertEqual(len(set(pictures)), 3)
+
     def test_a_drop_of_nothing_is_refused(self):
         self.assert_refused(run("drop", "--scene", self.over_flat(), "--count", 0), [1], "--count 0", "has no bodies")
 

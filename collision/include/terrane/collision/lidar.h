@@ -5,6 +5,7 @@
 #include <terrane/base/result.h>
 #include <terrane/collision/body.h>
 #include <terrane/collision/world_query.h>
+#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
 
 #include <cstddef>
@@ -85,6 +86,15 @@ public:
 
     /// Number of directions.
     std::size_t count() const;
+
+    /// The need of a sensor, for a pager beside World::needs(): all ground within max_range in plan, whatever its
+    /// height, and ground that comes into range as the sensor moves. Beams that reach ground for which nothing asks have
+    /// the status not_resident. If the area is too large for the pager, its outer part is left out:
+    /// PagerStats::cut_needs.
+    ///
+    /// @param velocity of the sensor until the scan, m/s, world axes
+    BodyNeed need(const Pose& world_from_sensor,
+                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) const;
 
     /// Scans the ground and the bodies of a world.
     ///

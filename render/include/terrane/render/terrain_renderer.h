@@ -97,8 +97,8 @@ struct DrawnObject {
     Form form = Form::box;   ///< which solid is drawn
     Pose world_from_object;  ///< position of its centre, and its axes
     Eigen::Vector3d extents =
-        Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres
-    Colour colour{0.8f, 0.2f, 0.1f};     ///< before lighting
+        Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres, 0 to below 1e5
+    Colour colour{0.8f, 0.2f, 0.1f};     ///< before lighting, 0 to 1
 };
 
 /// Statistics of the last successful draw().
@@ -144,7 +144,8 @@ public:
     /// whose eye is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident
     /// set or too few indices; the previous frame is then kept. Fails with device_unavailable for OpenGL errors.
     ///
-    /// @param objects simple solids
+    /// @param objects simple solids; draw() also fails with invalid_argument for poses that are not finite, and for
+    ///                extents and colours out of range
     /// @param scene   draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
     ///                impostor or range that does not exist, and for numbers that are not finite or out of range
     Result<void> draw(const TerrainMesh& mesh, const View& view,
