@@ -28,7 +28,6 @@ NAMES = {
     "fmt": ("libfmt-dev", "fmt", None),
     "glfw3": ("libglfw3-dev", "glfw3", None),
     "nlohmann_json": ("nlohmann-json3-dev", "nlohmann-json", None),
-    "assimp": ("libassimp-dev", "assimp", None),
     "GTest": ("libgtest-dev", "gtest", None),
 }
 # Folder of a CMakeLists.txt: the feature of vcpkg.json, the set of Debian's packages (terrane_packages.cmake).

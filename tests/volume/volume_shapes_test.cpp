@@ -223,6 +223,106 @@ TEST(MeshVolume, HasTheSameBitsWithAnyNumberOfOpenVdbsThreads) {
     }
 }
 
+/// Adds a mesh, moved, and inside out if its triangles are to face inwards.
+void add_shell(VolumeMesh& mesh, VolumeMesh shell, const Eigen::Vector3d& at, bool faces_inwards) {
+    const auto offset = static_cast<std::uint32_t>(mesh.points_shape.size());
+    for (const Eigen::Vector3d& p : shell.points_shape) mesh.points_shape.push_back(p + at);
+    for (auto& t : shell.triangles) {
+        if (faces_inwards) std::swap(t[1], t[2]);
+        mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+    }
+}
+
+TEST(MeshVolume, KeepsCavitiesAndWhatIsSolidInThem) {
+    VolumeMesh mesh;
+    const Eigen::Vector3d aside(40.0, 0.0, 0.0), none(0.0, 0.0, 0.0);
+    add_shell(mesh, ball(4, 5.0), none, false);  // in the cavity
+    add_shell(mesh, ball(4, 12.0), none, true);  // the cavity
+    add_shell(mesh, ball(4, 17.0), none, false);
+    add_shell(mesh, ball(4, 12.0), aside, false);  // beside it, with two cavities
+    add_shell(mesh, ball(3, 3.0), aside + Eigen::Vector3d(-4.0, 0.0, 1.0), true);
+    add_shell(mesh, ball(3, 3.0), aside + Eigen::Vector3d(4.0, 0.0, 1.0), true);
+    VolumeOperation operation = place(mesh, {63.3, 64.4, 30.0});
+    operation.voxel = 1.0;
+    Random random(11);
+    operation.world_from_shape.rotation = random.rotation();
+    const auto placed = PlacedVolume::create(shapes_test::wide_world(), 0, operation);
+    ASSERT_TRUE(placed) << placed.error().message;
+    const auto distance_to_ball = [](const Eigen::Vector3d& p, const Eigen::Vector3d& centre,
+                                     double radius) { return (p - centre).norm() - radius; };
+    int compared = 0;
+    for (int i = 0; i < 3000; ++i) {
+        const Eigen::Vector3d p(random.between(-20.0, 55.0), random.between(-20.0, 20.0),
+                                random.between(-20.0, 20.0));
+        const double onion =
+            std::min(std::max(distance_to_ball(p, none, 17.0), -distance_to_ball(p, none, 12.0)),
+                     distance_to_ball(p, none, 5.0));
+        double other = distance_to_ball(p, aside, 12.0);
+        for (const double x : {-4.0, 4.0}) {
+            other =
+                std::max(other, -distance_to_ball(p, aside + Eigen::Vector3d(x, 0.0, 1.0), 3.0));
+        }
+        const double expected = std::min(onion, other);
+        if (std::abs(expected) < 0.1) continue;  // within the error of the balls' facets
+        const double measured = placed->signed_distance(operation.world_from_shape * p);
+        EXPECT_EQ(measured < 0.0, expected < 0.0) << p.transpose();
+        if (std::abs(expected) < 1.5) {
+            EXPECT_NEAR(measured, expected, 0.15) << p.transpose();
+        }
+        ++compared;
+    }
+    EXPECT_GT(compared, 2500);
+}
+
+TEST(MeshVolume, RefusesShellsWhoseTrianglesFaceTheWrongWay) {
+    const Eigen::Vector3d at(64.0, 64.0, 30.0), none(0.0, 0.0, 0.0);
+    VolumeMesh twice;
+    add_shell(twice, ball(3, 15.0), none, false);
+    add_shell(twice, ball(3, 8.0), none, false);
+    EXPECT_NE(refusal(place(twice, at)).find("is inside the solid, but its triangles do not face"),
+              std::string::npos)
+        << refusal(place(twice, at));
+    VolumeMesh beside;
+    add_shell(beside, ball(3, 15.0), none, false);
+    add_shell(beside, ball(3, 8.0), {30.0, 0.0, 0.0}, true);
+    EXPECT_NE(refusal(place(beside, at)).find("is inside out: its triangles do not face outwards"),
+              std::string::npos)
+        << refusal(place(beside, at));
+    VolumeMesh same;
+    add_shell(same, ball(3, 15.0), none, false);
+    add_shell(same, ball(3, 15.0), none, false);
+    EXPECT_NE(refusal(place(same, at)).find("touches another one everywhere"), std::string::npos)
+        << refusal(place(same, at));
+    // blocks that touch along a face bound two solids
+    VolumeMesh block{{{-5, -5, -5},
+                      {5, -5, -5},
+                      {-5, 5, -5},
+                      {5, 5, -5},
+                      {-5, -5, 5},
+                      {5, -5, 5},
+                      {-5, 5, 5},
+                      {5, 5, 5}},
+                     {{0, 2, 1},
+                      {1, 2, 3},
+                      {4, 5, 6},
+                      {5, 7, 6},
+                      {0, 1, 4},
+                      {1, 5, 4},
+                      {2, 6, 3},
+                      {3, 6, 7},
+                      {0, 4, 2},
+                      {2, 4, 6},
+                      {1, 3, 5},
+                      {3, 7, 5}}};
+    for (const Eigen::Vector3d& offset :
+         {Eigen::Vector3d(0, 0, 10), Eigen::Vector3d(10, 0, 0), Eigen::Vector3d(0, 10, 0)}) {
+        VolumeMesh stack;
+        add_shell(stack, block, none, false);
+        add_shell(stack, block, offset, false);
+        EXPECT_EQ(refusal(place(stack, at)), "") << offset.transpose();
+    }
+}
+
 TEST(MeshVolume, RefusesMeshesThatBoundNoSolid) {
     const Eigen::Vector3d at(64.0, 64.0, 30.0);
     EXPECT_EQ(refusal(place(ball(3, 10.0), at)), "");

@@ -296,10 +296,11 @@ void add_simplify_command(CLI::App& app, CommandContext& context) {
     CLI::App* simplify = app.add_subcommand(
         "simplify", "Reduces the triangles of a mesh file, with a certified error");
     simplify
-        ->add_option("IN", options->in,
-                     "File to read, .ply, .obj, .glb, .gltf or .stl: its positions, "
-                     "triangles and colours of vertices, in metres; of .ply and .obj also normals "
-                     "and texture coordinates")
+        ->add_option(
+            "IN", options->in,
+            "File to read, .ply, .obj, .glb, .gltf or .stl: its positions, "
+            "triangles and colours of vertices, in metres; of all but .stl also normals, of "
+            ".ply and .obj texture coordinates")
         ->type_name("FILE")
         ->required();
     simplify

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,42 +19,90 @@ namespace terrane::tools {
 /// Largest number of points, and of triangles, in a mesh file.
 inline constexpr std::size_t kMostMeshParts = std::size_t{1} << 22;
 
+/// What a mesh lacks of its file.
+struct MeshLosses {
+    std::size_t flat_triangles = 0;  ///< dropped: two of their corners have the same position
+    std::size_t crossing_faces = 0;  ///< polygons that cross themselves: their triangles overlap
+    std::size_t lines = 0;           ///< points, lines and curves
+    std::size_t skins = 0;           ///< nodes whose mesh is bent by joints: taken as it is stored
+};
+
+/// The mesh of a file.
+struct FileMesh : TriangleMesh {
+    MeshLosses left_out = {};
+};
+
 /// Reads a file whose name ends in .ply, .obj, .glb, .gltf or .stl, in any case: positions in the file's order, and
-/// vertex colours if all vertices have one. The meshes of all nodes of .glb and .gltf are joined, with z up; a vertex
-/// without a colour gets its material's. Textures and external files are not read. Polygons become fans of triangles;
-/// points, lines and other elements are ignored. Of several vertices with equal coordinates triangles use the first,
-/// because many programs write a vertex once for each of its normals. Normals and texture coordinates are dropped.
+/// vertex colours if all vertices have one. Of several vertices with equal coordinates triangles use the first, because
+/// many programs write a vertex once for each of its normals. Normals and texture coordinates are dropped.
 ///
-/// Fails: io if the file cannot be read or has more than 2^30 bytes; bad_data if its format is invalid, or if it is
-///        truncated, has more than kMostMeshParts points or triangles, refers to missing points, or has no triangle.
-///        The message names the file.
+/// Polygons are triangulated in their plane, concave ones too (split_polygon()). Triangles of which two corners have
+/// one position are dropped. Points, lines and other elements, skins and textures are not read. A note on standard
+/// error counts all of these but textures.
+///
+/// Of .glb and .gltf, the meshes of the default scene's nodes are joined, with z up; without a default scene, those of
+/// all scenes. Morph targets have their default weights, instances of EXT_mesh_gpu_instancing are placed. A vertex has
+/// its own colour times the base colour of its material. External buffers are read from the file's folder and the
+/// folders in it. Of required extensions, KHR_mesh_quantization and EXT_mesh_gpu_instancing are read, and those of
+/// textures, materials and lights are ignored.
+///
+/// Fails: io if the file or a buffer cannot be read or has more than 2^30 bytes; bad_data if its format is invalid, or
+///        if it is truncated, has more than kMostMeshParts points or triangles, refers to missing points, has no
+///        triangle, or requires another extension. The message names the file.
 Result<TriangleMesh> read_mesh(const std::string& path);
 
-/// Reads a PLY or OBJ file with normals (nx, ny, nz or vn) and texture coordinates (s, t, or u, v, or vt) if all
-/// vertices have them. Vertices are not joined: OBJ gives one for each combination of position and attributes of a
-/// corner, and its points without a face are dropped. Other formats are read as by read_mesh().
+/// Reads a file with normals (nx, ny, nz; vn; NORMAL) and texture coordinates (s, t, or u, v; vt) if all vertices have
+/// them; of glTF only normals. Vertices are not joined: OBJ gives one for each combination of position and attributes
+/// of a corner, and its points without a face are dropped. STL has no attributes.
 Result<TriangleMesh> read_mesh_with_attributes(const std::string& path);
+
+/// Makes corners refer to the first of equal positions, and drops normals and texture coordinates: what read_mesh()
+/// gives for the file that read_mesh_with_attributes() read.
+void join_vertices(TriangleMesh& mesh);
 
 /// Parses the bytes of a PLY file: ascii, binary_little_endian or binary_big_endian; colours are red, green and blue of
 /// type uchar, or float from 0 to 1. Fails as read_mesh(), but messages do not name the file.
-Result<TriangleMesh> parse_ply(std::string_view bytes);
+Result<FileMesh> parse_ply(std::string_view bytes);
 
 /// Parses the text of a Wavefront OBJ file. Reads only lines f, and lines v with an optional colour from 0 to 1 after
-/// the position. Fails as read_mesh(), but messages do not name the file.
-Result<TriangleMesh> parse_obj(std::string_view text);
+/// the position. A line that ends in a backslash goes on in the next. Fails as read_mesh(), but messages do not name
+/// the file.
+Result<FileMesh> parse_obj(std::string_view text);
 /// Parses an OBJ file with its lines vt and vn: see read_mesh_with_attributes().
-Result<TriangleMesh> parse_obj_with_attributes(std::string_view text);
+Result<FileMesh> parse_obj_with_attributes(std::string_view text);
 
-/// Parses the bytes of a file of another format. `ending` is the file's extension without the full stop, in lower case.
-/// Fails as read_mesh(), but messages do not name the file.
-Result<TriangleMesh> parse_with_assimp(std::string_view bytes, const std::string& ending);
+/// Parses the bytes of an STL file, text or binary; its normals and colours are not read. Triangles use the first of
+/// equal points. Fails as read_mesh(), but messages do not name the file.
+Result<FileMesh> parse_stl(std::string_view bytes);
 
-/// Adds a polygon as a fan of triangles, including triangles with a repeated point.
+/// Parses the bytes of a .gltf or .glb file, with normals. Fails as read_mesh(), but messages do not name the file.
 ///
-/// Fails: bad_data for fewer than three corners, an index beyond the mesh's points, or too many triangles
+/// @param folder of the file, for its external buffers
+Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder);
+
+/// Reads a file. Fails: io if it cannot be read or has more than 2^30 bytes; the message does not name the file.
+Result<std::string> read_whole_file(const std::string& path);
+
+/// Splits a polygon into triangles, counter-clockwise as the polygon: a fan around the first corner if that covers it
+/// once; otherwise by ear clipping, seen along the axis that is closest to the polygon's normal. A polygon may be out
+/// of a plane, touch itself, and repeat corners, which gives triangles with a repeated point. One that crosses itself
+/// is counted in `mesh.left_out`.
 ///
-/// @param corners indices of points, counted from 0
-Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh& mesh);
+/// Fails: bad_data for fewer than three corners, an index beyond the mesh's points, too many triangles, or more than
+///        8192 corners if a fan does not do
+///
+/// @param corners       indices of the mesh's points, counted from 0
+/// @param triangles_out indices of corners
+Result<void> split_polygon(std::span<const std::int64_t> corners, FileMesh& mesh,
+                           std::vector<TriangleMesh::Triangle>& triangles_out);
+
+/// The mesh with one vertex for each smooth group of corners at a vertex, and with normals: the mean of the group's
+/// triangles, weighted by their angles there. Two corners are in one group if their triangles share an edge at the
+/// vertex, and the angle between their normals is at most a crease angle.
+///
+/// @param mesh         without normals; equal positions are one vertex, see join_vertices()
+/// @param least_cosine of the crease angle
+TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine);
 
 /// Triangles with shared vertices, in the coordinates of the world or of an object.
 struct IndexedMesh {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// assimp 5.2 cannot replace these readers of PLY and OBJ: its positions are float (steps of 0.5 m at a northing of
-// 4.5e6 m), it makes a point of every corner of an OBJ face (4 times the time), and on a truncated PLY file it
-// succeeds, hangs or crashes.
+// Readers of PLY, OBJ and STL. Positions are double, because a float has steps of 0.5 m at a northing of 4.5e6 m;
+// truncated files are refused.
+#include "program/summary.h"
 #include "scene/mesh_files.h"
 
 #include <fmt/format.h>
@@ -58,6 +58,16 @@ std::optional<Number> number_of(std::string_view word) {
 }
 
 tl::unexpected<Error> bad(std::string message) { return fail(ErrorCode::bad_data, message); }
+
+/// Adds the triangles of split_polygon().
+void add_triangles(std::span<const TriangleMesh::Triangle> triangles,
+                   std::span<const std::int64_t> corners, TriangleMesh& mesh) {
+    for (const auto& [a, b, c] : triangles) {
+        mesh.triangles.push_back({static_cast<std::uint32_t>(corners[a]),
+                                  static_cast<std::uint32_t>(corners[b]),
+                                  static_cast<std::uint32_t>(corners[c])});
+    }
+}
 
 // PLY files. Source: G. Turk. The PLY Polygon File Format. Stanford, 1994; with the type names in use today.
 
@@ -186,8 +196,9 @@ public:
     PlyElements(std::string_view bytes, const PlyHeader& header)
         : numbers_(bytes, header.byte_order) {}
 
-    Result<void> read(const PlyElement& element, TriangleMesh& mesh) {
+    Result<void> read(const PlyElement& element, FileMesh& mesh) {
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+        if (element.name == "edge") mesh.left_out.lines += static_cast<std::size_t>(element.count);
         if ((is_vertex || is_face) && element.count > static_cast<std::int64_t>(kMostMeshParts)) {
             return bad(fmt::format("it has {} elements '{}', more than {}", element.count,
                                    element.name, kMostMeshParts));
@@ -201,7 +212,8 @@ public:
             if (is_vertex) mesh.positions.push_back(point_);
             if (is_vertex) add_attributes(mesh);
             if (!is_face) continue;
-            TERRANE_TRY(add_polygon(corners_, mesh));
+            TERRANE_TRY(split_polygon(corners_, mesh, triangles_));
+            add_triangles(triangles_, corners_, mesh);
         }
         return {};
     }
@@ -277,6 +289,7 @@ private:
     Eigen::Vector2f texture_ = Eigen::Vector2f::Zero();
     int colour_count_ = 0, normal_count_ = 0, texture_count_ = 0;  // of the element
     std::vector<std::int64_t> corners_;
+    std::vector<TriangleMesh::Triangle> triangles_;  // of the face, indices of corners_
 };
 
 bool has_property(const PlyElement& element, std::string_view name, bool is_list) {
@@ -309,10 +322,10 @@ Result<void> check_header(const PlyHeader& header) {
 
 }  // namespace
 
-Result<TriangleMesh> parse_ply(std::string_view bytes) {
+Result<FileMesh> parse_ply(std::string_view bytes) {
     TERRANE_TRY(const PlyHeader header, read_header(bytes));
     TERRANE_TRY(check_header(header));
-    TriangleMesh mesh;
+    FileMesh mesh;
     PlyElements elements(bytes, header);
     for (const PlyElement& element : header.elements) {
         TERRANE_TRY(elements.read(element, mesh));
@@ -354,6 +367,8 @@ public:
         const std::string_view keyword = read_word(line);
         if (keyword == "v") return add_point(line);
         if (keyword == "f") return add_face(line);
+        constexpr std::array<std::string_view, 5> kOthers = {"p", "l", "curv", "curv2", "surf"};
+        if (std::ranges::find(kOthers, keyword) != kOthers.end()) ++mesh_.left_out.lines;
         if (!has_attributes_ || (keyword != "vt" && keyword != "vn")) return {};
         const int count = keyword == "vt" ? 2 : 3;
         const std::optional<Eigen::Vector3d> vector = take_vector(line, count);
@@ -363,7 +378,7 @@ public:
         return {};
     }
 
-    TriangleMesh take() {
+    FileMesh take() {
         if (mesh_.colours.size() != mesh_.positions.size()) mesh_.colours.clear();
         return has_attributes_ ? split() : std::move(mesh_);
     }
@@ -399,14 +414,16 @@ private:
             points_.push_back(*point);
             if (has_attributes_ && has_all) has_all = add_vertex(word, *point);
         }
-        TERRANE_TRY(add_polygon(points_, mesh_));
+        TERRANE_TRY(split_polygon(points_, mesh_, triangles_));
         if (!has_all) {
             return bad(fmt::format(
                 "'{:.40}' names a texture coordinate or normal that is not there", line));
         }
-        for (std::size_t i = 2; i < vertices_.size(); ++i) {
-            split_.triangles.push_back({vertices_[0], vertices_[i - 1], vertices_[i]});
-        }
+        // without attributes too: split_polygon() counts them
+        add_triangles(triangles_, points_, mesh_);
+        if (!has_attributes_) return {};
+        for (const auto& [a, b, c] : triangles_)
+            split_.triangles.push_back({vertices_[a], vertices_[b], vertices_[c]});
         return {};
     }
 
@@ -431,7 +448,8 @@ private:
     }
 
     /// The mesh with one vertex for each combination of position and attributes.
-    TriangleMesh split() {
+    FileMesh split() {
+        split_.left_out = mesh_.left_out;
         const bool has_texture = std::ranges::none_of(corners_, [](auto& c) { return c[1] < 0; });
         const bool has_normals = std::ranges::none_of(corners_, [](auto& c) { return c[2] < 0; });
         for (const Corner& corner : corners_) {
@@ -448,20 +466,32 @@ private:
     }
 
     bool has_attributes_;
-    TriangleMesh mesh_;   // without attributes
-    TriangleMesh split_;  // with attributes
+    FileMesh mesh_;   // without attributes
+    FileMesh split_;  // with attributes
     std::vector<Eigen::Vector2f> texture_;
     std::vector<Eigen::Vector3f> normals_;
     std::map<Corner, std::uint32_t> numbers_;  // index of the vertex of `split_` for a corner
     std::vector<Corner> corners_;              // [vertices of split_]
     std::vector<std::int64_t> points_;         // of the current face
     std::vector<std::uint32_t> vertices_;
+    std::vector<TriangleMesh::Triangle> triangles_;  // of the current face, indices of its corners
 };
 
-Result<TriangleMesh> read_obj(std::string_view text, bool has_attributes) {
+Result<FileMesh> read_obj(std::string_view text, bool has_attributes) {
     ObjLines lines(has_attributes);
-    for (std::size_t number = 1; !text.empty(); ++number) {
-        if (auto ok = lines.read(read_line(text)); !ok) {
+    std::string joined;
+    for (std::size_t number = 1, count = 1; !text.empty(); number += count, count = 1) {
+        std::string_view line = read_line(text);
+        // a comment such as "# C:\models\" does not go on
+        if (line.ends_with('\\') && !line.starts_with('#')) {
+            joined = line;
+            for (; joined.ends_with('\\') && !text.empty(); ++count) {
+                joined.back() = ' ';
+                joined += read_line(text);
+            }
+            line = joined;
+        }
+        if (auto ok = lines.read(line); !ok) {
             return bad(fmt::format("line {}: {}", number, ok.error().message));
         }
     }
@@ -470,18 +500,115 @@ Result<TriangleMesh> read_obj(std::string_view text, bool has_attributes) {
 
 }  // namespace
 
-Result<TriangleMesh> parse_obj(std::string_view text) { return read_obj(text, false); }
+Result<FileMesh> parse_obj(std::string_view text) { return read_obj(text, false); }
 
-Result<TriangleMesh> parse_obj_with_attributes(std::string_view text) {
-    return read_obj(text, true);
+Result<FileMesh> parse_obj_with_attributes(std::string_view text) { return read_obj(text, true); }
+
+namespace {
+
+// STL files. Source: M. Burns. Automated fabrication. 1993, section 6.5.
+
+constexpr std::size_t kStlHeader = 80, kStlTriangle = 50;  // bytes
+
+/// A little-endian number of 4 bytes.
+template <class Number>
+Number stl_number(const char* raw) {
+    std::array<char, sizeof(Number)> bytes{};
+    std::copy_n(raw, bytes.size(), bytes.begin());
+    if (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
+    return std::bit_cast<Number>(bytes);
+}
+
+Result<void> add_stl_triangle(const std::array<Eigen::Vector3d, 3>& corners, FileMesh& mesh) {
+    if (mesh.positions.size() + 3 > kMostMeshParts) {
+        return bad(fmt::format("it has more than {} points", kMostMeshParts));
+    }
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), corners.begin(), corners.end());
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    return {};
+}
+
+/// Whether a word is the wanted one, in any case.
+bool is_word(std::string_view word, std::string_view wanted) {
+    return std::ranges::equal(word, wanted, {}, [](unsigned char c) { return std::tolower(c); });
+}
+
+/// Removes words from a text; false if one is not the wanted one.
+bool take_words(std::string_view& text, std::initializer_list<std::string_view> words) {
+    return std::ranges::all_of(
+        words, [&](std::string_view wanted) { return is_word(read_word(text), wanted); });
+}
+
+Result<FileMesh> parse_stl_text(std::string_view text) {
+    FileMesh mesh;
+    bool is_open = false;
+    for (;;) {
+        const std::string_view word = read_word(text);
+        if (word.empty() && !is_open) return mesh;
+        if (is_word(word, is_open ? "endsolid" : "solid")) {
+            read_line(text);  // the name
+            is_open = !is_open;
+            continue;
+        }
+        std::array<Eigen::Vector3d, 3> corners;
+        bool is_good = is_open && is_word(word, "facet") && take_words(text, {"normal"});
+        for (int i = 0; i < 3; ++i) read_word(text);
+        is_good = is_good && take_words(text, {"outer", "loop"});
+        for (Eigen::Vector3d& corner : corners) {
+            is_good = is_good && take_words(text, {"vertex"});
+            const std::optional<Eigen::Vector3d> point = take_vector(text, 3);
+            is_good = is_good && point;
+            if (is_good) corner = *point;
+        }
+        if (!is_good || !take_words(text, {"endloop", "endfacet"})) {
+            return bad(fmt::format("it ends early, or is wrong, in facet {}, counted from 0",
+                                   mesh.triangles.size()));
+        }
+        TERRANE_TRY(add_stl_triangle(corners, mesh));
+    }
+}
+
+}  // namespace
+
+Result<FileMesh> parse_stl(std::string_view bytes) {
+    // many binary files begin with "solid" as well: only their size tells them from a text
+    const bool has_count = bytes.size() >= kStlHeader + 4;
+    const std::uint64_t count =
+        has_count ? stl_number<std::uint32_t>(bytes.data() + kStlHeader) : 0;
+    const std::uint64_t size = kStlHeader + 4 + kStlTriangle * count;
+    if (!has_count || size != bytes.size()) {
+        std::string_view text = bytes;
+        if (take_words(text, {"solid"}) && bytes.find('\0') == bytes.npos) {
+            TERRANE_TRY(FileMesh mesh, parse_stl_text(bytes));
+            join_vertices(mesh);
+            return mesh;
+        }
+        if (!has_count) return bad("it is no STL file, or ends early");
+        return bad(fmt::format("it has {} bytes; a binary STL file of {} triangles has {}",
+                               bytes.size(), count, size));
+    }
+    FileMesh mesh;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const char* raw =
+            bytes.data() + kStlHeader + 4 + kStlTriangle * i + 12;  // after the normal
+        std::array<Eigen::Vector3d, 3> corners;
+        for (Eigen::Vector3d& corner : corners) {
+            for (int axis = 0; axis < 3; ++axis, raw += 4)
+                corner[axis] = double{stl_number<float>(raw)};
+        }
+        TERRANE_TRY(add_stl_triangle(corners, mesh));
+    }
+    join_vertices(mesh);
+    return mesh;
 }
 
 namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
 
-/// Makes corners refer to the first of equal points, and drops triangles that become degenerate.
-void weld_points(TriangleMesh& mesh) {
+/// [vertices] the first vertex with the same position.
+std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh) {
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
         const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
         return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
@@ -489,23 +616,68 @@ void weld_points(TriangleMesh& mesh) {
     std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0u);
     // NaN has no order; a mesh with NaN is refused later, when its points are checked
-    if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return;
+    if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return order;
     std::ranges::stable_sort(order, less);
     for (std::size_t i = 0; i < order.size(); ++i) {
         const bool is_same = i > 0 && mesh.positions[order[i - 1]] == mesh.positions[order[i]];
         first[order[i]] = is_same ? first[order[i - 1]] : order[i];
     }
-    for (auto& triangle : mesh.triangles) {
-        for (std::uint32_t& corner : triangle) corner = first[corner];
-    }
-    std::erase_if(mesh.triangles,
-                  [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+    return first;
 }
 
-Result<std::string> read_bytes(const std::string& path) {
-    const auto cannot = [&](const std::string& why) {
-        return fail(ErrorCode::io, fmt::format("cannot read mesh '{}': {}", path, why));
+void drop_flat_triangles(FileMesh& mesh) {
+    const std::vector<std::uint32_t> first = first_at_position(mesh);
+    mesh.left_out.flat_triangles += std::erase_if(mesh.triangles, [&](const auto& t) {
+        return first[t[0]] == first[t[1]] || first[t[1]] == first[t[2]] ||
+               first[t[2]] == first[t[0]];
+    });
+}
+
+void print_losses(const std::string& path, const MeshLosses& left_out) {
+    std::vector<std::string> parts;
+    const auto add = [&](std::size_t count, std::string_view thing, std::string_view fate) {
+        if (count > 0)
+            parts.push_back(fmt::format("{} {}{} {}", count, thing, count == 1 ? "" : "s", fate));
     };
+    add(left_out.flat_triangles, "triangle", "without area dropped");
+    add(left_out.crossing_faces, "self-crossing face", "split into triangles that overlap");
+    add(left_out.lines, "element", "left out: points, lines or curves");
+    add(left_out.skins, "skin", "ignored: joints do not bend the mesh");
+    if (!parts.empty()) print_note(fmt::format("mesh '{}': {}", path, fmt::join(parts, "; ")));
+}
+
+Result<FileMesh> parse_file(const std::string& path, bool has_attributes) {
+    const std::filesystem::path name(path);
+    std::string ending = name.extension().string();
+    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    constexpr std::array<std::string_view, 5> kEndings = {".ply", ".obj", ".glb", ".gltf", ".stl"};
+    if (std::ranges::find(kEndings, ending) == kEndings.end()) {
+        return bad("it must be a .ply, .obj, .glb, .gltf or .stl file");
+    }
+    TERRANE_TRY(const std::string bytes, read_whole_file(path));
+    if (ending == ".ply") return parse_ply(bytes);
+    if (ending == ".obj") return read_obj(bytes, has_attributes);
+    if (ending == ".stl") return parse_stl(bytes);
+    return parse_gltf(bytes, name.parent_path().string());
+}
+
+Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
+    Result<FileMesh> mesh = parse_file(path, has_attributes);
+    if (!mesh) {
+        return fail(mesh.error().code,
+                    fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
+    }
+    drop_flat_triangles(*mesh);
+    print_losses(path, mesh->left_out);
+    if (mesh->triangles.empty()) return bad(fmt::format("mesh '{}' has no triangle", path));
+    if (!has_attributes) join_vertices(*mesh);
+    return TriangleMesh(*std::move(mesh));
+}
+
+}  // namespace
+
+Result<std::string> read_whole_file(const std::string& path) {
+    const auto cannot = [&](const std::string& why) { return fail(ErrorCode::io, why); };
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
     if (!std::filesystem::is_regular_file(status)) {
@@ -520,56 +692,14 @@ Result<std::string> read_bytes(const std::string& path) {
     return bytes;
 }
 
-}  // namespace
-
-Result<void> add_polygon(const std::vector<std::int64_t>& corners, TriangleMesh& mesh) {
-    if (corners.size() < 3) {
-        return bad(fmt::format("a face has {} corners, fewer than 3", corners.size()));
+void join_vertices(TriangleMesh& mesh) {
+    const std::vector<std::uint32_t> first = first_at_position(mesh);
+    for (auto& triangle : mesh.triangles) {
+        for (std::uint32_t& corner : triangle) corner = first[corner];
     }
-    const auto point_count = static_cast<std::int64_t>(mesh.positions.size());
-    for (const std::int64_t corner : corners) {
-        if (corner >= 0 && corner < point_count) continue;
-        return bad(fmt::format("a face names point {} of {}", corner, point_count));
-    }
-    if (corners.size() - 2 > kMostMeshParts - mesh.triangles.size()) {
-        return bad(fmt::format("it has more than {} triangles", kMostMeshParts));
-    }
-    for (std::size_t i = 2; i < corners.size(); ++i) {
-        mesh.triangles.push_back({static_cast<std::uint32_t>(corners[0]),
-                                  static_cast<std::uint32_t>(corners[i - 1]),
-                                  static_cast<std::uint32_t>(corners[i])});
-    }
-    return {};
+    mesh.normals.clear();
+    mesh.texture_coordinates.clear();
 }
-
-namespace {
-
-Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
-    std::string ending = std::filesystem::path(path).extension().string();
-    std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    constexpr std::array<std::string_view, 5> kEndings = {".ply", ".obj", ".glb", ".gltf", ".stl"};
-    if (std::ranges::find(kEndings, ending) == kEndings.end()) {
-        return bad(fmt::format("mesh '{}' must be a .ply, .obj, .glb, .gltf or .stl file", path));
-    }
-    TERRANE_TRY(const std::string bytes, read_bytes(path));
-    const bool is_ply = ending == ".ply", is_obj = ending == ".obj";
-    Result<TriangleMesh> mesh = is_ply   ? parse_ply(bytes)
-                                : is_obj ? read_obj(bytes, has_attributes)
-                                         : parse_with_assimp(bytes, ending.substr(1));
-    if (!mesh) {
-        return fail(mesh.error().code,
-                    fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
-    }
-    if (!has_attributes) {
-        mesh->normals.clear();
-        mesh->texture_coordinates.clear();
-    }
-    if (!has_attributes || !(is_ply || is_obj)) weld_points(*mesh);
-    if (mesh->triangles.empty()) return bad(fmt::format("mesh '{}' has no triangle", path));
-    return mesh;
-}
-
-}  // namespace
 
 Result<TriangleMesh> read_mesh(const std::string& path) { return read_file(path, false); }
 

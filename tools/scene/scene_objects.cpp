@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -146,11 +147,26 @@ Parsed<std::optional<double>> read_proxy_error(const Json& object, const Triangl
     return std::optional<double>(*error);
 }
 
+// Default largest angle between the normals of triangles that are shaded as one smooth surface.
+constexpr double kUsualCrease = 40.0;  // degrees
+
+/// The mesh with its own normals; without, with smooth ones up to the crease angle.
+TriangleMesh with_normals(TriangleMesh mesh, double crease_deg) {
+    if (mesh.normals.empty()) {
+        join_vertices(mesh);
+        return with_crease_normals(mesh, std::cos(crease_deg * kRadiansPerDegree));
+    }
+    mesh.texture_coordinates.clear();  // not drawn: their seams would only hinder coarse levels
+    for (Eigen::Vector3f& normal : mesh.normals) normal.normalize();
+    return mesh;
+}
+
 struct ObjectReader {
     std::string folder;
     SceneObjects made;
+    std::vector<double> creases_deg = {};  // [made.meshes]
 
-    /// Index of the mesh that an object names; reads its file if no earlier object names it.
+    /// Index of the mesh that an object names; reads its file if no earlier object names it with this crease angle.
     Parsed<std::size_t> read_mesh_of(const Json& object) {
         const auto found = object.find("mesh");
         if (found == object.end()) return wrong("mesh is missing");
@@ -159,15 +175,18 @@ struct ObjectReader {
         }
         const std::string file =
             (std::filesystem::path(folder) / found->get<std::string>()).string();
+        const Parsed<double> crease = read_in_range(object, "crease_deg", kUsualCrease, 0.0, 180.0);
+        if (!crease) return wrong(crease.error());
         for (std::size_t i = 0; i < made.files.size(); ++i) {
-            if (made.files[i] == file) return i;
+            if (made.files[i] == file && creases_deg[i] == *crease) return i;
         }
-        Result<TriangleMesh> mesh = read_mesh(file);
+        Result<TriangleMesh> mesh = read_mesh_with_attributes(file);
         if (!mesh) return wrong("mesh: " + mesh.error().message);
         if (const Result<void> good = mesh->validate(); !good) {
             return wrong(fmt::format("mesh: '{}': {}", file, good.error().message));
         }
-        made.meshes.push_back(*std::move(mesh));
+        made.meshes.push_back(with_normals(*std::move(mesh), *crease));
+        creases_deg.push_back(*crease);
         made.files.push_back(file);
         made.names.push_back(found->get<std::string>());
         return made.meshes.size() - 1;
@@ -248,17 +267,18 @@ Parsed<SceneObjects> read_objects(const Json& list, const std::string& folder) {
         const Json& each = list[i];
         std::string path = fmt::format("objects[{}]", i);
         const bool is_scatter = each.is_object() && each.contains("scatter");
-        const Parsed<void> known =
-            is_scatter
-                ? check_keys(each, path, {"scatter"})
-                : check_keys(each, path,
-                             {"mesh", "position", "rotation", "scale", "static", "proxy_error_m"});
+        const Parsed<void> known = is_scatter
+                                       ? check_keys(each, path, {"scatter"})
+                                       : check_keys(each, path,
+                                                    {"mesh", "crease_deg", "position", "rotation",
+                                                     "scale", "static", "proxy_error_m"});
         if (!known) return wrong(known.error());
         if (is_scatter) {
             path += ".scatter";
-            const Parsed<void> good = check_keys(each["scatter"], path,
-                                                 {"mesh", "per_km2", "slope_deg", "height_m",
-                                                  "scale", "seed", "static", "proxy_error_m"});
+            const Parsed<void> good =
+                check_keys(each["scatter"], path,
+                           {"mesh", "crease_deg", "per_km2", "slope_deg", "height_m", "scale",
+                            "seed", "static", "proxy_error_m"});
             if (!good) return wrong(good.error());
         }
         const Parsed<void> read =

@@ -77,18 +77,19 @@ struct SceneScatter {
 
 /// `objects` of a scene.
 struct SceneObjects {
-    std::vector<TriangleMesh> meshes;
-    std::vector<std::string> files;  ///< [meshes] paths
-    std::vector<std::string> names;  ///< [meshes] names of the files in the scene
+    std::vector<TriangleMesh> meshes;  ///< with normals; vertices of equal positions differ in them
+    std::vector<std::string> files;    ///< [meshes] paths
+    std::vector<std::string> names;    ///< [meshes] names of the files in the scene
     std::vector<SceneObject> objects;
     std::vector<SceneScatter> scatters;
 };
 
 /// Parses `objects` of a scene: a list of
-/// `{"mesh":"file","position":[x,y,z],"rotation":[w,x,y,z],"scale":s,"static":b,"proxy_error_m":e}` and
-/// `{"scatter":{"mesh":"file","per_km2":n,"slope_deg":[a,b],"height_m":[a,b],"scale":[a,b],"seed":k,
-/// "static":b,"proxy_error_m":e}}`. Mesh, position and per_km2 are required. Files are read here, each once. Errors
-/// begin with the path of the key: "objects[2].scatter.per_km2 must be".
+/// `{"mesh":"file","crease_deg":c,"position":[x,y,z],"rotation":[w,x,y,z],"scale":s,"static":b,"proxy_error_m":e}` and
+/// `{"scatter":{"mesh":"file","crease_deg":c,"per_km2":n,"slope_deg":[a,b],"height_m":[a,b],"scale":[a,b],"seed":k,
+/// "static":b,"proxy_error_m":e}}`. Mesh, position and per_km2 are required. Files are read here, each once for each
+/// crease angle, which is for meshes without normals (with_crease_normals()). Errors begin with the path of the key:
+/// "objects[2].scatter.per_km2 must be".
 ///
 /// @param folder base of relative paths
 Parsed<SceneObjects> read_objects(const nlohmann::ordered_json& list, const std::string& folder);

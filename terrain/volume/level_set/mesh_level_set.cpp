@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The level set of a closed mesh, by openvdb::tools::meshToVolume.
+// The level set of a closed mesh, by openvdb::tools::meshToVolume. That function ignores shells inside of others
+// (OpenVDB 10), so that each layer of nested_shells() gets a level set of its own. As the surfaces do not cross, the
+// maximum of one distance and the negative of another is the distance to the nearer surface.
 #include "level_set/sampled_grid.h"
 #include "level_set/shapes.h"
 
 #include <terrane/base/text.h>
 
+#include <openvdb/tools/Composite.h>
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <exception>
@@ -23,6 +26,7 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
                                                                   double voxel,
                                                                   const VolumeSettings& settings) {
     TERRANE_TRY(check_closed(mesh));
+    TERRANE_TRY(const auto layers, nested_shells(mesh));
     const auto too_large = [&](double bytes) {
         return fail(ErrorCode::out_of_memory,
                     "the level set of the mesh needs about " + number_text(bytes) +
@@ -40,16 +44,27 @@ Result<std::shared_ptr<const SampledShape>> SampledShape::of_mesh(const VolumeMe
                             static_cast<float>(offset[1] / voxel),
                             static_cast<float>(offset[2] / voxel));
     }
-    std::vector<openvdb::Vec3I> triangles;
-    triangles.reserve(mesh.triangles.size());
-    for (const auto& triangle : mesh.triangles)
-        triangles.emplace_back(triangle[0], triangle[1], triangle[2]);
-    try {
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+    const auto level_set_of = [&](const std::vector<std::array<std::uint32_t, 3>>& layer) {
+        std::vector<openvdb::Vec3I> triangles;
+        triangles.reserve(layer.size());
+        for (const auto& triangle : layer)
+            triangles.emplace_back(triangle[0], triangle[1], triangle[2]);
         const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(
             points, triangles);
-        const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
-        auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform,
-                                                                     kBandVoxels, kBandVoxels);
+        return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *transform, kBandVoxels,
+                                                                kBandVoxels);
+    };
+    try {
+        auto grid = level_set_of(layers.front());
+        for (std::size_t depth = 1; depth < layers.size(); ++depth) {
+            auto inner = level_set_of(layers[depth]);
+            if (depth % 2 == 1) {
+                openvdb::tools::csgDifference(*grid, *inner);
+            } else {
+                openvdb::tools::csgUnion(*grid, *inner);
+            }
+        }
         // With thin triangles the estimate by area is too low, because the band also surrounds their edges.
         const auto bytes = static_cast<double>(grid->memUsage());
         if (bytes > most) return too_large(bytes);

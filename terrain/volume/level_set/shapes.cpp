@@ -235,6 +235,163 @@ Result<void> check_closed(const VolumeMesh& mesh) {
                 "the mesh is inside out or empty: its volume is " + number_text(volume) + " m^3");
 }
 
+namespace {
+
+/// [triangles] number of the shell, counted from 0 in the order of the first triangles.
+std::vector<std::uint32_t> shells_of(const VolumeMesh& mesh) {
+    const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+    // every edge has one triangle in each direction: sorted by their points, the two are neighbours
+    std::vector<std::array<std::uint32_t, 3>> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (std::uint32_t i = 0; i < count; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [low, high] =
+                std::minmax(mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3]);
+            edges.push_back({low, high, i});
+        }
+    }
+    std::ranges::sort(edges);
+    std::vector<std::uint32_t> parent(count);
+    for (std::uint32_t i = 0; i < count; ++i) parent[i] = i;
+    const auto root_of = [&](std::uint32_t i) {
+        while (parent[i] != i) i = parent[i] = parent[parent[i]];
+        return i;
+    };
+    for (std::size_t i = 1; i < edges.size(); i += 2) {
+        const auto [low, high] = std::minmax({root_of(edges[i - 1][2]), root_of(edges[i][2])});
+        parent[high] = low;
+    }
+    std::vector<std::uint32_t> shells(count);
+    std::uint32_t shell_count = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t root = root_of(i);
+        shells[i] = root == i ? shell_count++ : shells[root];
+    }
+    return shells;
+}
+
+/// Finds the shells that contain a point, by the triangles above it.
+class ShellSearch {
+public:
+    ShellSearch(const VolumeMesh& mesh, const std::vector<std::uint32_t>& shells)
+        : mesh_(mesh), shells_(shells), boxes_(mesh.triangles.size(), empty_box()) {
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            for (const std::uint32_t p : mesh.triangles[i])
+                include(mesh.points_shape[p], 0.0, boxes_[i]);
+        }
+        tree_ = make_aabb_tree(boxes_);
+    }
+
+    /// Number of shells other than `own` around a point; absent if the point lies on one of them.
+    std::optional<std::size_t> count_around(const Eigen::Vector3d& p, std::uint32_t own) const {
+        std::vector<std::pair<std::uint32_t, int>> crossings;  // shell, direction of its triangle
+        bool is_clear = true;
+        const auto may_be_above = [&](const Aabb& box) {
+            return box.low.x() <= p.x() && p.x() <= box.high.x() && box.low.y() <= p.y() &&
+                   p.y() <= box.high.y() && p.z() <= box.high.z();
+        };
+        visit_leaves(tree_, may_be_above, [&](std::uint32_t i) {
+            if (shells_[i] == own) return;
+            const int way = way_around(mesh_.triangles[i], p);
+            if (way == 0) return;
+            const int side = side_of(mesh_.triangles[i], p);
+            if (side == 0) is_clear = false;
+            if (side == -way) crossings.emplace_back(shells_[i], way);
+        });
+        if (!is_clear) return std::nullopt;
+        std::ranges::sort(crossings);
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < crossings.size();) {
+            int winding = 0;
+            const std::uint32_t shell = crossings[i].first;
+            for (; i < crossings.size() && crossings[i].first == shell; ++i)
+                winding += crossings[i].second;
+            if (winding != 0) ++count;
+        }
+        return count;
+    }
+
+private:
+    /// 1 or -1 if the triangle, seen from above, winds around the point counter-clockwise or clockwise; otherwise 0.
+    /// Of two triangles at an edge exactly one owns it: their sides there are computed from the same end.
+    int way_around(const Triangle& triangle, const Eigen::Vector3d& p) const {
+        int winding = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
+            const Eigen::Vector3d &a = mesh_.points_shape[std::min(from, to)],
+                                  &b = mesh_.points_shape[std::max(from, to)];
+            if ((a.y() <= p.y()) == (b.y() <= p.y())) continue;
+            const bool is_upward = a.y() <= p.y();
+            const double turn =
+                (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
+            // the ray to the right of the point crosses the edge
+            if (is_upward != (turn > 0.0)) continue;
+            winding += is_upward == (from < to) ? 1 : -1;
+        }
+        return winding;
+    }
+
+    /// Sign of the distance in front of a triangle's plane; 0 if rounding could decide it.
+    int side_of(const Triangle& triangle, const Eigen::Vector3d& p) const {
+        const Eigen::Vector3d& a = mesh_.points_shape[triangle[0]];
+        const Eigen::Vector3d u = mesh_.points_shape[triangle[1]] - a,
+                              v = mesh_.points_shape[triangle[2]] - a, w = p - a;
+        const double volume = dot(cross(u, v), w);
+        const double noise = 1e-12 * u.lpNorm<1>() * v.lpNorm<1>() * w.lpNorm<1>();
+        return volume > noise ? 1 : volume < -noise ? -1 : 0;
+    }
+
+    const VolumeMesh& mesh_;
+    const std::vector<std::uint32_t>& shells_;
+    std::vector<Aabb> boxes_;
+    std::vector<AabbNode> tree_;
+};
+
+}  // namespace
+
+Result<std::vector<std::vector<Triangle>>> nested_shells(const VolumeMesh& mesh) {
+    const std::vector<std::uint32_t> shells = shells_of(mesh);
+    const std::size_t shell_count = std::size_t{*std::ranges::max_element(shells)} + 1;
+    if (shell_count == 1) return std::vector<std::vector<Triangle>>{mesh.triangles};
+    std::vector<double> volumes(shell_count);
+    std::vector<std::vector<std::uint32_t>> members(shell_count);
+    for (std::uint32_t i = 0; i < shells.size(); ++i) {
+        members[shells[i]].push_back(i);
+        // relative to a point of the shell, for the rounding of a small one far from the origin
+        const std::uint32_t origin = mesh.triangles[members[shells[i]].front()][0];
+        volumes[shells[i]] +=
+            dot(mesh.points_shape[mesh.triangles[i][0]] - mesh.points_shape[origin],
+                doubled_area(mesh, mesh.triangles[i]));
+    }
+    const ShellSearch search(mesh, shells);
+    std::vector<std::vector<Triangle>> layers;
+    for (std::uint32_t shell = 0; shell < shell_count; ++shell) {
+        // shells do not cross, so that any point that is on no other shell will do
+        std::optional<std::size_t> depth;
+        Eigen::Vector3d p;
+        for (std::size_t i = 0; i < members[shell].size() && !depth; ++i) {
+            const Triangle& t = mesh.triangles[members[shell][i]];
+            p = (mesh.points_shape[t[0]] + mesh.points_shape[t[1]] + mesh.points_shape[t[2]]) / 3.0;
+            depth = search.count_around(p, shell);
+        }
+        const auto refuse = [&](const char* fault) {
+            return fail(ErrorCode::bad_data, "the shell of the mesh at [" + number_text(p[0]) +
+                                                 ", " + number_text(p[1]) + ", " +
+                                                 number_text(p[2]) + "] " + fault);
+        };
+        if (!depth) return refuse("touches another one everywhere");
+        const bool is_cavity = *depth % 2 == 1;
+        if (is_cavity && volumes[shell] > 0.0)
+            return refuse(
+                "is inside the solid, but its triangles do not face inwards as a cavity's");
+        if (!is_cavity && !(volumes[shell] > 0.0))
+            return refuse("is inside out: its triangles do not face outwards");
+        if (*depth >= layers.size()) layers.resize(*depth + 1);
+        for (const std::uint32_t i : members[shell]) layers[*depth].push_back(mesh.triangles[i]);
+    }
+    return layers;
+}
+
 double surface_area(const VolumeMesh& mesh) {
     double area = 0.0;
     for (const Triangle& triangle : mesh.triangles) {

@@ -59,6 +59,16 @@ struct ExactShape {
 /// Cost:  O(n log n + p), with n triangles and p pairs of triangles whose boxes overlap (all pairs for a fan)
 Result<void> check_closed(const VolumeMesh& mesh);
 
+/// The triangles of a mesh that passes check_closed(), by how many shells contain their shell: [0] the outer shells,
+/// [1] the cavities in these, [2] what is solid in the cavities, and so on. A shell is a component that is connected by
+/// edges.
+///
+/// Fails: bad_data, naming a point of the shell, for a cavity whose triangles face outwards, a solid whose triangles
+///        face inwards, and a shell that touches another one everywhere
+/// Cost:  O(n log n), and for each shell the triangles above and below one of its points
+Result<std::vector<std::vector<std::array<std::uint32_t, 3>>>> nested_shells(
+    const VolumeMesh& mesh);
+
 /// Sum of the areas of a mesh's triangles, square metres.
 double surface_area(const VolumeMesh& mesh);
 

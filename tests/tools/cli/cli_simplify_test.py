@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """`simplify`: limits, formats, the certified error against distances between sampled points, bad files."""
 
+import json
 import os
+import struct
 
 from program import DATA, ROOT, SEED, Folder, main, np, read_obj, run, run_json
 
@@ -176,6 +178,56 @@ class Simplify(Folder):
         again, first = ([line for line in self.read(name).splitlines() if line.startswith(b"v")]
                         for name in ("again.obj", "out.obj"))
         self.assertEqual(sorted(again), sorted(first))
+
+    def test_area_and_volume_of_a_concave_prism_are_those_of_its_outline_in_every_format(self):
+        random = np.random.default_rng(SEED)
+        for trial in range(10):
+            count = 5 + trial * 4
+            angle, radius = 2 * np.pi * np.arange(count) / count, random.integers(2000, 30000, count)
+            outline = np.round(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+            height, unit = 7000, 1e-3
+            cross = outline[:, 0] * np.roll(outline[:, 1], -1) - outline[:, 1] * np.roll(outline[:, 0], -1)
+            base, around = 0.5 * cross.sum(), np.linalg.norm(np.roll(outline, -1, 0) - outline, axis=1).sum()
+            expected = (2 * base + around * height) * unit ** 2, base * height * unit ** 3
+            points = np.vstack([np.column_stack([outline, np.full(count, z)]) for z in (0, height)])
+            after = (np.arange(count) + 1) % count
+            faces = [list(range(count))[::-1], list(range(count, 2 * count)),
+                     *([i, j, j + count, i + count] for i, j in enumerate(after))]
+            # with the two points of the axis, from which the outline is seen all around
+            whole = np.vstack([points, [[0, 0, 0], [0, 0, height]]])
+            triangles = np.array([triangle for i, j in enumerate(after) for triangle in (
+                (2 * count, j, i), (2 * count + 1, i + count, j + count), (i, j, j + count), (i, j + count, i + count))])
+            self.write("a.obj", "".join("v %r %r %r\n" % tuple(map(float, p * unit)) for p in points) +
+                       "".join("f " + " ".join(str(i + 1) for i in face) + "\n" for face in faces))
+            self.write("a.ply", f"ply\nformat binary_big_endian 1.0\nelement vertex {2 * count}\nproperty double x\n"
+                       f"property double y\nproperty double z\nelement face {len(faces)}\n"
+                       "property list ushort int vertex_indices\nend_header\n".encode() + (points * unit).astype(">f8").tobytes() +
+                       b"".join(struct.pack(f">H{len(face)}i", len(face), *face) for face in faces))
+            records = np.zeros(len(triangles), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+            records["corners"] = whole[triangles] * unit
+            self.write("a.stl", b"solid".ljust(80) + struct.pack("<I", len(triangles)) + records.tobytes())
+            positions = np.zeros((len(whole), 4), "<i2")
+            positions[:, :3] = whole[:, [0, 2, 1]] * [1, 1, -1]  # y is up
+            indices = triangles.astype("<u2")
+            binary = positions.tobytes() + indices.tobytes()
+            self.write("a.bin", binary)
+            self.write("a.gltf", json.dumps({
+                "asset": {"version": "2.0"}, "extensionsRequired": ["KHR_mesh_quantization"],
+                "buffers": [{"byteLength": len(binary), "uri": "a.bin"}],
+                "bufferViews": [{"buffer": 0, "byteLength": positions.nbytes, "byteStride": 8},
+                                {"buffer": 0, "byteOffset": positions.nbytes, "byteLength": indices.nbytes}],
+                "accessors": [{"bufferView": 0, "componentType": 5122, "count": len(whole), "type": "VEC3"},
+                              {"bufferView": 1, "componentType": 5123, "count": indices.size, "type": "SCALAR"}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                "nodes": [{"mesh": 0, "scale": [unit] * 3}], "scenes": [{"nodes": [0]}], "scene": 0}))
+            for name in ("a.obj", "a.ply", "a.stl", "a.gltf"):
+                with self.subTest((trial, name)):
+                    self.simplify(self.path(name), "out.obj", "--triangles", 10**9)
+                    vertices, read = read_obj(self.path("out.obj"))
+                    a, b, c = np.moveaxis(vertices[read], 1, 0)
+                    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+                    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+                    np.testing.assert_allclose([area, volume], expected, rtol=1e-6)
 
     def test_attributes_that_a_face_names_and_the_file_has_not(self):
         for number, face in enumerate(("f 1/4 2/1 3/1", "f 1//1 2//1 3//1", "f 1/0 2/1 3/1")):

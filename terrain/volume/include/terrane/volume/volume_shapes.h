@@ -39,7 +39,8 @@ struct VolumeTube {
     double radius = 3.0;  ///< metres, > 0
 };
 
-/// The inside of a closed mesh of triangles, counter-clockwise seen from outside.
+/// The inside of a closed mesh of triangles, counter-clockwise seen from outside. Shells may be nested: one whose
+/// triangles face inwards is a cavity of the shell around it.
 struct VolumeMesh {
     std::vector<Eigen::Vector3d> points_shape = {};            ///< metres, shape frame
     std::vector<std::array<std::uint32_t, 3>> triangles = {};  ///< indices of points

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "scene/mesh_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace terrane::tools {
+namespace {
+
+/// A corner of a triangle: 3 * triangle + place.
+using Corner = std::uint32_t;
+
+/// Disjoint sets of corners; the first corner of a set names it.
+class CornerGroups {
+public:
+    explicit CornerGroups(std::size_t count) : parent_(count) {
+        std::iota(parent_.begin(), parent_.end(), 0u);
+    }
+    Corner first_of(Corner corner) {
+        while (parent_[corner] != corner) {
+            parent_[corner] = parent_[parent_[corner]];
+            corner = parent_[corner];
+        }
+        return corner;
+    }
+    void join(Corner a, Corner b) {
+        const auto [low, high] = std::minmax({first_of(a), first_of(b)});
+        parent_[high] = low;
+    }
+
+private:
+    std::vector<Corner> parent_;
+};
+
+/// Joins the corners on both sides of each edge that is no crease.
+void join_across_edges(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& normals,
+                       double least_cosine, CornerGroups& groups) {
+    // An edge of a triangle: its two vertices, the lower one first, and the corners there.
+    struct Side {
+        std::array<std::uint32_t, 2> vertices;
+        std::array<Corner, 2> corners;
+    };
+    std::vector<Side> sides;
+    sides.reserve(3 * mesh.triangles.size());
+    for (Corner i = 0; i < mesh.triangles.size(); ++i) {
+        for (Corner k = 0; k < 3; ++k) {
+            Side side = {{mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3]},
+                         {3 * i + k, 3 * i + (k + 1) % 3}};
+            if (side.vertices[0] > side.vertices[1]) {
+                std::swap(side.vertices[0], side.vertices[1]);
+                std::swap(side.corners[0], side.corners[1]);
+            }
+            sides.push_back(side);
+        }
+    }
+    std::ranges::sort(sides, {},
+                      [](const Side& side) { return std::pair(side.vertices, side.corners); });
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+        if (sides[i - 1].vertices != sides[i].vertices) continue;
+        const Eigen::Vector3d &a = normals[sides[i - 1].corners[0] / 3],
+                              &b = normals[sides[i].corners[0] / 3];
+        // the margin is for roundings: a right angle is at most 90 degrees
+        if (!(a.dot(b) >= least_cosine - 1e-9)) continue;
+        groups.join(sides[i - 1].corners[0], sides[i].corners[0]);
+        groups.join(sides[i - 1].corners[1], sides[i].corners[1]);
+    }
+}
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace
+
+TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine) {
+    std::vector<Eigen::Vector3d> normals;  // [triangles] unit, or 0
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Eigen::Vector3d& p = mesh.positions[a];
+        const Eigen::Vector3d across = (mesh.positions[b] - p).cross(mesh.positions[c] - p);
+        const double size = across.norm();
+        normals.emplace_back(size > 0.0 ? Eigen::Vector3d(across / size)
+                                        : Eigen::Vector3d(0.0, 0.0, 0.0));
+    }
+    CornerGroups groups(3 * mesh.triangles.size());
+    join_across_edges(mesh, normals, least_cosine, groups);
+
+    TriangleMesh made = mesh;
+    std::vector<Eigen::Vector3d> sums(mesh.positions.size(), Eigen::Vector3d::Zero());
+    std::vector<bool> is_used(mesh.positions.size());
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    std::vector<std::uint32_t> vertex_of(3 * mesh.triangles.size(), kNone);  // [first corners]
+    for (Corner corner = 0; corner < vertex_of.size(); ++corner) {
+        const TriangleMesh::Triangle& triangle = mesh.triangles[corner / 3];
+        const std::uint32_t vertex = triangle[corner % 3];
+        std::uint32_t& own = vertex_of[groups.first_of(corner)];
+        if (own == kNone && !is_used[vertex]) {
+            own = vertex;
+            is_used[vertex] = true;
+        } else if (own == kNone) {
+            own = static_cast<std::uint32_t>(made.positions.size());
+            made.positions.push_back(mesh.positions[vertex]);
+            if (!mesh.colours.empty()) made.colours.push_back(mesh.colours[vertex]);
+            sums.emplace_back(Eigen::Vector3d::Zero());
+        }
+        made.triangles[corner / 3][corner % 3] = own;
+        const Eigen::Vector3d& p = mesh.positions[vertex];
+        sums[own] += angle_between(mesh.positions[triangle[(corner + 1) % 3]] - p,
+                                   mesh.positions[triangle[(corner + 2) % 3]] - p) *
+                     normals[corner / 3];
+    }
+    for (const Eigen::Vector3d& sum : sums) {
+        const double size = sum.norm();
+        made.normals.push_back(size > 0.0 ? Eigen::Vector3f((sum / size).cast<float>())
+                                          : Eigen::Vector3f(0.0f, 0.0f, 1.0f));
+    }
+    return made;
+}
+
+}  // namespace terrane::tools
