@@ -262,8 +262,10 @@ except_body           is not seen)")
 
 namespace {
 
-constexpr std::array<std::pair<const char*, BroadphaseKind>, 2> kBroadphases{
-    {{"sap", BroadphaseKind::sap}, {"grid", BroadphaseKind::grid}}};
+constexpr std::array<std::pair<const char*, BroadphaseKind>, 3> kBroadphases{
+    {{"sap", BroadphaseKind::sap},
+     {"grid", BroadphaseKind::grid},
+     {"two_scene", BroadphaseKind::two_scene}}};
 
 std::shared_ptr<HeldWorld> make_world(const py::object& gravity, double max_substep,
                                       bool allow_sleep, bool collide_bodies, bool report_contacts,
@@ -394,7 +396,7 @@ allow_sleep      bodies at rest are not stepped
 collide_bodies   False: bodies pass through each other
 report_contacts  True: step() makes contact_events()
 measure_depth    step() measures StepReport.max_depth_m and too_deep
-broadphase       "sap" or "grid" (bodies of similar size)
+broadphase       "sap", "grid" (bodies of similar size) or "two_scene" (hulls that seldom meet)
 worker_count     threads of step(), 1 to 64
 
 Raises ValueError for a setting out of range.)")

@@ -303,7 +303,15 @@ std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin) 
 }
 
 std::string_view to_string(BroadphaseKind kind) {
-    return kind == BroadphaseKind::grid ? "grid" : "sap";
+    switch (kind) {
+        case BroadphaseKind::grid:
+            return "grid";
+        case BroadphaseKind::two_scene:
+            return "two-scene";
+        case BroadphaseKind::sap:
+            break;
+    }
+    return "sap";
 }
 
 }  // namespace terrane

@@ -205,7 +205,8 @@ const Core& ErodedPart::whole_core() const {
                                 whole_storage_);
     } else if (shape_.has_core()) {
         whole_core_ =
-            make_core(PlacedCapsule{shape_.centre, shape_.core, shape_.radius}, whole_storage_);
+            make_core(PlacedCapsule{shape_.centre, shape_.core, shape_.radius, length(shape_.core)},
+                      whole_storage_);
     } else {
         whole_core_ = make_core(PlacedSphere{shape_.centre, shape_.radius}, whole_storage_);
     }

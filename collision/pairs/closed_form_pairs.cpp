@@ -8,31 +8,18 @@
 
 namespace terrane::internal {
 
-Gap find_gap(const PlacedSphere& a, const PlacedSphere& b) {
-    const Eigen::Vector3d d = a.centre - b.centre;
-    const double distance = length(d);
-    Gap gap;
-    gap.distance = distance - (a.radius + b.radius);
-    if (distance > 0.0) gap.normal = d / distance;
-    gap.core_a = a.centre;
-    gap.core_b = b.centre;
-    return gap;
-}
-
-void find_contacts(const PlacedSphere& a, const PlacedSphere&, const Gap& gap, Manifold& manifold) {
-    manifold.add(a.centre - a.radius * gap.normal, -gap.distance, {0, 0}, {0, 0});
-}
-
-bool is_touching(const PlacedSphere& a, const PlacedSphere& b) {
-    return find_gap(a, b).distance <= kTouchShare * (a.radius + b.radius);
-}
-
-Axis find_pseudodistance(const PlacedSphere& a, const PlacedSphere& b) {
-    const Gap gap = find_gap(a, b);
-    return {gap.normal, swept_pseudodistance(length(a.centre - b.centre), a.radius + b.radius)};
-}
-
 namespace {
+
+// Nearest points of the cores of two spheres or capsules.
+struct CorePoints {
+    Eigen::Vector3d a, b;
+
+    Eigen::Vector3d offset() const { return a - b; }
+};
+
+CorePoints find_core_points(const PlacedSphere& a, const PlacedSphere& b) {
+    return {a.centre, b.centre};
+}
 
 // Position along the capsule's core of the point nearest to the sphere, -1 to 1 in units of the half axis.
 double find_share(const PlacedSphere& a, const PlacedCapsule& b) {
@@ -41,23 +28,99 @@ double find_share(const PlacedSphere& a, const PlacedCapsule& b) {
     return std::clamp(dot(a.centre - b.centre, b.half_axis) / square, -1.0, 1.0);
 }
 
+CorePoints find_core_points(const PlacedSphere& a, const PlacedCapsule& b) {
+    return {a.centre, b.centre + find_share(a, b) * b.half_axis};
+}
+
+CorePoints find_core_points(const PlacedCapsule& a, const PlacedCapsule& b) {
+    const Eigen::Vector3d u = 2.0 * a.half_axis;
+    const Eigen::Vector3d v = 2.0 * b.half_axis;
+    const Eigen::Vector3d p = a.centre - a.half_axis;
+    const Eigen::Vector3d q = b.centre - b.half_axis;
+    const SegmentPair pair = find_closest_on_segments(p, u, q, v);
+    return {p + pair.s * u, q + pair.t * v};
+}
+
+// Normal and distance of the cores. Takes one root, unless the cores touch or cross.
+Axis find_core_axis(const PlacedSphere&, const PlacedSphere&, const CorePoints& points) {
+    const Eigen::Vector3d d = points.offset();
+    Axis axis;
+    axis.gap = length(d);
+    if (axis.gap > 0.0) axis.normal = d / axis.gap;
+    return axis;
+}
+
+Axis find_core_axis(const PlacedSphere&, const PlacedCapsule& b, const CorePoints& points) {
+    const Eigen::Vector3d d = points.offset();
+    Axis axis;
+    axis.gap = length(d);
+    if (axis.gap > 0.0) {
+        axis.normal = d / axis.gap;
+    } else if (const double size = length(b.half_axis); size > 0.0) {
+        axis.normal = any_tangent(b.half_axis / size);
+    }
+    return axis;
+}
+
+Axis find_core_axis(const PlacedCapsule& a, const PlacedCapsule& b, const CorePoints& points) {
+    const Eigen::Vector3d u = 2.0 * a.half_axis;
+    const Eigen::Vector3d v = 2.0 * b.half_axis;
+    const Eigen::Vector3d d = points.offset();
+    Axis axis;
+    axis.gap = length(d);
+    // The 1-norm is at least the length: it saves the roots of two lengths.
+    if (axis.gap > 1.01e-14 * (norm1(u) + norm1(v)) || axis.gap > 1e-14 * (length(u) + length(v))) {
+        axis.normal = d / axis.gap;
+        return axis;
+    }
+    // Crossing cores: any common perpendicular separates them.
+    Eigen::Vector3d square = cross(u, v);
+    const double sine = length(square);
+    if (sine > 1e-10 * length(u) * length(v)) {
+        square /= sine;
+        axis.normal = dot(square, a.centre - b.centre) < 0.0 ? Eigen::Vector3d(-square) : square;
+    } else if (length(u) + length(v) > 0.0) {
+        const Eigen::Vector3d& longer = length(u) < length(v) ? v : u;
+        axis.normal = any_tangent(longer / length(longer));
+    }
+    return axis;
+}
+
+Gap find_swept_gap(const auto& a, const auto& b) {
+    const CorePoints points = find_core_points(a, b);
+    const Axis axis = find_core_axis(a, b, points);
+    return {axis.gap - (a.radius + b.radius), axis.normal, points.a, points.b};
+}
+
+Axis find_swept_pseudodistance(const auto& a, const auto& b) {
+    const Axis axis = find_core_axis(a, b, find_core_points(a, b));
+    return {axis.normal, swept_pseudodistance(axis.gap, a.radius + b.radius)};
+}
+
+// Compares squares, so that it takes no root.
+bool is_swept_touching(const auto& a, const auto& b, double size) {
+    const Eigen::Vector3d d = find_core_points(a, b).offset();
+    const double most = a.radius + b.radius + kTouchShare * size;
+    return dot(d, d) <= most * most;
+}
+
 }  // namespace
 
-Gap find_gap(const PlacedSphere& a, const PlacedCapsule& b) {
-    Gap gap;
-    gap.core_a = a.centre;
-    gap.core_b = b.centre + find_share(a, b) * b.half_axis;
-    const Eigen::Vector3d d = gap.core_a - gap.core_b;
-    const double distance = length(d);
-    gap.distance = distance - (a.radius + b.radius);
-    const double size = length(b.half_axis);
-    if (distance > 0.0) {
-        gap.normal = d / distance;
-    } else if (size > 0.0) {
-        gap.normal = any_tangent(b.half_axis / size);
-    }
-    return gap;
+Gap find_gap(const PlacedSphere& a, const PlacedSphere& b) { return find_swept_gap(a, b); }
+
+void find_contacts(const PlacedSphere& a, const PlacedSphere&, const Gap& gap, Manifold& manifold) {
+    manifold.add(a.centre - a.radius * gap.normal, -gap.distance, {0, 0}, {0, 0});
 }
+
+bool is_touching(const PlacedSphere& a, const PlacedSphere& b) {
+    return is_swept_touching(a, b, a.radius + b.radius);
+}
+
+Axis find_pseudodistance(const PlacedSphere& a, const PlacedSphere& b) {
+    return find_swept_pseudodistance(a, b);
+}
+
+Gap find_gap(const PlacedSphere& a, const PlacedCapsule& b) { return find_swept_gap(a, b); }
 
 void find_contacts(const PlacedSphere& a, const PlacedCapsule& b, const Gap& gap,
                    Manifold& manifold) {
@@ -69,12 +132,11 @@ void find_contacts(const PlacedSphere& a, const PlacedCapsule& b, const Gap& gap
 }
 
 bool is_touching(const PlacedSphere& a, const PlacedCapsule& b) {
-    return find_gap(a, b).distance <= kTouchShare * (a.radius + b.radius + length(b.half_axis));
+    return is_swept_touching(a, b, a.radius + b.radius + b.half_length);
 }
 
 Axis find_pseudodistance(const PlacedSphere& a, const PlacedCapsule& b) {
-    const Gap gap = find_gap(a, b);
-    return {gap.normal, swept_pseudodistance(length(gap.core_a - gap.core_b), a.radius + b.radius)};
+    return find_swept_pseudodistance(a, b);
 }
 
 Gap find_gap(const PlacedSphere& a, const PlacedBox& b) {
@@ -151,35 +213,7 @@ ShapeFeature feature_at(double share) {
 
 }  // namespace
 
-Gap find_gap(const PlacedCapsule& a, const PlacedCapsule& b) {
-    const Eigen::Vector3d u = 2.0 * a.half_axis;
-    const Eigen::Vector3d v = 2.0 * b.half_axis;
-    const Eigen::Vector3d p = a.centre - a.half_axis;
-    const Eigen::Vector3d q = b.centre - b.half_axis;
-    const SegmentPair pair = find_closest_on_segments(p, u, q, v);
-    Gap gap;
-    gap.core_a = p + pair.s * u;
-    gap.core_b = q + pair.t * v;
-    const Eigen::Vector3d d = gap.core_a - gap.core_b;
-    const double distance = length(d);
-    gap.distance = distance - (a.radius + b.radius);
-    const double size = length(u) + length(v);
-    if (distance > 1e-14 * size) {
-        gap.normal = d / distance;
-        return gap;
-    }
-    // Crossing cores: any common perpendicular separates them.
-    Eigen::Vector3d square = cross(u, v);
-    const double sine = length(square);
-    if (sine > 1e-10 * length(u) * length(v)) {
-        square /= sine;
-        gap.normal = dot(square, a.centre - b.centre) < 0.0 ? Eigen::Vector3d(-square) : square;
-    } else if (size > 0.0) {
-        const Eigen::Vector3d& longer = length(u) < length(v) ? v : u;
-        gap.normal = any_tangent(longer / length(longer));
-    }
-    return gap;
-}
+Gap find_gap(const PlacedCapsule& a, const PlacedCapsule& b) { return find_swept_gap(a, b); }
 
 void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& gap,
                    Manifold& manifold) {
@@ -229,13 +263,11 @@ void find_contacts(const PlacedCapsule& a, const PlacedCapsule& b, const Gap& ga
 }
 
 bool is_touching(const PlacedCapsule& a, const PlacedCapsule& b) {
-    return find_gap(a, b).distance <=
-           kTouchShare * (a.radius + b.radius + length(a.half_axis) + length(b.half_axis));
+    return is_swept_touching(a, b, a.radius + b.radius + a.half_length + b.half_length);
 }
 
 Axis find_pseudodistance(const PlacedCapsule& a, const PlacedCapsule& b) {
-    const Gap gap = find_gap(a, b);
-    return {gap.normal, swept_pseudodistance(length(gap.core_a - gap.core_b), a.radius + b.radius)};
+    return find_swept_pseudodistance(a, b);
 }
 
 // Sources: S. Gottschalk, M. Lin, D. Manocha. OBBTree. 1996 (the separating axis test with 15 axes).

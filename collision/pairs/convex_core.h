@@ -41,6 +41,7 @@ struct PlacedCapsule {
     Eigen::Vector3d centre;
     Eigen::Vector3d half_axis;  ///< from the centre to the end at +z of the body frame
     double radius = 0.0;
+    double half_length = 0.0;  ///< of `half_axis`, so that tests for contact take no root
 };
 
 struct PlacedBox {

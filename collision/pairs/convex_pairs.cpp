@@ -179,7 +179,8 @@ PlacedConvex place(const ConvexView& shape, const Eigen::Matrix3d& rotation,
         return PlacedSphere{centre, sphere->radius};
     }
     if (const Capsule* capsule = std::get_if<Capsule>(&shape)) {
-        return PlacedCapsule{centre, capsule->half_height * rotation.col(2), capsule->radius};
+        return PlacedCapsule{centre, capsule->half_height * rotation.col(2), capsule->radius,
+                             capsule->half_height};
     }
     if (const Box* box = std::get_if<Box>(&shape)) {
         return PlacedBox{centre, rotation, box->half_extents};

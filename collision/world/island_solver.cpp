@@ -113,9 +113,9 @@ bool is_moved_by_none(Mobility mobility) {
     return mobility != Mobility::moving && mobility != Mobility::prescribed;
 }
 
-/// Half extents of a shape's bounding box in world axes, metres, valid for all rotations that move no point by more
-/// than `turn_distance`.
-Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
+/// Half extents of a body's bounding box in world axes, metres, valid for its rotations in a step.
+Eigen::Vector3d half_box(const RigidBody& body, double duration) {
+    const double turn_distance = body.radius * length(body.velocity.angular) * duration;
     const Shape& shape = *body.shape;
     const Eigen::Matrix3d& r = body.pose.rotation;
     Eigen::Vector3d half;
@@ -142,6 +142,24 @@ Eigen::Vector3d half_box(const RigidBody& body, double turn_distance) {
     return half;
 }
 
+/// Bounds of a body's motion in a step, with the half extents of the body, metres.
+Aabb swept_bounds(const RigidBody& body, const Eigen::Vector3d& half, double duration) {
+    const double fall = 0.5 * duration * duration * length(body.acceleration);
+    const Eigen::Vector3d translation = body.velocity.linear * duration;
+    const double margin = body.tolerance + fall;
+    const WorldPos& centre = body.pose.translation;
+    Aabb bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        bounds.low[axis] = centre[axis] - half[axis] - margin + std::min(0.0, translation[axis]);
+        bounds.high[axis] = centre[axis] + half[axis] + margin + std::max(0.0, translation[axis]);
+    }
+    return bounds;
+}
+
+Aabb swept_box(const RigidBody& body, double duration) {
+    return swept_bounds(body, half_box(body, duration), duration);
+}
+
 }  // namespace
 
 void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
@@ -162,19 +180,19 @@ void IslandSolver::update_bounds(std::span<const RigidBody> bodies,
             continue;
         }
         const RigidBody& body = bodies[i];
-        const double fall = 0.5 * duration * duration * length(body.acceleration);
-        const Eigen::Vector3d translation = body.velocity.linear * duration;
-        const double turn_distance = body.radius * length(body.velocity.angular) * duration;
-        const Eigen::Vector3d half = half_box(body, turn_distance);
-        const double margin = body.tolerance + fall;
-        const WorldPos& centre = body.pose.translation;
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds_[i].low[axis] =
-                centre[axis] - half[axis] - margin + std::min(0.0, translation[axis]);
-            bounds_[i].high[axis] =
-                centre[axis] + half[axis] + margin + std::max(0.0, translation[axis]);
-        }
+        bounds_[i] = is_two_scene_ && !is_still
+                         ? swept_bounds(body, Eigen::Vector3d::Constant(body.radius), duration)
+                         : swept_box(body, duration);
     }
+}
+
+/// The pairs whose boxes overlap.
+std::span<const BodyPair> IslandSolver::find_pairs(std::span<const RigidBody> bodies,
+                                                   double duration) {
+    if (!is_two_scene_) return broadphase_->find_pairs();
+    return boxes_.find_pairs(*broadphase_, bodies.size(), [&](std::uint32_t i) {
+        return has_bounds_[i] != 0 ? bounds_[i] : swept_box(bodies[i], duration);
+    });
 }
 
 /// Whether one of the bodies already has the most pairs allowed in a crowd. If not, counts the pair.
@@ -203,7 +221,7 @@ void IslandSolver::collect_pairs(std::span<const RigidBody> bodies,
     skipped_pair_count_ = 0;
     separated_.begin(bodies);
     std::size_t old = 0;
-    const std::span<const BodyPair> pairs = broadphase_->find_pairs();
+    const std::span<const BodyPair> pairs = find_pairs(bodies, duration);
     const bool is_crowd =
         pairs.size() > std::max(kLeastCrowdPairs, kCrowdPairsPerBody * bodies.size());
     if (is_crowd) partner_count_.assign(bodies.size(), 0);

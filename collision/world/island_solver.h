@@ -71,6 +71,7 @@ public:
     IslandSolver(BroadphaseKind kind, bool collide_bodies, bool records_impulses,
                  PairFilter pair_filter)
         : broadphase_(make_broadphase(kind, 0.0)),
+          is_two_scene_(kind == BroadphaseKind::two_scene),
           collide_bodies_(collide_bodies),
           records_impulses_(records_impulses),
           pair_filter_(std::move(pair_filter)) {}
@@ -160,6 +161,7 @@ private:
 
     void update_bounds(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                        const StepSpan& span);
+    std::span<const BodyPair> find_pairs(std::span<const RigidBody> bodies, double duration);
     void collect_pairs(std::span<const RigidBody> bodies, std::span<const Mobility> mobility,
                        double duration);
     bool is_crowded(const BodyPair& pair, bool is_limited);
@@ -197,9 +199,11 @@ private:
     double total_energy(std::size_t island, const WorldPos& origin, const Scene& scene) const;
 
     std::unique_ptr<Broadphase> broadphase_;
+    bool is_two_scene_;
     bool collide_bodies_, records_impulses_;
     PairFilter pair_filter_;
-    std::vector<Aabb> bounds_;
+    LazyBoxes boxes_;                          // of moving bodies, for two scenes
+    std::vector<Aabb> bounds_;                 // boxes; for two scenes cubes of moving bodies
     std::vector<std::uint8_t> has_bounds_;     // [bodies] the body is still and its box is valid
     std::vector<std::uint8_t> partner_count_;  // [bodies] number of pairs so far, in a crowd
     std::vector<BodyPair> sensor_pairs_;

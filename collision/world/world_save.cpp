@@ -173,7 +173,7 @@ void list_world_settings(Stream& stream, auto& settings) {
     stream.flag("collide_bodies", settings.collide_bodies);
     stream.flag("report_contacts", settings.report_contacts);
     stream.flag("measure_depth", settings.measure_depth);
-    // Values 2 and 3 are former kinds, which found the same pairs.
+    // Value 3 is a former kind, which found the same pairs.
     stream.choice("broadphase", settings.broadphase, BroadphaseKind{3});
 }
 
@@ -491,7 +491,7 @@ Result<World> World::load(std::span<const std::byte> bytes, const WorldCallbacks
     WorldSettings settings{.worker_count = worker_count, .callbacks = callbacks};
     list_callbacks(in, flags);
     list_world_settings(in, settings);
-    if (settings.broadphase > BroadphaseKind::grid) settings.broadphase = BroadphaseKind::sap;
+    if (settings.broadphase > BroadphaseKind::two_scene) settings.broadphase = BroadphaseKind::sap;
     const auto bad_data = [](const std::string& message) {
         return fail(ErrorCode::bad_data, message);
     };

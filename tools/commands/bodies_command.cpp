@@ -136,7 +136,9 @@ void add_bodies_command(CLI::App& app, CommandContext& context) {
         [&layout](std::size_t number) { layout.scheme = kCrowdSchemes[number]; },
         "sap (sweep-and-prune), grid (sparse, for bodies of like size), two-scene (cubes that "
         "ignore rotation first), brute (every pair), hashed (hashed cells as wide as the mean "
-        "distance of bodies) or dense (40^3 cells, cleared in each update)");
+        "distance of bodies), dense (40^3 cells, cleared in each update) or centroid (dense, a "
+        "body "
+        "in one cell, cells as wide as the largest body; compares spheres)");
     bodies->add_flag("--study", options->is_study,
                      "Tables against count, detail, radius, size and aspect, beside published "
                      "ones: report.html and study.md in --out");

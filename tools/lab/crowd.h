@@ -1,46 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "lab/crowd_schemes.h"
 #include "lab/measure.h"
 
 #include <terrane/collision/broadphase.h>
 #include <terrane/collision/shapes.h>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string_view>
+#include <span>
 #include <vector>
 
 namespace terrane::tools {
-
-/// Whether two closed boxes have a point in common.
-inline bool overlap(const Aabb& a, const Aabb& b) {
-    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
-}
-
-/// Cells of the published dense grid along each axis of its room.
-inline constexpr std::size_t kDenseCells = 40;
-
-/// Broadphases of a crowd: the library's and the published study's.
-enum class CrowdScheme {
-    sap,        ///< BroadphaseKind::sap
-    grid,       ///< BroadphaseKind::grid
-    two_scene,  ///< sweep-and-prune of cubes that contain a body at any rotation; exact boxes only for the pairs found
-    brute,      ///< compares every pair of boxes
-    hashed,     ///< a hashed grid with cells as wide as the mean distance between bodies
-    dense,      ///< the published dense grid: 40^3 cells, all cleared in each update
-};
-
-/// The schemes in order.
-inline constexpr std::array kCrowdSchemes{CrowdScheme::sap,       CrowdScheme::grid,
-                                          CrowdScheme::two_scene, CrowdScheme::brute,
-                                          CrowdScheme::hashed,    CrowdScheme::dense};
-
-/// `sap`, `grid`, `two-scene`, `brute`, `hashed` or `dense`.
-std::string_view to_string(CrowdScheme scheme);
 
 /// Moving bodies that pass through each other in a cubic room.
 struct CrowdLayout {
@@ -71,11 +45,11 @@ struct CrowdTotals {
     std::size_t positive_queries = 0;  ///< with at least one touching pair
     double query_ms = 0.0;             ///< time of finding pairs and testing them for contact
     double positive_ms = 0.0;          ///< time of the positive queries
-    double boxes_ms = 0.0;   ///< time of the axis-aligned boxes of all bodies; cubes for two scenes
-    double update_ms = 0.0;  ///< time of Broadphase::update(), without the boxes
-    std::size_t boxes = 0;   ///< exact boxes that were computed
-    std::size_t pairs = 0;   ///< pairs with overlapping boxes
-    std::size_t touching = 0;      ///< pairs in contact
+    double boxes_ms = 0.0;     ///< time of the boxes of all bodies, or their cubes: is_of_cubes()
+    double update_ms = 0.0;    ///< time of Broadphase::update(), without the boxes
+    std::size_t boxes = 0;     ///< exact boxes that were computed
+    std::size_t pairs = 0;     ///< pairs with overlapping boxes; of `centroid`, spheres
+    std::size_t touching = 0;  ///< pairs in contact
     std::uint64_t candidates = 0;  ///< pairs that the broadphase compared
 
     void add(const CrowdTotals& other);
@@ -123,16 +97,14 @@ private:
 
     void place_bodies(const CrowdLayout& layout);
     void place_bounds();
-    const Aabb& exact_box(std::uint32_t body, CrowdTotals& query);
+    std::span<const BodyPair> find_pairs();
 
     double width_ = 0.0;  ///< of the room, metres
-    bool is_two_scene_;
+    CrowdScheme scheme_;
     std::vector<Body> bodies_;
     std::size_t corner_count_ = 0;
-    std::vector<Aabb> bounds_;  ///< boxes of the bodies; for two scenes cubes around their spheres
-    std::vector<Aabb> exact_;   ///< [bodies] exact boxes, for two scenes
-    std::vector<std::uint64_t> exact_in_query_;  ///< number of the query that computed exact_
-    std::uint64_t query_count_ = 0;
+    std::vector<Aabb> bounds_;  ///< boxes of the bodies, or cubes: is_of_cubes()
+    LazyBoxes boxes_;           ///< for two scenes
     std::unique_ptr<Broadphase> broadphase_;
 };
 

@@ -8,6 +8,8 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -48,6 +50,25 @@ inline double median(std::vector<double> values) {
 /// a / b if b is above 0, else 0.
 inline double ratio_or_zero(auto a, auto b) {
     return b > 0 ? static_cast<double>(a) / static_cast<double>(b) : 0.0;
+}
+
+/// Where measured values change from below to above 0: those at x below `from` are negative, those at x above `to`
+/// positive. Between them, noise decides.
+struct SignChange {
+    double from = 0.0, to = 0.0;
+};
+
+/// Absent if no value is negative or none is positive.
+inline std::optional<SignChange> find_sign_change(std::span<const double> x,
+                                                  std::span<const double> values) {
+    std::optional<double> last_negative, first_positive;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        if (values[i] < 0.0) last_negative = std::max(last_negative.value_or(x[i]), x[i]);
+        if (values[i] > 0.0) first_positive = std::min(first_positive.value_or(x[i]), x[i]);
+    }
+    if (!last_negative || !first_positive) return std::nullopt;
+    const auto [from, to] = std::minmax(*last_negative, *first_positive);
+    return SignChange{from, to};
 }
 
 /// Median time of some runs of a function, milliseconds.

@@ -160,21 +160,18 @@ CommandResult<TradeTrial> extreme_trial(std::size_t vertices) {
     return TradeTrial{fmt::format("{}", vertices), measure, static_cast<double>(vertices)};
 }
 
-// States where the curves of scan and climb cross last, by linear interpolation.
+// States up to which number of vertices a scan is faster, and from which on a climb is.
 std::vector<std::string> find_break_even(const TradeTable& table) {
-    std::optional<double> crossing;
-    for (std::size_t i = 1; i < table.rows.size(); ++i) {
-        const auto gain = [&table](std::size_t row) {
-            const std::vector<TradeFigure>& figures = table.rows[row].figures;
-            return figures[0].median - figures[1].median;  // time that a climb saves
-        };
-        const double before = gain(i - 1), after = gain(i);
-        if (before >= 0.0 || after < 0.0) continue;
-        const double from = table.rows[i - 1].value, to = table.rows[i].value;
-        crossing = from + (to - from) * before / (before - after);
+    std::vector<double> vertices, gains;
+    for (const TradeRow& row : table.rows) {
+        vertices.push_back(row.value);
+        gains.push_back(row.figures[0].median - row.figures[1].median);  // time that a climb saves
     }
-    if (!crossing) return {"Scan and climb do not cross within these numbers of vertices."};
-    return {fmt::format("A climb is faster than a scan from {:.0f} vertices on.", *crossing)};
+    const std::optional<SignChange> change = find_sign_change(vertices, gains);
+    if (!change) return {"Scan and climb do not cross within these numbers of vertices."};
+    return {fmt::format(
+        "A scan is faster below {} vertices, a climb above {}; between them either may be.",
+        change->from, change->to)};
 }
 
 Dial extreme_dial() {
@@ -182,7 +179,8 @@ Dial extreme_dial() {
         const std::vector<std::size_t> counts =
             place.is_quick
                 ? std::vector<std::size_t>{8, 24, 64, 200, 800}
-                : std::vector<std::size_t>{8, 16, 24, 32, 48, 64, 96, 128, 200, 400, 1000, 3000};
+                : std::vector<std::size_t>{8,  16, 24, 28, 32, 36,  40,  44,  48,   52,
+                                           56, 60, 64, 80, 96, 128, 200, 400, 1000, 3000};
         return make_trials(counts, extreme_trial);
     };
     return {.key = "extremes",

@@ -15,6 +15,8 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane::tools {
@@ -287,26 +289,54 @@ TradeTrials prepare_ground_measures(const TradePlace& place) {
     return measure_trials(measures, poses->size());
 }
 
+/// The measures of two shapes at random poses of the first one.
+std::vector<NamedMeasure> pair_measures(const Shape& a, const Shape& b,
+                                        std::shared_ptr<const std::vector<Pose>> poses) {
+    return {{"test",
+             [=](std::size_t i) {
+                 return test_contact(a, (*poses)[i], b, {}).is_touching ? 0.0 : 1.0;
+             }},
+            {"pseudodistance",
+             [=](std::size_t i) { return pseudodistance(a, (*poses)[i], b, {}).pseudodistance; }},
+            {"contacts",
+             [=](std::size_t i) {
+                 std::array<PairContact, 8> contacts;
+                 const PairContactAnswer answer =
+                     find_contacts(a, (*poses)[i], b, {}, 0.0, contacts);
+                 return answer.count > 0 ? -contacts[0].depth : answer.least_distance;
+             }},
+            {"distance",
+             [=](std::size_t i) { return signed_distance(a, (*poses)[i], b, {}).distance; }}};
+}
+
 TradeTrials prepare_pair_measures(const TradePlace& place) {
     const auto poses =
         std::make_shared<const std::vector<Pose>>(random_poses(place.is_quick ? 150 : 800));
-    const Shape a = Box{{0.6, 0.9, 0.4}}, b = Box{{0.5, 1.2, 0.7}};
-    const std::vector<NamedMeasure> measures{
-        {"test",
-         [=](std::size_t i) {
-             return test_contact(a, (*poses)[i], b, {}).is_touching ? 0.0 : 1.0;
-         }},
-        {"pseudodistance",
-         [=](std::size_t i) { return pseudodistance(a, (*poses)[i], b, {}).pseudodistance; }},
-        {"contacts",
-         [=](std::size_t i) {
-             std::array<PairContact, 8> contacts;
-             const PairContactAnswer answer = find_contacts(a, (*poses)[i], b, {}, 0.0, contacts);
-             return answer.count > 0 ? -contacts[0].depth : answer.least_distance;
-         }},
-        {"distance",
-         [=](std::size_t i) { return signed_distance(a, (*poses)[i], b, {}).distance; }}};
-    return measure_trials(measures, poses->size());
+    return measure_trials(pair_measures(Box{{0.6, 0.9, 0.4}}, Box{{0.5, 1.2, 0.7}}, poses),
+                          poses->size());
+}
+
+TradeTrials prepare_swept_measures(const TradePlace& place) {
+    struct Pair {
+        std::string name;
+        Shape a, b;
+    };
+    const Shape sphere = Sphere{1.2}, capsule = Capsule{0.7, 0.8};
+    const std::vector<Pair> pairs{{"two spheres", sphere, sphere},
+                                  {"sphere and capsule", sphere, capsule},
+                                  {"two capsules", capsule, capsule}};
+    const auto poses =
+        std::make_shared<const std::vector<Pose>>(random_poses(place.is_quick ? 150 : 800));
+    std::vector<TradeTrial> trials;
+    for (const Pair& pair : pairs) {
+        TERRANE_TRY(const std::vector<TradeTrial> of_pair,
+                    measure_trials(pair_measures(pair.a, pair.b, poses), poses->size()));
+        for (TradeTrial trial : of_pair) {
+            trial.label = fmt::format("{}, {}", pair.name, trial.label);
+            trials.push_back(std::move(trial));
+        }
+    }
+    return trials;
 }
 
 }  // namespace
@@ -329,7 +359,14 @@ std::vector<Dial> number_dials() {
     pair.text = "Two boxes at random poses, a third of which overlap. Disorder as above.";
     pair.needs_terrain = false;
     pair.prepare = prepare_pair_measures;
-    return {ground, pair, root_dial(), precision_dial()};
+    Dial swept = pair;
+    swept.key = "swept-measure";
+    swept.title = "How near two spheres or capsules are: without roots, with one, or the distance";
+    swept.text =
+        "Spheres of radius 1.2 m and capsules of radius 0.7 m and length 3 m at random poses. The "
+        "test compares squares, the pseudodistance takes one root. Disorder as above.";
+    swept.prepare = prepare_swept_measures;
+    return {ground, pair, swept, root_dial(), precision_dial()};
 }
 
 }  // namespace terrane::tools

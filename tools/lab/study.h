@@ -148,8 +148,8 @@ struct Comparison {
     std::string reason;  ///< why they differ, with figures of this run
 };
 
-/// Every published time of a table with the measured one of the same scheme: sweep-and-prune, and the dense grid for
-/// bodies of equal size. Empty for a table without published times.
+/// Every published time of a table with the measured one of the same scheme: sweep-and-prune, and for bodies of equal
+/// size the grid of centroids, beside the dense grid. Empty for a table without published times.
 ///
 /// The machine of the published study is unknown: its speed is an unknown factor, common to all ratios.
 std::vector<Comparison> compare_with_published(const StudyTable& table);

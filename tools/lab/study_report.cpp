@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 /// Published times of a query and an update of the dense grid, ms.
 constexpr double kDenseQueryMs = 0.527, kDenseUpdateMs = 65.0;
-/// Number of the dense grid's lists.
+/// Number of the published grid's cells.
 constexpr auto kDenseLists = static_cast<double>(kDenseCells * kDenseCells * kDenseCells);
 
 std::string microseconds(double ms) { return short_text(1e3 * ms); }
@@ -34,23 +34,24 @@ std::string place_of(const StudyTable& table, const StudyPoint& point) {
     return point.x == 1.0 ? "1 body" : fmt::format("{} bodies", point.x);
 }
 
-void compare_dense(const StudyTable& table, std::vector<Comparison>& comparisons) {
+// Compares the published grid with a scheme: `centroid` is that grid, `dense` lists each body in every cell of its box.
+void compare_dense(const StudyTable& table, const char* scheme, const char* name,
+                   const char* clearing, std::vector<Comparison>& comparisons) {
     const double x = kPublishedCount;
-    const CrowdTotals* const dense = table.totals_at(x, "dense");
+    const CrowdTotals* const grid = table.totals_at(x, scheme);
     const CrowdTotals* const sap = table.totals_at(x, "sap");
-    if (dense == nullptr || sap == nullptr) return;
+    if (grid == nullptr || sap == nullptr) return;
     comparisons.push_back(
-        {fmt::format("query, dense grid, {} bodies", x), kDenseQueryMs, dense->mean_query_ms(),
-         fmt::format("Over sweep-and-prune the dense grid gains a factor of {} there and of {} "
-                     "here, where sweep-and-prune keeps its pairs from update to update.",
+        {fmt::format("query, {}, {} bodies", name, x), kDenseQueryMs, grid->mean_query_ms(),
+         fmt::format("Over sweep-and-prune the grid gains a factor of {} there and of {} here, "
+                     "where sweep-and-prune keeps its pairs from update to update.",
                      short_text(kSweepQueryMs / kDenseQueryMs),
-                     short_text(sap->mean_query_ms() / dense->mean_query_ms()))});
+                     short_text(sap->mean_query_ms() / grid->mean_query_ms()))});
     comparisons.push_back(
-        {fmt::format("update, dense grid, {} bodies", x), kDenseUpdateMs, dense->mean_update_ms(),
-         fmt::format("{} ns for each of {} lists there and {} ns here, where a list that is "
-                     "cleared keeps its memory.",
+        {fmt::format("update, {}, {} bodies", name, x), kDenseUpdateMs, grid->mean_update_ms(),
+         fmt::format("{} ns for each of {} lists there and {} ns here, where {}.",
                      short_text(1e6 * kDenseUpdateMs / kDenseLists), kDenseLists,
-                     short_text(1e6 * dense->mean_update_ms() / kDenseLists))});
+                     short_text(1e6 * grid->mean_update_ms() / kDenseLists), clearing)});
 }
 
 }  // namespace
@@ -80,7 +81,12 @@ std::vector<Comparison> compare_with_published(const StudyTable& table) {
                              microseconds(ours->mean_update_ms() / bodies))});
         }
     }
-    if (table.key == "equal") compare_dense(table, comparisons);
+    if (table.key == "equal") {
+        compare_dense(table, "centroid", "grid of centroids", "clearing a list sets one number",
+                      comparisons);
+        compare_dense(table, "dense", "dense grid", "a list that is cleared keeps its memory",
+                      comparisons);
+    }
     return comparisons;
 }
 
@@ -159,7 +165,7 @@ void judge_updates(const StudyTable& table, Texts& findings) {
     }
 }
 
-// Compares updates and queries of the hashed and the dense grid.
+// Compares updates and queries of the hashed and the dense grids.
 void judge_grids(const StudyTable& table, Texts& findings) {
     constexpr double kWantedRatio = 100.0, kAsFast = 1.1;
     const CrowdTotals* const dense = table.totals_at(kPublishedCount, "dense");
@@ -176,6 +182,17 @@ void judge_grids(const StudyTable& table, Texts& findings) {
         updates >= kWantedRatio ? "at least" : "less than", kWantedRatio,
         microseconds(hashed->mean_query_ms()), queries, microseconds(dense->mean_query_ms()),
         queries <= kAsFast ? "as fast" : "slower"));
+    const CrowdTotals* const centroid = table.totals_at(kPublishedCount, "centroid");
+    if (centroid == nullptr) return;
+    findings.push_back(fmt::format(
+        "{} bodies: a query of the grid of centroids compares {} pairs of spheres and tests {} for "
+        "contact, {} us; one of the dense grid compares {} pairs of boxes and tests {}, {} us. An "
+        "update takes {} us, with cubes for boxes, and {} us.",
+        kPublishedCount, short_text(centroid->mean(centroid->candidates)),
+        short_text(centroid->mean_pairs()), microseconds(centroid->mean_query_ms()),
+        short_text(dense->mean(dense->candidates)), short_text(dense->mean_pairs()),
+        microseconds(dense->mean_query_ms()), microseconds(centroid->mean_update_ms()),
+        microseconds(dense->mean_update_ms())));
 }
 
 // Adds whether the time of a query rises with the radius to a plateau, on which all boxes overlap.

@@ -1,7 +1,7 @@
 // Content of the report of the study of many bodies: a card for each table, with a log-log plot, the published times
 // beside ours, and the share of positive queries where there are any.
 const colours = {published: "--soft", sap: "--main", grid: "--limit", "two-scene": "--second",
-  hashed: "--third", dense: "--fourth", brute: "--text", convex: "--main", dented: "--second",
+  hashed: "--third", dense: "--fourth", centroid: "--fifth", brute: "--text", convex: "--main", dented: "--second",
   "convex, crowded": "--limit", "dented, crowded": "--third"};
 const series = table => Object.keys(table.slopes);
 const three = value => value === undefined ? "" : Number(value.toPrecision(3)).toLocaleString("en-US",

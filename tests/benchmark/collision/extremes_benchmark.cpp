@@ -7,6 +7,8 @@
 #include "shapes/query_shapes.h"
 
 #include <cstdio>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace terrane {
@@ -14,63 +16,79 @@ namespace {
 
 using Directions = std::vector<Eigen::Vector3d>;
 
-// Median of several runs over all directions, nanoseconds a query.
-template <class Find>
-double measure_ns(const Directions& directions, int runs, Find find) {
-    std::vector<double> times;
-    for (int run = 0; run < runs; ++run) {
-        times.push_back(tools::time_call_ns(directions.size(),
-                                            [&](std::size_t i) { return find(directions[i]); }));
-    }
-    return tools::median(times);
-}
+/// A hull with the climb table that the library makes for large hulls only.
+struct TestHull {
+    ConvexHull hull;
+    internal::ClimbTable table;
+    std::vector<double> scans_ns, climbs_ns;  ///< [turns] means over all directions
 
-struct Times {
-    double scan_ns = 0.0;
-    double climb_ns = 0.0;
+    explicit TestHull(ConvexHull made) : hull(std::move(made)) {
+        const internal::Polyhedron& shape = internal::polyhedron(hull);
+        table.first_neighbour.assign(shape.first_neighbour.begin(), shape.first_neighbour.end());
+        table.neighbours.assign(shape.neighbours.begin(), shape.neighbours.end());
+        table.slack = 1e-14;
+        internal::fill_climb_starts(shape.vertices, table);
+    }
+
+    void measure(const Directions& directions) {
+        const internal::Polyhedron& shape = internal::polyhedron(hull);
+        scans_ns.push_back(tools::time_call_ns(directions.size(), [&](std::size_t i) {
+            return internal::find_extreme_by_scan(shape.vertices, directions[i]);
+        }));
+        climbs_ns.push_back(tools::time_call_ns(directions.size(), [&](std::size_t i) {
+            return internal::find_extreme_by_climb(shape.vertices, table, directions[i]);
+        }));
+    }
 };
 
-Times measure(const internal::Polyhedron& hull, const Directions& directions, int runs) {
-    // Small hulls have no climb table.
-    internal::ClimbTable table;
-    table.first_neighbour.assign(hull.first_neighbour.begin(), hull.first_neighbour.end());
-    table.neighbours.assign(hull.neighbours.begin(), hull.neighbours.end());
-    table.slack = 1e-14;
-    internal::fill_climb_starts(hull.vertices, table);
-    Times times;
-    times.scan_ns = measure_ns(directions, runs, [&](const Eigen::Vector3d& direction) {
-        return internal::find_extreme_by_scan(hull.vertices, direction);
-    });
-    times.climb_ns = measure_ns(directions, runs, [&](const Eigen::Vector3d& direction) {
-        return internal::find_extreme_by_climb(hull.vertices, table, direction);
-    });
-    return times;
+// Every second number of vertices around the break-even, and steps of about a half far from it.
+std::vector<int> vertex_counts() {
+    std::vector<int> counts{8, 12, 16, 20, 24};
+    for (int n = 26; n <= 72; n += 2) counts.push_back(n);
+    for (const int n : {96, 128, 200, 300, 500, 800, 1200, 2000, 3000, 5000, 8000, 10'000}) {
+        counts.push_back(n);
+    }
+    return counts;
 }
 
 int run(bool quick) {
-    const int runs = quick ? 1 : 9;
+    const std::size_t turns = quick ? 1 : 9, hulls = quick ? 1 : 5;  // of each number of vertices
     test::Random random(5);
     Directions directions;
     for (int i = 0; i < 1024; ++i) directions.push_back(random.direction());
-    std::printf("hulls of random points on a sphere, random directions; ns a question\n");
-    std::printf("%8s %10s %10s\n", "vertices", "scan", "climb");
-    double last_n = 0.0;
-    double last_gain = 0.0;
-    double break_even = 0.0;
-    for (const int n : {8,   12,  16,  20,  24,   32,   40,   48,   64,   96,    128,
-                        200, 300, 500, 800, 1200, 2000, 3000, 5000, 8000, 10'000}) {
-        const Result<ConvexHull> hull = ConvexHull::create(test::sphere(random, n));
-        if (!hull) return 1;
-        const Times times = measure(internal::polyhedron(*hull), directions, runs);
-        std::printf("%8d %10.1f %10.1f\n", n, times.scan_ns, times.climb_ns);
-        const double gain = times.scan_ns - times.climb_ns;
-        if (last_gain < 0.0 && gain >= 0.0) {
-            break_even = last_n + (n - last_n) * last_gain / (last_gain - gain);
+    const std::vector<int> counts = vertex_counts();
+    std::vector<TestHull> cases;
+    for (const int n : counts) {
+        for (std::size_t i = 0; i < hulls; ++i) {
+            Result<ConvexHull> hull = ConvexHull::create(test::sphere(random, n));
+            if (!hull) return 1;
+            cases.emplace_back(*std::move(hull));
         }
-        last_n = n;
-        last_gain = gain;
     }
-    std::printf("break-even: %.0f vertices (kClimbFrom = %zu)\n", break_even, internal::kClimbFrom);
+    tools::take_turns(cases.size(), {.most_turns = turns}, [&](std::size_t i, std::size_t) {
+        cases[i].measure(directions);
+        return true;
+    });
+    std::printf(
+        "%zu hulls of random points on a sphere for each number of vertices, random "
+        "directions; ns a question, the mean of the hulls' medians of %zu turns\n",
+        hulls, turns);
+    std::printf("%8s %10s %10s\n", "vertices", "scan", "climb");
+    std::vector<double> vertices, gains;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        double scan = 0.0, climb = 0.0;
+        for (std::size_t k = i * hulls; k < (i + 1) * hulls; ++k) {
+            scan += tools::median(cases[k].scans_ns) / static_cast<double>(hulls);
+            climb += tools::median(cases[k].climbs_ns) / static_cast<double>(hulls);
+        }
+        std::printf("%8d %10.1f %10.1f\n", counts[i], scan, climb);
+        vertices.push_back(counts[i]);
+        gains.push_back(scan - climb);
+    }
+    const std::optional<tools::SignChange> change = tools::find_sign_change(vertices, gains);
+    if (!change) return 1;
+    std::printf("a scan is faster below %.0f vertices, a climb above %.0f (kClimbFrom = %zu)\n",
+                change->from, change->to, internal::kClimbFrom);
     return 0;
 }
 

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -233,7 +234,8 @@ TEST_P(Broadphases, KeepTheirMemory) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Broadphases,
-                         testing::Values(BroadphaseKind::sap, BroadphaseKind::grid),
+                         testing::Values(BroadphaseKind::sap, BroadphaseKind::grid,
+                                         BroadphaseKind::two_scene),
                          [](const auto& tested) {
                              std::string name(to_string(tested.param));
                              std::erase(name, '-');
@@ -289,6 +291,44 @@ TEST(SapBroadphase, KeepsItsOrderWhereLittleMoves) {
     const std::uint64_t sorted = update();
     EXPECT_LT(sorted, from_scratch / 2);
     EXPECT_GT(sorted, kept);
+}
+
+TEST(LazyBoxes, GiveThePairsOfTheBoxesAndComputeThoseOfOverlappingBoundsOnce) {
+    SeededRandom random(kSeed + 6);
+    Crowd boxes, bounds;
+    for (int i = 0; i < 300; ++i) {
+        const Eigen::Vector3d half(random.between(0.0, 0.2), random.between(0.0, 1.0), 0.3);
+        boxes.add(random_place(random, {14.0, 14.0, 14.0}), half);
+        bounds.add(boxes.middle(boxes.bounds.size() - 1), half.norm());
+    }
+    const auto outer = make_broadphase(BroadphaseKind::two_scene, 0.0);
+    LazyBoxes lazy;
+    for (int step = 0; step < 20; ++step) {
+        for (std::size_t i = 0; i < boxes.bounds.size(); ++i) {
+            const Eigen::Vector3d by = 0.1 * random.direction();
+            boxes.move(i, by);
+            bounds.move(i, by);
+        }
+        // one that is empty and contained by its bounds
+        if (step == 5) boxes.bounds[11].low.y() = kNan;
+        outer->update(bounds.bounds);
+        std::vector<int> calls(300, 0), wanted(300, 0);
+        const std::span<const BodyPair> found =
+            lazy.find_pairs(*outer, boxes.bounds.size(), [&](std::uint32_t body) {
+                ++calls[body];
+                return boxes.bounds[body];
+            });
+        const std::vector<BodyPair> expected = compare_all(boxes.bounds, 0.0);
+        ASSERT_GT(expected.size(), 20u);
+        EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end()));
+        for (const BodyPair& pair : compare_all(bounds.bounds, 0.0)) {
+            wanted[pair.a] = wanted[pair.b] = 1;
+        }
+        EXPECT_EQ(calls, wanted);
+        const auto computed = static_cast<std::size_t>(std::count(calls.begin(), calls.end(), 1));
+        EXPECT_EQ(lazy.computed_count(), computed);
+        EXPECT_LT(computed, 300u);
+    }
 }
 
 // Pairs kept over many updates, against a comparison of all boxes.

@@ -67,6 +67,30 @@ TEST(ShapePairs, RestingManifoldsHaveTheCornersThatMatter) {
         QueryStatus::truncated);
 }
 
+TEST(ShapePairs, SpheresAndCapsulesTouchUpToAShareOfTheirSizes) {
+    const struct {
+        Shape a, b;
+        double reach, size;  // centres along x at which they touch; sum of the sizes
+    } cases[] = {{Sphere{0.5}, Sphere{0.25}, 0.75, 0.75},
+                 {Sphere{1e-3}, Sphere{1e4}, 10'000.001, 10'000.001},
+                 {Sphere{0.5}, Capsule{0.25, 3.0}, 0.75, 3.75},
+                 {Sphere{0.0}, Capsule{0.0, 3.0}, 0.0, 3.0},
+                 {Capsule{0.5, 1e3}, Capsule{0.25, 3.0}, 0.75, 1003.75},
+                 {Capsule{0.0, 2.0}, Capsule{0.0, 4.0}, 0.0, 6.0}};
+    for (const auto& c : cases) {
+        // centres off the origin's axes
+        Pose turned;
+        turned.rotation = test::Random(kSeed).rotation();
+        const auto is_touching = [&](double gap) {
+            Pose pose = turned;
+            pose.translation = (c.reach + gap) * turned.rotation.col(0);
+            return test_contact(c.a, pose, c.b, turned).is_touching;
+        };
+        EXPECT_TRUE(is_touching(0.8e-12 * c.size)) << c.reach << ' ' << c.size;
+        EXPECT_FALSE(is_touching(1.2e-12 * c.size)) << c.reach << ' ' << c.size;
+    }
+}
+
 TEST(ShapePairs, HoldFromAMillimetreToTenKilometres) {
     SeededRandom random(kSeed);
     for (const double small : {1e-3, 1.0, 1e4}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Contacts between bodies.
 #include "collision/world/body_cases.h"
+#include "collision/world/busy_world.h"
 #include "support/allocation_counter.h"
 #include "support/random.h"
 
@@ -293,7 +294,34 @@ TEST(MeetingBodies, GiveTheSameBitsForEveryNumberOfWorkersAndBroadphase) {
     for (const int workers : {2, 3, 8}) {
         EXPECT_EQ(hash_with({.worker_count = workers}), alone) << workers << " workers";
     }
-    EXPECT_EQ(hash_with({.broadphase = BroadphaseKind::grid}), alone);
+    for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::two_scene}) {
+        EXPECT_EQ(hash_with({.broadphase = kind}), alone) << to_string(kind);
+    }
+}
+
+// Boxes of bodies that rest are kept over steps of other lengths.
+TEST(MeetingBodies, GiveTheSameBitsForEveryBroadphaseInABusyWorld) {
+    const Ground ground = make_busy_ground();
+    std::vector<World> worlds;
+    BusyBodies bodies;
+    for (const BroadphaseKind kind :
+         {BroadphaseKind::sap, BroadphaseKind::grid, BroadphaseKind::two_scene}) {
+        worlds.push_back(make_world({.broadphase = kind}));
+        bodies = fill_busy_world(worlds.back());
+    }
+    std::uint64_t asleep = 0, touching = 0;
+    for (int step = 0; step < 130; ++step) {
+        StepReport report;
+        for (World& world : worlds) {
+            act_on_busy_world(world, bodies, step);
+            report = world.step(ground, step % 5 == 0 ? 2.0 * kStep : kStep);
+            ASSERT_EQ(world.state_hash(), worlds[0].state_hash()) << step;
+        }
+        asleep += report.asleep;
+        touching += report.touching_pairs;
+    }
+    EXPECT_GT(asleep, 0u);
+    EXPECT_GT(touching, 0u);
 }
 
 TEST(Projectile, HitsTheFirstBodyOrTheGroundAndPushesIt) {

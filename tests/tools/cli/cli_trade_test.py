@@ -8,7 +8,7 @@ import re
 
 from program import SMALL_WORLD, Folder, ask, main, run, run_json
 
-SHORT = ("trade", "--quick", "--dial", "root,pair-measure,extremes")
+SHORT = ("trade", "--quick", "--dial", "root,pair-measure,swept-measure,extremes")
 
 
 def front_of(table):
@@ -43,12 +43,17 @@ class Trade(Folder):
         out = self.path("out")
         document = run_json(*SHORT, "--out", out)
         self.check_document(document)
-        self.assertEqual([table["key"] for table in document["tables"]], ["pair-measure", "root", "extremes"])
+        self.assertEqual([table["key"] for table in document["tables"]], ["pair-measure", "swept-measure", "root", "extremes"])
         self.assertEqual({table["terrain"] for table in document["tables"]}, {""})
-        pair, root, extremes = document["tables"]
+        pair, swept, root, extremes = document["tables"]
         disorder = {row["label"]: row["figures"]["disorder"]["median"] for row in pair["rows"]}
         self.assertEqual(disorder["distance"], 0)
         self.assertGreater(disorder["test"], disorder["pseudodistance"])
+        disorder = {row["label"]: row["figures"]["disorder"]["median"] for row in swept["rows"]}
+        self.assertEqual(len(disorder), 3 * 4)
+        for shapes in ("two spheres", "sphere and capsule", "two capsules"):
+            self.assertEqual(disorder[shapes + ", pseudodistance"], 0)
+            self.assertGreater(disorder[shapes + ", test"], 0)
         self.assertEqual([row["figures"]["unlike_pairs"]["median"] for row in root["rows"]], [0, 0])
         self.assertEqual(len(extremes["findings"]), 1)
         self.assertEqual(root["findings"], ["No value of this dial changes the pairs ordered unlike the squares here: 0."])

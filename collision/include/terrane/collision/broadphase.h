@@ -3,12 +3,19 @@
 
 #include <terrane/base/math.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace terrane {
+
+/// Whether two closed boxes have a point in common; false for NaN.
+inline bool overlap(const Aabb& a, const Aabb& b) {
+    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+}
 
 /// Indices of two bodies, a < b.
 struct BodyPair {
@@ -22,11 +29,14 @@ struct BodyPair {
 enum class BroadphaseKind {
     sap,   ///< sweep-and-prune: boxes sorted along one axis, order kept from update to update
     grid,  ///< sparse grid of cells as large as the largest box: for bodies of similar size
+    /// `sap` of cubes that contain a body at any rotation; boxes are computed only for bodies whose cubes overlap, see
+    /// LazyBoxes. For bodies that seldom meet and whose boxes are expensive, such as large hulls and compounds
+    two_scene,
 };
 
 /// Finds the pairs of bodies whose boxes, each widened by a margin, overlap or touch.
 ///
-/// Both kinds find the same pairs, in ascending order of (a, b). Both cache candidates across updates: pairs of boxes
+/// All kinds find the same pairs, in ascending order of (a, b). They cache candidates across updates: pairs of boxes
 /// that overlap if each is enlarged by an eighth of its longest side on every side. The cache stays valid while all but
 /// a few bodies remain inside their enlarged boxes. Memory is reused, and linear in bodies and candidates, however far
 /// the bodies spread.
@@ -60,11 +70,55 @@ public:
     virtual std::uint64_t update_operations() const = 0;
 };
 
-/// Makes a broadphase without bodies.
+/// Boxes of bodies, each computed when a pair first needs it. The broadphase has bounds that contain the boxes and are
+/// cheaper, such as cubes. The pairs are those of a broadphase of the boxes.
+///
+/// Threads: one at a time.
+class LazyBoxes {
+public:
+    /// The pairs whose boxes overlap or touch, in ascending order. Valid until the next call.
+    ///
+    /// @param bounds     after update() with bounds around the boxes of `body_count` bodies
+    /// @param box_of     Aabb(std::uint32_t body): the box of a body; called once for each body of a pair of `bounds`,
+    ///                   and for no other
+    ///
+    /// Cost: that of find_pairs(), and the boxes of the bodies of its pairs
+    template <class BoxOf>
+    std::span<const BodyPair> find_pairs(Broadphase& bounds, std::size_t body_count,
+                                         BoxOf&& box_of) {
+        pairs_.clear();
+        boxes_.resize(body_count);
+        is_computed_.assign(body_count, 0);
+        computed_count_ = 0;
+        const auto box = [&](std::uint32_t body) -> const Aabb& {
+            if (is_computed_[body] == 0) {
+                boxes_[body] = box_of(body);
+                is_computed_[body] = 1;
+                ++computed_count_;
+            }
+            return boxes_[body];
+        };
+        for (const BodyPair& pair : bounds.find_pairs()) {
+            if (overlap(box(pair.a), box(pair.b))) pairs_.push_back(pair);
+        }
+        return pairs_;
+    }
+
+    /// Number of boxes that the last find_pairs() computed.
+    std::size_t computed_count() const { return computed_count_; }
+
+private:
+    std::vector<Aabb> boxes_;                ///< [bodies]
+    std::vector<std::uint8_t> is_computed_;  ///< [bodies]
+    std::size_t computed_count_ = 0;
+    std::vector<BodyPair> pairs_;
+};
+
+/// Makes a broadphase without bodies. That of `two_scene` is that of `sap`: it is the caller who gives it cubes.
 /// @param margin added to each side of each box, metres, finite, >= 0
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin);
 
-/// The name of a kind: `sap` or `grid`.
+/// The name of a kind: `sap`, `grid` or `two-scene`.
 std::string_view to_string(BroadphaseKind kind);
 
 }  // namespace terrane

@@ -43,7 +43,7 @@ struct WorldSettings {
     /// Whether step() measures StepReport::max_depth_m, too_deep and kinematic_in_ground. Costs one more contact query
     /// for each awake or kinematic body.
     bool measure_depth = true;
-    BroadphaseKind broadphase = BroadphaseKind::sap;  ///< `grid` for bodies of similar size
+    BroadphaseKind broadphase = BroadphaseKind::sap;  ///< any kind gives the same bits
     int worker_count = 1;        ///< threads that step() uses, the caller's included, 1 to 64
     WorldCallbacks callbacks{};  ///< functions that step() calls
 };
