@@ -78,6 +78,7 @@ std::span<const std::string_view> built_in_names();
 struct PlanPlace {
     WorldRect region;
     std::optional<WorldVec2> start_world;
+    std::optional<double> max_slope;
 };
 
 /// The legs of a built-in path in order of time; the camera jumps between two legs. A pure function of the arguments.

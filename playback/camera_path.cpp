@@ -122,6 +122,7 @@ Result<void> check_settings(const CameraPathSettings& settings) {
     TERRANE_TRY(check_positive("altitude", settings.altitude));
     TERRANE_TRY(check_range("start", settings.start, 0.0, std::numeric_limits<double>::max()));
     TERRANE_TRY(check_positive("seconds", settings.seconds));
+    TERRANE_TRY(check_positive("max_slope", settings.max_slope));
     TERRANE_TRY(check_place(settings));
     return settings.seconds
                ? check_range("seconds", *settings.seconds, 0.0, CameraPathSettings::kMostSeconds)
@@ -176,11 +177,11 @@ Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightS
     const double altitude = settings.altitude.value_or(CameraPathSettings::kDefaultAltitude);
     Legs path;
     path.duration = settings.seconds.value_or(CameraPathSettings::kDefaultSeconds);
-    TERRANE_TRY(
-        std::vector<internal::LegPlan> plans,
-        internal::plan_built_in(built_in, source,
-                                {settings.region.value_or(source.extent()), settings.start_world},
-                                speed, path.duration));
+    TERRANE_TRY(std::vector<internal::LegPlan> plans,
+                internal::plan_built_in(built_in, source,
+                                        {settings.region.value_or(source.extent()),
+                                         settings.start_world, settings.max_slope},
+                                        speed, path.duration));
     double time = 0.0;
     for (internal::LegPlan& plan : plans) {
         if (time > 0.0) path.jumps.push_back(time);

@@ -161,6 +161,68 @@ TEST(CameraPath, CanyonsStayOnLowerGroundThanStraightLines) {
     EXPECT_LT(mean_ground(make("canyon", 60.0, 50.0, 60.0)), -50.0);
 }
 
+/// The steepest ground under a path, rise over run.
+double steepest_under(const CameraPath& path) {
+    constexpr double kReach = 1.0;
+    double most = 0.0;
+    for (double time = 0.0; time <= path.duration(); time += 0.1) {
+        const WorldPos p = path.at(time).eye_world;
+        const auto height = [&](double x, double y) {
+            return hills().height(p.x() + x, p.y() + y);
+        };
+        const double x = (height(kReach, 0.0) - height(-kReach, 0.0)) / (2.0 * kReach);
+        const double y = (height(0.0, kReach) - height(0.0, -kReach)) / (2.0 * kReach);
+        most = std::max(most, std::hypot(x, y));
+    }
+    return most;
+}
+
+TEST(CameraPath, PathsForVehiclesAvoidSteepGroundFromTheirStartOn) {
+    int steep_count = 0;
+    for (const std::string name : {"straight", "orbit", "canyon", "turns"}) {
+        // in the middle of a slope of 0.9, from where no straight line of 700 m stays on gentle ground
+        CameraPathSettings settings{
+            .speed = 12.0, .seconds = 60.0, .region = WorldRect{6000.0, 6000.0, 9000.0, 9000.0}};
+        const CameraPath any = CameraPath::create(name, hills(), settings).value();
+        steep_count += steepest_under(any) > 0.6;
+        settings.max_slope = 0.4;
+        const CameraPath path = CameraPath::create(name, hills(), settings).value();
+        EXPECT_LT(steepest_under(path), 0.41) << name;
+        double length = 0.0;
+        for (double time = 0.1; time <= path.duration(); time += 0.1) {
+            length += (path.at(time).eye_world - path.at(time - 0.1).eye_world).head<2>().norm();
+        }
+        EXPECT_NEAR(length, 720.0, 15.0) << name;
+        const double away = (path.at(0.0).eye_world - any.at(0.0).eye_world).head<2>().norm();
+        EXPECT_LT(away, 2200.0) << name;
+    }
+    EXPECT_GE(steep_count, 3) << "or it says little";
+}
+
+TEST(CameraPath, PathsForVehiclesBeginNearTheirStart) {
+    for (const std::string name : {"straight", "orbit", "turns"}) {
+        const WorldVec2 start(7700.0, 7700.0);
+        const CameraPath path =
+            CameraPath::create(
+                name, hills(),
+                {.speed = 12.0, .seconds = 60.0, .start_world = start, .max_slope = 0.4})
+                .value();
+        EXPECT_LT((path.at(0.0).eye_world.head<2>() - start).norm(), 130.0) << name;
+    }
+}
+
+TEST(CameraPath, PathsForVehiclesAreUnchangedOnGroundThatCanBeClimbed) {
+    for (const std::string name : kBuiltIns) {
+        CameraPathSettings settings{.speed = 12.0, .seconds = 20.0};
+        const CameraPath any = CameraPath::create(name, hills(), settings).value();
+        settings.max_slope = 2.0;
+        const CameraPath path = CameraPath::create(name, hills(), settings).value();
+        for (double time = 0.0; time <= path.duration(); time += 0.5) {
+            ASSERT_EQ(path.at(time).eye_world, any.at(time).eye_world) << name << " " << time;
+        }
+    }
+}
+
 TEST(CameraPath, OrbitsLookAtTheMiddle) {
     const CameraPath path = make("orbit", 100.0, 200.0, 20.0);
     const WorldPos middle(0.0, 0.0, hills().height(0.0, 0.0));
@@ -339,6 +401,7 @@ TEST(CameraPathRefusals, NameTheSettingAndItsValue) {
                    "region must have finite sides above 0, got 0 to 10 and 0 to 0"},
              Fault{{.region = WorldRect{-kInfinity, 0.0, 10.0, 1.0}}, "region"},
              Fault{{.region = WorldRect{0.0, 0.0, kNaN, 1.0}}, "region"},
+             Fault{{.max_slope = 0.0}, "max_slope must be above 0 and finite, got 0"},
              Fault{{.start_world = WorldVec2(1.0, kNaN)}, "start_world must be finite, got 1, nan"},
              Fault{{.start = -1.0}, "start must be 0 to"},
              Fault{{.start = kNaN}, "start must be 0 to"},

@@ -440,9 +440,11 @@ TEST(FlightLog, ExcessErrorIsCountedInPixelSeconds) {
     frames[0].error_px = 1.5;
     frames[1].error_px = 0.5;
     frames[2].error_px = 3.0;
-    EXPECT_DOUBLE_EQ(excess_error_px_s(frames, 50.0), 0.05);
-    EXPECT_DOUBLE_EQ(summarize(frames, 1, 50.0)["excess_error_px_s"].get<double>(), 0.05);
-    EXPECT_EQ(excess_error_px_s({}, 50.0), 0.0);
+    frames[2].status = MeshStatus::not_resident;
+    const auto summary = summarize(frames, 1, 50.0);
+    EXPECT_DOUBLE_EQ(summary["excess_error_px_s"].get<double>(), 0.05);
+    EXPECT_DOUBLE_EQ(summary["late_excess_error_px_s"].get<double>(), 0.04);
+    EXPECT_EQ(add_up_excess_error({}, 50.0).all_px_s, 0.0);
 }
 
 }  // namespace report_test

@@ -110,7 +110,7 @@ PagingRow row(PagingChoice policy, std::size_t late_frames, double excess_px_s) 
     made.policy = policy;
     made.run.totals.frames = 600;
     made.run.totals.late_frames = late_frames;
-    made.run.totals.excess_error_px_s = excess_px_s;
+    made.run.totals.excess_error = {.all_px_s = 99.0, .late_px_s = excess_px_s};
     made.run.totals.bytes_loaded = 1000;
     return made;
 }
@@ -143,7 +143,7 @@ TEST(JudgePaging, ExcessIsComparedWithTheOracleWhereItIsLate) {
     const std::vector<PagingRow> met = three(12, 100, 10), not_met = three(13, 100, 10);
     EXPECT_EQ(judge(met).front().late_ratio, std::nullopt);
     EXPECT_NEAR(*judge(met).front().excess_ratio, 1.2, 1e-12);
-    EXPECT_EQ(missed(not_met), Keys{"excess_error_px_s"});
+    EXPECT_EQ(missed(not_met), Keys{"late_excess_error_px_s"});
 }
 
 TEST(JudgePaging, UnannouncedJumpsExcuseWaste) {

@@ -36,12 +36,13 @@ CommandResult<void> run_drive(const DriveOptions& options) {
         ruts = std::move(made);
     }
     TERRANE_TRY(check_limits(options, terrain));
-    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualSpeed));
+    const VehicleSettings settings = make_vehicle(options.vehicle);
+    TERRANE_TRY(const DrivePlan plan,
+                make_drive_plan(options, terrain, kUsualSpeed, climbable_slope(settings)));
     TERRANE_TRY(PathDriver driver,
                 PathDriver::create(plan.path.points(), {.cruise_speed = plan.speed}));
     const std::vector<Eigen::Vector2d>& points = plan.path.points();
     const std::size_t ahead = std::min<std::size_t>(points.size() - 1, 4);
-    const VehicleSettings settings = make_vehicle(options.vehicle);
     VehicleTraveller vehicle(settings, std::move(driver), options.on_roll, *terrain.source,
                              points.front(), points[ahead] - points.front());
     if (ruts) vehicle.set_ruts(*ruts);
@@ -126,6 +127,7 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
 namespace {
 
 constexpr double kUsualWalk = 1.5;                         // m/s
+constexpr double kWalkedSlope = 0.8;                       // of 1.18 that it can climb
 constexpr double kLeastWalk = 0.1, kGreatestWalk = 100.0;  // m/s
 
 struct WalkOptions : FlightOptions {
@@ -137,7 +139,7 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     TERRANE_TRY(check_drivable(options.path));
     TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
     TERRANE_TRY(check_limits(options, terrain));
-    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualWalk));
+    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualWalk, kWalkedSlope));
     CharacterTraveller character({}, plan.path, plan.speed, *terrain.source);
     TERRANE_TRY(Journey walk,
                 Journey::create(options, terrain, plan, options.crates,

@@ -30,8 +30,9 @@ struct DrivePlan {
 /// be read.
 ///
 /// @param usual_speed speed if neither the options nor a track's times give one, m/s
+/// @param max_slope   of the ground under built-in paths: see CameraPathSettings
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
-                                         double usual_speed);
+                                         double usual_speed, double max_slope);
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {

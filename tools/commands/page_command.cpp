@@ -71,7 +71,7 @@ void print_row(const PagingRow& row, bool is_only_one, bool as_json) {
     print_text(fmt::format(
         "{:<24} {:>5} ms {:>5} MB/s {:>5} MB  {:<12} {:>6} {:>10.2f} {:>6.1f} % {:>7} {:>8.1f}\n",
         row.cell.path + speed, row.cell.latency_ms, row.cell.bandwidth_mb, row.cell.memory_mb,
-        name_of(row.policy) + radius, totals.late_frames, totals.excess_error_px_s,
+        name_of(row.policy) + radius, totals.late_frames, totals.excess_error.late_px_s,
         100.0 * totals.wasted_share(), totals.contact_late,
         static_cast<double>(totals.peak_bytes) / 0x1p20));
 }

@@ -44,6 +44,16 @@ VehicleSettings make_vehicle(VehicleKind kind) {
     return make_truck();
 }
 
+double climbable_slope(const VehicleSettings& settings) {
+    constexpr double kShare = 0.7;
+    constexpr double kGravity = 9.81;  // m/s^2
+    double track = 0.0;
+    for (const AxleSettings& axle : settings.axles) track = std::max(track, axle.track);
+    const double stability = 0.5 * track / settings.centre_of_mass_height;
+    const double engine = settings.max_drive_force / (settings.mass * kGravity);
+    return kShare * std::min({settings.tyre_friction * settings.side_grip, engine, stability});
+}
+
 VehicleTraveller::VehicleTraveller(const VehicleSettings& settings, PathDriver driver,
                                    OnRoll on_roll, const HeightSource& source,
                                    const Eigen::Vector2d& start_world,

@@ -68,6 +68,10 @@ enum class VehicleKind { truck, tracked, six_wheeler };
 std::vector<std::string> vehicle_names();
 VehicleSettings make_vehicle(VehicleKind kind);
 
+/// The steepest ground over which a path is laid for a vehicle, rise over run: a share of the slope on which it could
+/// climb, stand across and not slide.
+double climbable_slope(const VehicleSettings& settings);
+
 /// What a vehicle does after a rollover: ends the journey, or is set upright and goes on.
 enum class OnRoll { stop, right };
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 namespace terrane::tools {
 namespace {
@@ -17,23 +16,6 @@ double distance_beyond(const WorldRect& rect, const Eigen::Vector2d& p) {
     const double x = std::max({0.0, rect.west - p.x(), p.x() - rect.east});
     const double y = std::max({0.0, rect.south - p.y(), p.y() - rect.north});
     return std::hypot(x, y);
-}
-
-// Whether there is ground at a point. The inner edges of the extent belong to the cells inside.
-Result<bool> has_ground(const HeightSource& source, const Eigen::Vector2d& p) {
-    const WorldRect& extent = source.extent();
-    if (!extent.contains(p.x(), p.y())) return false;
-    const Lattice& lattice = source.lattice();
-    const double margin = 1e-6 * lattice.spacing;
-    const auto index = [&](double at, double low, double high, double origin) {
-        const double inside = std::max(std::min(at, high - margin), low + margin);
-        return static_cast<std::int64_t>(std::floor((inside - origin) / lattice.spacing));
-    };
-    const LatticePoint corner{index(p.x(), extent.west, extent.east, lattice.origin_x),
-                              index(p.y(), extent.south, extent.north, lattice.origin_y)};
-    std::uint8_t flags = cell_ground;
-    TERRANE_TRY(source.cell_flags({corner, 1, 2, 2}, {&flags, 1}));
-    return (flags & cell_outside) == 0;
 }
 
 double length_of(const std::vector<Eigen::Vector2d>& line) {
@@ -52,7 +34,7 @@ Result<PathGround> find_ground_under(std::span<const std::vector<Eigen::Vector2d
     const double step = std::max(source->lattice().spacing, whole / kMostSteps);
     PathGround ground;
     const auto visit = [&](const Eigen::Vector2d& p, double length) -> Result<void> {
-        TERRANE_TRY(const bool is_over_ground, has_ground(*source, p));
+        TERRANE_TRY(const bool is_over_ground, is_over_ground(*source, p.x(), p.y()));
         ground.length += length;
         if (is_over_ground) return {};
         ground.off_ground += length;

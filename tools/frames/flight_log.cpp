@@ -104,9 +104,13 @@ double percentile(std::vector<double> values, double share) {
     return values[static_cast<std::size_t>(index)];
 }
 
-double excess_error_px_s(std::span<const FrameRecord> frames, double fps) {
-    double sum = 0.0;
-    for (const FrameRecord& frame : frames) sum += frame.excess_error_px() / fps;
+ExcessError add_up_excess_error(std::span<const FrameRecord> frames, double fps) {
+    ExcessError sum;
+    for (const FrameRecord& frame : frames) {
+        const double excess = frame.excess_error_px() / fps;
+        sum.all_px_s += excess;
+        if (frame.is_late()) sum.late_px_s += excess;
+    }
     return sum;
 }
 
@@ -160,7 +164,9 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
     }
     if (!frames.empty() && frames.front().has_objects) add_objects(frames, summary);
     summary["late_frames"] = count_if([](const FrameRecord& r) { return r.is_late(); });
-    summary["excess_error_px_s"] = excess_error_px_s(frames, fps);
+    const ExcessError excess = add_up_excess_error(frames, fps);
+    summary["excess_error_px_s"] = excess.all_px_s;
+    summary["late_excess_error_px_s"] = excess.late_px_s;
     summary["late_chunks_max"] = static_cast<std::size_t>(largest(late));
     summary["not_resident_frames"] =
         count_if([](const FrameRecord& r) { return r.status == MeshStatus::not_resident; });

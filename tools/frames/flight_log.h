@@ -56,8 +56,13 @@ struct FrameRecord {
 inline constexpr const char* kFramesName = "frames.csv";
 inline constexpr const char* kReportName = "report.html";
 
-/// Integral of the excess error over time, pixel seconds. Each frame lasts 1 / fps.
-double excess_error_px_s(std::span<const FrameRecord> frames, double fps);
+/// Integrals of the excess error over time, pixel seconds.
+struct ExcessError {
+    double all_px_s = 0.0;   ///< over all frames
+    double late_px_s = 0.0;  ///< over the late frames
+};
+/// Each frame lasts 1 / fps.
+ExcessError add_up_excess_error(std::span<const FrameRecord> frames, double fps);
 
 /// Collects the frames of a flight and appends them to frames.csv, which is renamed to its final name by commit().
 class FlightLog {

@@ -51,7 +51,7 @@ const std::vector<TradeColumn> kPagingColumns{
     {"bytes_loaded", "read from storage", "bytes"},
     {"wasted_share", "read and not used", "share"},
     {"late_share", "late frames", "share"},
-    {"excess_error_px_s", "excess error of late frames", "px s"},
+    {"late_excess_error_px_s", "excess error of late frames", "px s"},
     {"contact_late", "bodies without ground, over frames"},
     {"error_px_max", "certified screen error", "px"}};
 
@@ -114,7 +114,7 @@ std::vector<Dial> paging_dials() {
                          .text = flight,
                          .preset_flag = "--memory-mb",
                          .cost = "peak_bytes",
-                         .loss = "excess_error_px_s"},
+                         .loss = "late_excess_error_px_s"},
                         {.all = {16, 24, 32, 48, 64, 128, 512},
                          .quick = {16, 32, 64, 128},
                          .set = [](double v, PageOptions& o) { o.memories_mb = {v}; }}),
@@ -124,7 +124,7 @@ std::vector<Dial> paging_dials() {
                          .axis = "ms",
                          .text = flight,
                          .cost = "bytes_loaded",
-                         .loss = "excess_error_px_s"},
+                         .loss = "late_excess_error_px_s"},
                         {.all = {1, 5, 20, 50, 100, 300, 1000},
                          .quick = {5, 50, 300},
                          .set = [](double v, PageOptions& o) { o.latencies_ms = {v}; }}),
@@ -134,7 +134,7 @@ std::vector<Dial> paging_dials() {
                          .axis = "MB/s",
                          .text = flight,
                          .cost = "bytes_loaded",
-                         .loss = "excess_error_px_s"},
+                         .loss = "late_excess_error_px_s"},
                         {.all = {1, 2, 5, 10, 30, 100},
                          .quick = {2, 10, 100},
                          .set = [](double v, PageOptions& o) { o.bandwidths_mb = {v}; }}),
@@ -144,7 +144,7 @@ std::vector<Dial> paging_dials() {
                          .axis = "s",
                          .text = flight + " Latency 300 ms here.",
                          .cost = "bytes_loaded",
-                         .loss = "excess_error_px_s"},
+                         .loss = "late_excess_error_px_s"},
                         {.all = {0, 0.25, 0.5, 1, 2, 4, 8},
                          .quick = {0, 0.5, 2, 4},
                          .set =
@@ -159,7 +159,7 @@ std::vector<Dial> paging_dials() {
                          .text = "A camera and 8 bodies at 100 m/s, which jump to another place "
                                  "every 5 s; storage with latency 20 ms and 100 MB/s, ceiling 24 "
                                  "MB.",
-                         .cost = "excess_error_px_s",
+                         .cost = "late_excess_error_px_s",
                          .loss = "contact_late"},
                         {.all = {0, 0.05, 0.125, 0.25, 0.5, 0.75},
                          .quick = {0, 0.125, 0.5},

@@ -160,11 +160,9 @@ std::size_t count_without_ground(const Pager& pager, std::span<const BodyNeed> b
 PagingTotals add_up(const PagingRun& run, const PagerStats& before, double fps) {
     PagingTotals totals;
     totals.frames = run.frames.size();
+    totals.excess_error = add_up_excess_error(run.frames, fps);
     for (const FrameRecord& frame : run.frames) {
-        if (frame.is_late()) {
-            ++totals.late_frames;
-            totals.excess_error_px_s += frame.excess_error_px() / fps;
-        }
+        if (frame.is_late()) ++totals.late_frames;
         totals.error_px_max = std::max(totals.error_px_max, frame.error_px);
     }
     for (const std::size_t late : run.contact_late) totals.contact_late += late;

@@ -94,8 +94,8 @@ struct PagingRunSettings {
 /// Totals of a flight over simulated storage, excluding loads before it.
 struct PagingTotals {
     std::size_t frames = 0;
-    std::size_t late_frames = 0;     ///< FrameRecord::is_late()
-    double excess_error_px_s = 0.0;  ///< of the late frames
+    std::size_t late_frames = 0;  ///< FrameRecord::is_late()
+    ExcessError excess_error;
     double error_px_max = 0.0;
     std::uint64_t bytes_loaded = 0;  ///< read from storage
     std::uint64_t bytes_wasted = 0;  ///< of these, bytes not used by the end of the flight

@@ -43,8 +43,8 @@ void judge(PagingVerdict& verdict) {
         misses("late_frames", *verdict.late_ratio > PagingVerdict::kMostLate);
     }
     if (ours && oracle && oracle->late_frames > 0) {
-        verdict.excess_ratio = ratio(ours->excess_error_px_s, oracle->excess_error_px_s);
-        misses("excess_error_px_s", *verdict.excess_ratio > PagingVerdict::kMostExcess);
+        verdict.excess_ratio = ratio(ours->excess_error.late_px_s, oracle->excess_error.late_px_s);
+        misses("late_excess_error_px_s", *verdict.excess_ratio > PagingVerdict::kMostExcess);
     }
     if (ours) {
         misses("wasted_share", ours->wasted_share() > PagingVerdict::kMostWasted &&
@@ -61,8 +61,8 @@ void judge(PagingVerdict& verdict) {
 }  // namespace
 
 bool is_better(const PagingTotals& totals, const PagingTotals& other) {
-    return std::tie(totals.late_frames, totals.excess_error_px_s) <
-           std::tie(other.late_frames, other.excess_error_px_s);
+    return std::tie(totals.late_frames, totals.excess_error.late_px_s) <
+           std::tie(other.late_frames, other.excess_error.late_px_s);
 }
 
 nlohmann::ordered_json to_json(const PagingRow& row) {
@@ -79,7 +79,8 @@ nlohmann::ordered_json to_json(const PagingRow& row) {
             {"frames", totals.frames},
             {"late_frames", totals.late_frames},
             {"late_share", totals.late_share()},
-            {"excess_error_px_s", totals.excess_error_px_s},
+            {"excess_error_px_s", totals.excess_error.all_px_s},
+            {"late_excess_error_px_s", totals.excess_error.late_px_s},
             {"error_px_max", totals.error_px_max},
             {"bytes_loaded", totals.bytes_loaded},
             {"bytes_wasted", totals.bytes_wasted},

@@ -53,6 +53,7 @@ const std::map<std::string, std::string>& own_titles() {
         {"points_min", "Points measured in a frame (least)"},
         {"late_frames", "Frames above the target because of absent chunks"},
         {"excess_error_px_s", "Screen error above the target, over time, px s"},
+        {"late_excess_error_px_s", "Of it because of absent chunks, px s"},
         {"not_resident_frames", "Frames with absent chunks"},
         {"memory_bytes", "Ceiling of memory, bytes"},
         {"peak_bytes", "Memory (most), bytes"},

@@ -11,7 +11,7 @@ const figure = value => value < 100 ? value.toFixed(2)
 const groups = [
   ["late frames", "late_frames", run => short(run.late_frames),
     ["of distance", "late_ratio", data.targets.late]],
-  ["excess error, px s", "excess_error_px_s", run => figure(run.excess_error_px_s),
+  ["late excess error, px s", "late_excess_error_px_s", run => figure(run.late_excess_error_px_s),
     ["of oracle", "excess_ratio", data.targets.excess]],
   ["wasted, %", "wasted_share", run => percent(run.wasted_share)],
   ["contact late", "contact_late", run => short(run.contact_late)],
@@ -68,7 +68,7 @@ const count = key => data.cells.filter(cell => cell.missed.includes(key)).length
 const {late, excess, wasted} = data.targets;
 const targets = [
   ["late frames above " + short(100 * late) + " %" + " of distance's, the oracle having none", "late_frames"],
-  ["excess error above " + excess + " of the oracle's, it being late too", "excess_error_px_s"],
+  ["late excess error above " + excess + " of the oracle's, it being late too", "late_excess_error_px_s"],
   ["more than " + short(100 * wasted) + " %" + " of the bytes wasted", "wasted_share"],
   ["ground late that the oracle had in time", "contact_late"],
   ["memory above the ceiling", "peak_bytes"],

@@ -125,7 +125,8 @@ class Drive(Folder):
         self.assertEqual(many["fell_through"] + many["left_world"] + many["parked"], 0)
 
     def test_a_truck_that_rolls_over_ends_the_drive_unless_it_is_to_be_righted(self):
-        arguments = ("drive", "--dem", self.cliff(), "--seconds", 30, *SMALL)
+        track = self.write("track.csv", "x_m,y_m\n-180,0\n180,0\n")  # a built-in path would avoid the cliff
+        arguments = ("drive", "--dem", self.cliff(), "--path", track, "--speed", 12, "--seconds", 30, *SMALL)
         out = self.path("out")
         stopped = run_json(*arguments, "--out", out)
         self.assertIs(stopped["rolled_over"], True)

@@ -178,7 +178,7 @@ class Bodies(Folder):
 
 
 class Page(Folder):
-    KEYS = {"frames", "late_frames", "late_share", "excess_error_px_s", "bytes_loaded",
+    KEYS = {"frames", "late_frames", "late_share", "excess_error_px_s", "late_excess_error_px_s", "bytes_loaded",
             "bytes_wasted", "peak_bytes", "contact_late", "path", "speed", "policy", "radius",
             "latency_ms", "bandwidth_mb", "memory_mb", "wasted_share", "error_px_max", "reloads",
             "cancelled", "failed", "hard_evictions"}
@@ -208,7 +208,7 @@ class Page(Folder):
         arguments = ["--path", "straight@300", "--policy", "distance", "--latency-ms", 50,
                      "--bandwidth-mb", 5]
         alone = [self.play(*arguments, "--radius", radius)[0] for radius in (0.25, 1)]
-        best = min(alone, key=lambda r: (r["late_frames"], r["excess_error_px_s"]))
+        best = min(alone, key=lambda r: (r["late_frames"], r["late_excess_error_px_s"]))
         self.assertEqual(self.play(*arguments, "--radius", "0.25,1"), [best])
 
     def test_slower_storage_is_later_and_files_say_the_same(self):
@@ -228,6 +228,7 @@ class Page(Folder):
         self.assertEqual(slow["late_frames"], sum(late))
         self.assertEqual(slow["error_px_max"], errors.max())
         self.assertAlmostEqual(slow["excess_error_px_s"], np.maximum(errors - 2, 0).sum() / 10)
+        self.assertAlmostEqual(slow["late_excess_error_px_s"], (errors - 2)[late].sum() / 10)
         self.assertEqual(slow["contact_late"], sum(int(f["contact_late"]) for f in frames))
         # what the bandwidth allows during the flight
         self.assertLessEqual(slow["bytes_loaded"], 0.5e6 * 2)
@@ -262,6 +263,8 @@ class Fly(Folder):
             self.assertEqual(summary["late_frames"], sum(late))
             excess = sum(max(0.0, float(f["error_px"]) - 2) for f in frames) / 10
             self.assertAlmostEqual(summary["excess_error_px_s"], excess)
+            excess = sum(float(f["error_px"]) - 2 for f, is_late in zip(frames, late) if is_late) / 10
+            self.assertAlmostEqual(summary["late_excess_error_px_s"], excess)
             late_frames += sum(late)
         self.assertGreater(late_frames, 0)
 

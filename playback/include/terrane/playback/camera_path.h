@@ -37,6 +37,8 @@ struct CameraPathSettings {
     /// Start of `straight`, `orbit`, `turns` and `spins`, metres, finite. Absent: `straight`, `spins` and the first
     /// straight of `turns` are centred on the region, and `orbit` circles its centre.
     std::optional<WorldVec2> start_world = std::nullopt;
+    /// Steepest ground that a built-in path may cross, rise over run, > 0: see CameraPath. Absent: any ground.
+    std::optional<double> max_slope = std::nullopt;
 
     static constexpr double kDefaultSpeed = 100.0;  ///< of built-in paths and tracks without times
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
@@ -54,6 +56,11 @@ struct CameraPathSettings {
 ///   turns      back and forth over the centre, with a half circle of 6 s at each end
 ///   spins      straight; the view rotates about the vertical at 90 degrees a second, rests and reverses
 ///   teleports  straight legs of 5 s, each in another place with another heading
+///
+/// If a `max_slope` is set, `straight`, `orbit`, `canyon`, `turns` and `spins` are laid over ground that can be climbed,
+/// for vehicles and characters. A path that crosses steeper ground is moved and turned as a whole, by up to its length,
+/// or by up to 40 m from a start_world, and follows the cheapest route near that line. Where all ground is steeper, it
+/// is as little too steep as possible.
 ///
 /// A built-in path longer than the region continues straight beyond it. If an altitude is set, the camera flies that
 /// high above the smoothed ground, and higher where it would be less than half the altitude above the ground. Otherwise
@@ -104,6 +111,11 @@ private:
     explicit CameraPath(std::shared_ptr<const Legs> legs);
     std::shared_ptr<const Legs> legs_;
 };
+
+/// Whether there is ground under a point of a path: inside the extent, edges included, and not in a cell that is `cell_outside`.
+///
+/// Fails: io if the source cannot be read
+Result<bool> is_over_ground(const HeightSource& source, double x, double y);
 
 /// One sample of a path.
 struct PathMoment {

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/base/result.h>
+#include <terrane/terrain/height_source.h>
+
+#include <Eigen/Core>
+
+#include <optional>
+#include <vector>
+
+namespace terrane::internal {
+
+/// A polyline in plan along low ground: through the valleys of the roughest part of a region of a terrain.
+///
+/// The polyline is smoothed: a turn takes about `turn_length` metres. If the region is shorter than `length`, both ends
+/// of the polyline are extended straight.
+///
+/// @param length metres, > 0
+/// @return equidistant points, at least turn_length / 100 apart
+///
+/// Fails: io if the source cannot be read
+/// Cost:  about 50,000 calls of HeightSource::height()
+Result<std::vector<Eigen::Vector2d>> find_canyon_route(const HeightSource& source,
+                                                       const WorldRect& region, double length,
+                                                       double turn_length);
+
+/// A line in straight continuation of both ends of `line` by `length` metres.
+std::vector<Eigen::Vector2d> extended(const std::vector<Eigen::Vector2d>& line, double length);
+
+/// A rigid motion in the plane.
+struct Placement {
+    Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< a point, metres
+    Eigen::Vector2d to = Eigen::Vector2d::Zero();  ///< the place to which that point moves, metres
+    Eigen::Vector2d turn = Eigen::Vector2d::UnitX();  ///< cosine and sine of the rotation
+
+    Eigen::Vector2d moved(const Eigen::Vector2d& p) const {
+        const Eigen::Vector2d arm = p - from;
+        return {to.x() + (turn.x() * arm.x() - turn.y() * arm.y()),
+                to.y() + (turn.y() * arm.x() + turn.x() * arm.y())};
+    }
+};
+
+/// Where a line may be laid.
+struct RouteFreedom {
+    double max_slope = 1.0;  ///< of ground that can be climbed, rise over run, > 0
+    Eigen::Vector2d pivot = Eigen::Vector2d::Zero();  ///< the line turns about this point
+    double reach = 0.0;                               ///< farthest move of the pivot, metres, >= 0
+    bool is_fixed = false;                            ///< whether the line is not moved as a whole
+};
+
+/// A line over ground that can be climbed.
+struct GroundRoute {
+    std::vector<Eigen::Vector2d> line;  ///< smooth, points at most 2 m or half a step apart
+    Placement placement;                ///< the motion of the line as a whole
+};
+
+/// Lays a line over ground that can be climbed, its start included. Nothing if the line is over such ground. Any other
+/// line is moved as a whole to the best of some places and headings near its own, and then follows the cheapest route
+/// in a strip of 20 steps to both sides, whose steps are 1 to 4 m long, or longer for a line of more than 16 km. If
+/// there is no such ground, the route is as little too steep as possible.
+///
+/// @param line equidistant points, 2 or more
+///
+/// Fails: io if the source cannot be read
+/// Cost:  up to 500,000 calls of HeightSource::height() for a line of 1 km; 5 calls a step if the line is not changed
+Result<std::optional<GroundRoute>> lay_over_climbable_ground(
+    const std::vector<Eigen::Vector2d>& line, const HeightSource& source,
+    const RouteFreedom& freedom);
+
+}  // namespace terrane::internal
