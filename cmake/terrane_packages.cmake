@@ -3,7 +3,7 @@
 # pkg-config. Packages depend on pkg-config if CMake uses it to find zstd or epoxy.
 set(terrane_depends_of_dev "libeigen3-dev (>= 3.4), libexpected-dev")
 set(terrane_depends_of_store "libzstd-dev, pkg-config")
-set(terrane_depends_of_dem "libgdal-dev (>= 3.2)")
+set(terrane_depends_of_dem "libgdal-dev (>= 3.3)")
 # CMake's find module for OpenVDB needs boost's iostreams, on which the package of OpenVDB does not depend.
 set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libimath-dev, libtbb-dev, libboost-iostreams-dev")
 set(terrane_depends_of_playback "libexpat1-dev")

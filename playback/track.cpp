@@ -178,21 +178,28 @@ std::string join(const std::vector<std::string>& clauses) {
     return text;
 }
 
-Result<void> project(std::vector<RawPoint>& points, const GeoReference& reference,
+Result<void> project(std::vector<RawPoint>& points, const TrackReference& reference,
                      const std::string& path) {
-    if (!reference.is_geographic) {
+    if (!reference.world_from_lonlat) {
         return fail(ErrorCode::invalid_argument,
-                    path + " gives longitudes and latitudes, which need a raster in degrees; " +
+                    path + " gives longitudes and latitudes, which need a raster with a CRS; " +
                         reference.why_not);
     }
     for (RawPoint& point : points) {
-        if (std::abs(point.x) > 180.0 || std::abs(point.y) > 90.0) {
+        const auto refuse = [&](const std::string& what) {
             return refuse_line(path, point.line,
                                "longitude " + number_text(point.x) + ", latitude " +
-                                   number_text(point.y) + " is no place on the Earth");
+                                   number_text(point.y) + " is " + what);
+        };
+        if (!(std::abs(point.x) <= 360.0 && std::abs(point.y) <= 90.0)) {
+            return refuse("no place on the Earth");
         }
-        point.x = (point.x - reference.longitude) * reference.metres_per_degree_x;
-        point.y = (point.y - reference.latitude) * reference.metres_per_degree_y;
+        const WorldPos p_world = reference.world_from_lonlat({point.x, point.y, 0.0});
+        if (!p_world.head<2>().allFinite()) {
+            return refuse("outside of the projection of the terrain's raster");
+        }
+        point.x = p_world.x();
+        point.y = p_world.y();
     }
     return {};
 }
@@ -234,7 +241,7 @@ bool names_track_file(const std::string& path) {
     return find_format(path) != nullptr || path.find('/') != std::string::npos;
 }
 
-Result<Track> read_track(const std::string& path, const GeoReference& reference) {
+Result<Track> read_track(const std::string& path, const TrackReference& reference) {
     const Format* format = find_format(path);
     if (format == nullptr) {
         return fail(ErrorCode::invalid_argument,

@@ -5,10 +5,12 @@
 #include <pybind11/stl.h>
 
 #include <functional>
+#include <span>
 #include <string>
 
 #if TERRANE_PYTHON_DEM
 #include <terrane/dem/dem_heights.h>
+#include <terrane/dem/georeference.h>
 #endif
 #if TERRANE_PYTHON_STORE
 #include <terrane/store/chunk_store.h>
@@ -106,6 +108,9 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
     watched.raise_pending();
     Source made{value_or_raise(std::move(source)), py::none()};
+    made.make_georeference = [info] {
+        return py::cast(value_or_raise(Georeference::create(info)));
+    };
     made.info = make_answer(
         "DemInfo", info.columns, info.rows, py::make_tuple(info.cell_x, info.cell_y), info.min_m,
         info.max_m, info.nodata_share, info.filled_share, info.crs, info.crs_wkt, info.geographic,
@@ -114,6 +119,80 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
         info.from_cache, info.cache_note, info.numbers, info.height_unit, info.vertical_axis,
         info.nodata, info.placement, py::tuple(py::cast(info.notes)));
     return made;
+}
+
+using Convert = void (Georeference::*)(std::span<const Eigen::Vector3d>,
+                                       std::span<Eigen::Vector3d>) const;
+
+// Positions of shape (n, 3) or (3,), in the same shape.
+template <Convert convert>
+Doubles convert_positions(const Georeference& georeference, const py::object& positions) {
+    const Doubles from = read_doubles(positions, "positions");
+    if (from.ndim() < 1 || from.ndim() > 2 || from.shape(from.ndim() - 1) != 3) {
+        throw py::value_error("positions must have the shape (n, 3) or (3,), got " +
+                              shape_text(from));
+    }
+    Doubles out(shape_of(from));
+    const auto count = static_cast<std::size_t>(from.size() / 3);
+    static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+    const auto* in = reinterpret_cast<const Eigen::Vector3d*>(from.data());
+    auto* to = reinterpret_cast<Eigen::Vector3d*>(out.mutable_data());
+    without_lock([&] { (georeference.*convert)({in, count}, {to, count}); });
+    return out;
+}
+
+const char* name_of(HeightReference reference) {
+    switch (reference) {
+        case HeightReference::ellipsoidal:
+            return "ellipsoidal";
+        case HeightReference::orthometric:
+            return "orthometric";
+        case HeightReference::unknown:
+            break;
+    }
+    return "unknown";
+}
+
+void bind_georeference(py::module_& module) {
+    py::class_<Georeference>(
+        module, "Georeference",
+        R"(Where the world of a raster is on the Earth: HeightSource.georeference(). Any thread.
+
+Positions are of shape (n, 3) or (3,): x, y, z in the world, metres; or longitude and latitude in WGS 84, degrees, and height,
+above the ellipsoid if has_ellipsoidal_heights, else z; or coordinates of the raster's CRS and z. NaN without a counterpart.)")
+        .def("lonlat_from_world", &convert_positions<&Georeference::lonlat_from_world>,
+             py::arg("positions"), "Longitudes, latitudes and heights of world positions.")
+        .def("world_from_lonlat", &convert_positions<&Georeference::world_from_lonlat>,
+             py::arg("positions"), "World positions of longitudes, latitudes and heights.")
+        .def("crs_from_world", &convert_positions<&Georeference::crs_from_world>,
+             py::arg("positions"), "Coordinates in the raster's CRS of world positions.")
+        .def("world_from_crs", &convert_positions<&Georeference::world_from_crs>,
+             py::arg("positions"), "World positions of coordinates in the raster's CRS.")
+        .def(
+            "scale_at",
+            [](const Georeference& georeference, double x, double y) {
+                const PlaneScale scale = georeference.scale_at(x, y);
+                return make_answer("PlaneScale", scale.x, scale.y, scale.convergence);
+            },
+            py::arg("x"), py::arg("y"), "The scale of the plane at a place: a PlaneScale.")
+        .def(
+            "geodesic_length",
+            [](const Georeference& georeference, const py::object& a, const py::object& b) {
+                return georeference.geodesic_length(read_vector(a, "a"), read_vector(b, "b"));
+            },
+            py::arg("a"), py::arg("b"),
+            "Length of the geodesic between two world positions on the ellipsoid of WGS 84, "
+            "metres.")
+        .def_property_readonly(
+            "height_reference",
+            [](const Georeference& georeference) {
+                return name_of(georeference.height_reference());
+            },
+            "What heights are measured from: \"ellipsoidal\", \"orthometric\" or \"unknown\".")
+        .def_property_readonly("has_ellipsoidal_heights", &Georeference::has_ellipsoidal_heights,
+                               "Whether heights are converted to the ellipsoid of WGS 84.")
+        .def_property_readonly("heights", &Georeference::describe_heights,
+                               "height_reference in words, with its source.");
 }
 #endif
 
@@ -151,6 +230,7 @@ py::object bake(const Source& source, const py::object& path, int level_count,
 
 void bind_files([[maybe_unused]] py::module_& module) {
 #if TERRANE_PYTHON_DEM
+    bind_georeference(module);
     const DemSettings defaults;
     module.def(
         "open_dem", &open_dem, py::arg("path"), py::kw_only(),

@@ -184,7 +184,14 @@ Raises OSError where the source cannot be read.)")
         .def_property_readonly("lattice", &lattice_of, "The addresses of samples: a Lattice.")
         .def_property_readonly(
             "info", [](const Source& source) { return source.info; },
-            "A DemInfo of a raster, a StoreInfo of a store, else None.");
+            "A DemInfo of a raster, a StoreInfo of a store, else None.")
+        .def(
+            "georeference",
+            [](const Source& source) {
+                if (!source.make_georeference) throw py::value_error("this source is no raster");
+                return source.make_georeference();
+            },
+            "The place of a raster on the Earth: a Georeference. ValueError without a CRS.");
     bind_fractal(module);
     bind_files(module);
 }

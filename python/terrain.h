@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -21,6 +22,7 @@ namespace py = pybind11;
 struct Source {
     std::shared_ptr<const HeightSource> heights;
     py::object info;  ///< terrane.DemInfo, terrane.StoreInfo or None
+    std::function<py::object()> make_georeference = {};  ///< of a raster; empty: there is none
 };
 
 /// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store() and bake().

@@ -115,9 +115,9 @@ class DemInfo(NamedTuple):
     crs: str  # name of the coordinate system; "" if there is none
     crs_wkt: str
     geographic: bool
-    centre: Tuple[float, float]  # of world (0, 0) in the CRS: easting and northing, or degrees
+    centre: Tuple[float, float]  # of world (0, 0) in the CRS, in its units
     metres_per_unit: Tuple[float, float]  # x = (X - centre[0]) * metres_per_unit[0]
-    scale_error: float  # largest relative error of an east-west length
+    scale_error: float  # bound of the relative error of lengths up to 20 km
     from_cache: bool  # bounds were read from the cache
     cache_note: str  # why a cache file was refused or not written
     numbers: str  # what each of these was taken to be, and from where: "Int16"
@@ -126,6 +126,14 @@ class DemInfo(NamedTuple):
     nodata: str  # "-9999, declared"
     placement: str  # "a geotransform"
     notes: Tuple[str, ...]  # assumptions about the meaning of the file
+
+
+class PlaneScale(NamedTuple):
+    """Lengths and directions in the world's plane against those on the ellipsoid of WGS 84, at one place."""
+
+    x: float  # metres on the ellipsoid per metre of world x
+    y: float  # metres on the ellipsoid per metre of world y
+    convergence: float  # angle from world y to true north, radians, positive counterclockwise
 
 
 class StoreInfo(NamedTuple):

@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace terrane::test {
@@ -139,6 +140,48 @@ TEST_F(ImageryRasterTest, IsReprojectedIntoTheCrsOfTheDem) {
     // a metre of UTM is 0.9996 of one on the ellipsoid; half a cell for the two resamplings
     EXPECT_NEAR(x / sum, 1050.0 / 0.9996, 50.0);
     EXPECT_NEAR(y / sum, 450.0 / 0.9996, 50.0);
+}
+
+TEST_F(ImageryRasterTest, ThatMissesTheDemIsRefusedWithBothExtents) {
+    RasterSpec dem = numbered();
+    dem.type = GDT_Float32;
+    const DemInfo info = open_dem(dem).info;
+    RasterSpec far = numbered();
+    far.transform[0] += 60.0;  // beside the DEM
+    const std::string path = written(far);
+    const std::string message = refusal(path, ErrorCode::bad_data, {.aligned_with = info});
+    EXPECT_EQ(message, "raster \"" + path +
+                           "\" covers x 30 to 90 m, y -20 to 20 m of the world, and does not meet "
+                           "the ground, x -30 to 30 m, y -20 to 20 m");
+    far.transform[0] -= 1.0;
+    EXPECT_NE(open(written(far), {.aligned_with = info}), nullptr);
+    // Over another zone of UTM: the same numbers, another place.
+    far.transform = dem.transform;
+    far.crs = "EPSG:32634";
+    EXPECT_NE(refusal(written(far), ErrorCode::bad_data, {.aligned_with = info}), "");
+}
+
+TEST_F(ImageryRasterTest, LiesOverADemAcrossTheSeamOfGonsAndOfMercatorsMetres) {
+    // Imagery of the half east of the middle; longitudes a turn apart, of 400 gon and of 360 degrees
+    for (const auto& [crs, turn, cell] :
+         {std::tuple{"EPSG:4807", 400.0, 0.01}, std::tuple{"EPSG:4326", 360.0, 0.01},
+          std::tuple{"EPSG:3857", 0.0, 100.0}}) {
+        SCOPED_TRACE(crs);
+        RasterSpec dem = numbered();
+        dem.type = GDT_Float32;
+        dem.crs = crs;
+        dem.transform = {-3.0 * cell, cell, 0.0, 40.0 + 2.0 * cell, 0.0, -cell};
+        const DemInfo info = open_dem(dem).info;
+        RasterSpec half = numbered();
+        half.crs = crs;
+        half.columns = 3;
+        half.transform = {turn, cell, 0.0, 40.0 + 2.0 * cell, 0.0, -cell};
+        ImageryRasterInfo placed;
+        open(written(half), {.aligned_with = info}, &placed);
+        EXPECT_NEAR(placed.rect.west, 0.0, 1e-4);
+        EXPECT_NEAR(placed.rect.east, 3.0 * info.cell_x, 1e-4);
+        EXPECT_NEAR(placed.rect.north, 2.0 * info.cell_y, 1e-4);
+    }
 }
 
 TEST_F(ImageryRasterTest, RefusesWhatIsNoImageryAndNamesIt) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,18 +26,16 @@ protected:
 
     // The error message for a file; "" where it is read.
     std::string refusal(const std::string& name, const std::string& text,
-                        const GeoReference& reference = {}) {
+                        const TrackReference& reference = {}) {
         const Result<Track> track = read_track(write(name, text), reference);
         return track ? "" : track.error().message;
     }
 
-    static GeoReference degrees() {
-        GeoReference reference;
-        reference.is_geographic = true;
-        reference.longitude = 12.5;
-        reference.latitude = 41.5;
-        reference.metres_per_degree_x = 80'000.0;
-        reference.metres_per_degree_y = 111'000.0;
+    static TrackReference degrees() {
+        TrackReference reference;
+        reference.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
+            return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0, 0.0);
+        };
         return reference;
     }
 };
@@ -124,7 +123,7 @@ TEST_F(TrackTest, EmptyTracksAreRefused) {
     for (const char* text : {"", "\n\n", "x_m,y_m\n", "x_m,y_m\n1,2\n"}) {
         EXPECT_NE(refusal("a.csv", text), "") << text;
     }
-    const GeoReference reference = degrees();
+    const TrackReference reference = degrees();
     EXPECT_NE(refusal("a.gpx", gpx(""), reference), "");
     EXPECT_NE(refusal("a.gpx", "", reference), "");
     EXPECT_NE(refusal("a.igc", "AXYZ\n", reference), "");
@@ -151,7 +150,7 @@ TEST_F(TrackTest, NumbersTooLargeToSubtractOrToAddAreRefused) {
 }
 
 TEST_F(TrackTest, GpxPointsAreProjectedByTheRaster) {
-    const GeoReference reference = degrees();
+    const TrackReference reference = degrees();
     const std::string text =
         gpx("<trkpt lat=\"41.5\" lon=\"12.5\"><ele> 100.5 </ele><time>2008-02-29T23:59:59Z</time>"
             "<extensions><time>no</time></extensions></trkpt>\n"
@@ -238,16 +237,21 @@ TEST_F(TrackTest, AFileWithoutATrackSaysWhatItHasInstead) {
               std::string::npos);
 }
 
-TEST_F(TrackTest, PlacesOnTheEarthNeedARasterInDegrees) {
+TEST_F(TrackTest, PlacesOnTheEarthNeedARasterWithACrs) {
     const std::string text = gpx("<trkpt lat=\"1\" lon=\"2\"/><trkpt lat=\"1\" lon=\"3\"/>");
     EXPECT_NE(refusal("a.gpx", text).find("no raster"), std::string::npos);
-    GeoReference projected;
-    projected.why_not = "this raster's CRS is WGS 84 / UTM zone 11N";
-    EXPECT_NE(refusal("a.gpx", text, projected).find("UTM zone 11N"), std::string::npos);
+    TrackReference nowhere;
+    nowhere.why_not = "this raster is a drawing";
+    EXPECT_NE(refusal("a.gpx", text, nowhere).find("is a drawing"), std::string::npos);
+    nowhere.world_from_lonlat = [](const Eigen::Vector3d&) {
+        return WorldPos::Constant(std::numeric_limits<double>::quiet_NaN()).eval();
+    };
+    EXPECT_NE(refusal("a.gpx", text, nowhere).find("longitude 2, latitude 1 is outside"),
+              std::string::npos);
 }
 
 TEST_F(TrackTest, IgcFixesCrossMidnight) {
-    const GeoReference reference = degrees();
+    const TrackReference reference = degrees();
     const Result<Track> track = read_track(write("a.igc",
                                                  "AXXX\r\nHFDTE090319\r\n"
                                                  "B2359584130000N01230000EA0033200445\r\n"
@@ -264,7 +268,7 @@ TEST_F(TrackTest, IgcFixesCrossMidnight) {
 }
 
 TEST_F(TrackTest, IgcWithoutGnssAltitudesUsesPressure) {
-    const GeoReference reference = degrees();
+    const TrackReference reference = degrees();
     const Result<Track> track = read_track(write("a.igc",
                                                  "B1000004130000N01230000EV0033200000\n"
                                                  "B1000014130000N01230000EV-001000000\n"),
@@ -438,7 +442,7 @@ std::string data_folder() {
 TEST_F(TrackTest, RealRecordingsAreReadWhole) {
     const std::string folder = data_folder() + "/tracks/";
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no tracks in " << folder;
-    const GeoReference reference = degrees();
+    const TrackReference reference = degrees();
     const Result<Track> flight = read_track(folder + "norma_paraglider.igc", reference);
     ASSERT_TRUE(flight) << flight.error().message;
     EXPECT_GT(flight->points.size(), 14'000u);

@@ -15,24 +15,12 @@
 namespace terrane::tools {
 namespace terrain_track_test {
 
-TEST(TerrainTrack, LiesWhereTheRasterSaysOrSaysWhyThereAreNoDegrees) {
-    DemInfo dem;
-    EXPECT_EQ(make_geo_reference(std::nullopt).why_not, "this terrain has no raster");
-    EXPECT_EQ(make_geo_reference(dem).why_not, "this raster has no CRS");
-    dem.crs = "WGS 84 / UTM zone 11N";
-    EXPECT_FALSE(make_geo_reference(dem).is_geographic);
-    EXPECT_EQ(make_geo_reference(dem).why_not, "this raster's CRS is WGS 84 / UTM zone 11N");
-    dem.geographic = true;
-    dem.centre_x = 12.5;
-    dem.centre_y = 41.5;
-    dem.metres_per_unit_x = 80'000.0;
-    dem.metres_per_unit_y = 111'000.0;
-    const GeoReference reference = make_geo_reference(dem);
-    EXPECT_TRUE(reference.is_geographic);
-    EXPECT_EQ(reference.longitude, 12.5);
-    EXPECT_EQ(reference.latitude, 41.5);
-    EXPECT_EQ(reference.metres_per_degree_x, 80'000.0);
-    EXPECT_EQ(reference.metres_per_degree_y, 111'000.0);
+TEST(TerrainTrack, SaysWhyATerrainHasNoLongitudes) {
+    Terrain terrain;
+    EXPECT_EQ(track_reference(terrain).why_not, "this terrain has no raster");
+    terrain.dem = DemInfo();
+    EXPECT_EQ(track_reference(terrain).why_not, "the raster has no CRS");
+    EXPECT_FALSE(track_reference(terrain).world_from_lonlat);
 }
 
 TEST(TerrainTrack, RefusesAStartBeyondItsEndByTheNameOfTheFlag) {

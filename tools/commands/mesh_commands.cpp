@@ -37,6 +37,7 @@ struct MeshOptions {
     double morph_ratio = 1.0;  // no morphing: there is no previous frame
     double memory_mb = 1024.0;
     std::string out;
+    bool lonlat = false;
     bool json = false;
 };
 
@@ -109,6 +110,9 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
         return usage_error(
             fmt::format("--out must end in {}, got '{}'", kMeshEndings, options.out));
     }
+    if (options.lonlat && format != MeshFormat::ply && format != MeshFormat::obj) {
+        return usage_error("--lonlat needs --out with a file of doubles, .ply or .obj");
+    }
     TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
     TERRANE_TRY(check_budget(terrain, options.budget));
     TERRANE_TRY(check_memory(terrain, options.memory_mb));
@@ -129,8 +133,14 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     TERRANE_TRY(const TerrainMesh mesh,
                 load_until_stable(pager, triangulator, *view, options.memory_mb));
     // the other formats are written without normals, for compatibility
-    const IndexedMesh welded =
-        weld(mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
+    IndexedMesh welded = weld(mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
+    if (options.lonlat) {
+        const Result<Georeference> georeference = georeference_of(terrain);
+        if (!georeference) {
+            return failure("--lonlat needs a raster with a CRS: " + georeference.error().message);
+        }
+        georeference->lonlat_from_world(welded.vertices_world, welded.vertices_world);
+    }
     if (!options.out.empty()) {
         TERRANE_TRY(write_mesh(welded, *format, options.out));
     }
@@ -175,6 +185,10 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
                      "File to write, .ply (binary, double), .obj or .glb (glTF): one indexed mesh, "
                      "counter-clockwise from above. A file of that name is replaced")
         ->type_name("FILE");
+    mesh->add_flag("--lonlat", options->lonlat,
+                   "Write vertices as longitude and latitude, degrees in WGS 84, and height: above "
+                   "the ellipsoid if info tells how the raster's heights are, otherwise the "
+                   "raster's. .ply and .obj only");
     mesh->add_flag("--json", options->json, "Print one JSON object");
     add_preset_option(*mesh);
     mesh->footer(

@@ -3,6 +3,7 @@
 #include "program/options.h"
 #include "program/summary.h"
 #include "query/answers.h"
+#include "query/lonlat_keys.h"
 #include "query/questions.h"
 #include "scene/terrain_options.h"
 
@@ -49,6 +50,22 @@ CommandResult<void> run_query(const QueryOptions& options) {
                        .heightfield = heightfield_of(terrain)};
 
     bool has_more = !terrain.bodies.empty() || terrain.objects != nullptr;  // than ground
+    LonlatKeys lonlat(terrain);
+    const auto answer_line = [&](std::string_view line) {
+        const QueryLine asked =
+            parse_query(line, [&lonlat](auto& object) { return lonlat.replace(object); });
+        nlohmann::ordered_json answer = answer_query(asked, ground, scene);
+        if (asked.wants_lonlat && asked.question) lonlat.add_to(answer, *asked.question);
+        if (has_more && is_of_ground_alone(asked.question)) {
+            print_note(fmt::format(
+                "ray, test, find, distance, pseudodistance and cast meet the ground of the scene "
+                "'{}'; its bodies and objects are met by pick alone",
+                options.terrain.scene));
+            has_more = false;  // said once
+        }
+        return answer;
+    };
+
     LineReader lines(STDIN_FILENO, [] { std::fflush(stdout); });
     for (;;) {
         std::string_view line;
@@ -57,21 +74,11 @@ CommandResult<void> run_query(const QueryOptions& options) {
         if (status == LineReader::Status::failed) {
             return failure(fmt::format("cannot read standard input: {}", std::strerror(errno)));
         }
-        std::string answer;
-        if (status == LineReader::Status::too_long) {
-            answer = to_line(invalid_answer(
-                fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)));
-        } else {
-            const QueryLine asked = parse_query(line);
-            answer = to_line(answer_query(asked, ground, scene));
-            if (has_more && is_of_ground_alone(asked.question)) {
-                print_note(fmt::format(
-                    "ray, test, find, distance, pseudodistance and cast meet the ground of the "
-                    "scene '{}'; its bodies and objects are met by pick alone",
-                    options.terrain.scene));
-                has_more = false;  // said once
-            }
-        }
+        const std::string answer =
+            status == LineReader::Status::too_long
+                ? to_line(invalid_answer(
+                      fmt::format("the line is longer than {} bytes", LineReader::kMaxLine_bytes)))
+                : to_line(answer_line(line));
         std::fwrite(answer.data(), 1, answer.size(), stdout);
         std::fputc('\n', stdout);
         // a full disk: main() reports it
@@ -114,6 +121,10 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "a "
         "shape or a ray meets that shape instead of the ground.\n"
         "Bodies and objects of a scene are met by pick alone, as a note says.\n"
+        "Over a raster with a CRS \"lonlat\":[longitude,latitude], degrees in WGS 84, stands for x "
+        "and y, \"lonlat\":[longitude,latitude,z] for position, and from_lonlat, to_lonlat, "
+        "eye_lonlat and look_lonlat for from, to, eye and look; the answer then gives \"lonlat\", "
+        "as it does with \"lonlat\":true.\n"
         "An \"id\" is echoed. A bad line gets status invalid and a message.");
     add_terrain_options(*query, options->terrain, {"bodies", "surface", "volumes", "objects"});
     add_in_range(*query, "--contact-spacing-m", options->contact_spacing_m, 0.0, 1e9,

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,34 @@ std::string format_world_from_crs(const DemInfo& dem) {
     const char* const north = dem.geographic ? "latitude" : "northing";
     return fmt::format("x = ({} - {}) * {}; y = ({} - {}) * {}", east, dem.centre_x,
                        dem.metres_per_unit_x, north, dem.centre_y, dem.metres_per_unit_y);
+}
+
+/// A place on the Earth, with the scale of the plane there.
+nlohmann::ordered_json describe_place(const Georeference& georeference, double x, double y) {
+    const Eigen::Vector3d lonlat = georeference.lonlat_from_world({x, y, 0.0});
+    const PlaneScale scale = georeference.scale_at(x, y);
+    nlohmann::ordered_json place;
+    place["lonlat"] = {lonlat.x(), lonlat.y()};
+    place["scale"] = {scale.x, scale.y};
+    place["convergence_deg"] = scale.convergence * 180.0 / std::numbers::pi;
+    return place;
+}
+
+/// Adds where a raster is on the Earth: at its middle and its corners, NaN where it is beyond its projection.
+void describe_earth(const Terrain& terrain, nlohmann::ordered_json& info_out) {
+    const Result<Georeference> georeference = georeference_of(terrain);
+    if (!georeference) {
+        info_out["heights"] = "unknown, " + georeference.error().message;
+        return;
+    }
+    info_out["heights"] = georeference->describe_heights();
+    const WorldRect& e = terrain.source->extent();
+    const WorldVec2 middle = middle_of(e);
+    info_out["middle"] = describe_place(*georeference, middle.x(), middle.y());
+    info_out["south_west"] = describe_place(*georeference, e.west, e.south);
+    info_out["south_east"] = describe_place(*georeference, e.east, e.south);
+    info_out["north_west"] = describe_place(*georeference, e.west, e.north);
+    info_out["north_east"] = describe_place(*georeference, e.east, e.north);
 }
 
 nlohmann::ordered_json describe(const Terrain& terrain) {
@@ -83,6 +112,7 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
         info["scale_error"] = dem.scale_error;
         info["crs_from_world"] = format_crs_from_world(dem);
         info["world_from_crs"] = format_world_from_crs(dem);
+        describe_earth(terrain, info);
     }
     if (terrain.volumes != nullptr) info["volumes"] = describe_volumes(*terrain.volumes);
     return info;

@@ -19,21 +19,21 @@
 
 namespace terrane::tools {
 
-GeoReference make_geo_reference(const std::optional<DemInfo>& dem) {
-    GeoReference reference;
-    if (!dem) return reference;
-    reference.is_geographic = dem->geographic;
-    reference.longitude = dem->centre_x;
-    reference.latitude = dem->centre_y;
-    reference.metres_per_degree_x = dem->metres_per_unit_x;
-    reference.metres_per_degree_y = dem->metres_per_unit_y;
-    reference.why_not =
-        dem->crs.empty() ? "this raster has no CRS" : "this raster's CRS is " + dem->crs;
+TrackReference track_reference(const Terrain& terrain) {
+    TrackReference reference;
+    const Result<Georeference> georeference = georeference_of(terrain);
+    if (!georeference) {
+        reference.why_not = georeference.error().message;
+        return reference;
+    }
+    reference.world_from_lonlat = [made = *georeference](const Eigen::Vector3d& lonlat) {
+        return made.world_from_lonlat(lonlat);
+    };
     return reference;
 }
 
 Result<Track> open_track(const std::string& path, const Terrain& terrain) {
-    Result<Track> track = read_track(path, make_geo_reference(terrain.dem));
+    Result<Track> track = read_track(path, track_reference(terrain));
     if (track && !track->note.empty()) print_note(track->note);
     return track;
 }

@@ -18,8 +18,8 @@
 
 namespace terrane::tools {
 
-/// Mapping of longitudes and latitudes to the world of a raster, or the reason why there is none.
-GeoReference make_geo_reference(const std::optional<DemInfo>& dem);
+/// The conversion of longitudes and latitudes to the world of a terrain, or the reason why there is none.
+TrackReference track_reference(const Terrain& terrain);
 
 /// read_track() over a terrain. Prints the track's note.
 Result<Track> open_track(const std::string& path, const Terrain& terrain);

@@ -92,9 +92,10 @@ std::string describe_lack(const PathGround& ground, const Terrain& terrain) {
     if (!terrain.dem || ground.first_beyond == 0.0) return text;
     // A path in the units of the raster's CRS
     const DemInfo& dem = *terrain.dem;
-    const bool fits = extent.contains((p.x() - dem.centre_x) * dem.metres_per_unit_x,
-                                      (p.y() - dem.centre_y) * dem.metres_per_unit_y);
-    if (fits) {
+    const Result<Georeference> georeference = georeference_of(terrain);
+    if (!georeference) return text;
+    const WorldPos p_world = georeference->world_from_crs({p.x(), p.y(), 0.0});
+    if (extent.contains(p_world.x(), p_world.y())) {
         text += fmt::format(
             "; x and y are metres from the raster's centre, which is {:.9g}, {:.9g} in its CRS",
             dem.centre_x, dem.centre_y);

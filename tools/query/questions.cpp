@@ -281,9 +281,10 @@ Parsed<Question> read_question(const Json& object) {
 
 }  // namespace
 
-QueryLine parse_query(std::string_view line) {
-    QueryLine parsed{.id = {}, .has_id = false, .question = wrong("")};
-    const Parsed<Json> object = parse_json(line);
+QueryLine parse_query(std::string_view line,
+                      const std::function<Parsed<bool>(Json& question)>& replace_lonlat) {
+    QueryLine parsed{.id = {}, .has_id = false, .wants_lonlat = false, .question = wrong("")};
+    Parsed<Json> object = parse_json(line);
     if (!object) {
         // of the only line
         constexpr std::string_view kLine = "line 1, ";
@@ -299,6 +300,14 @@ QueryLine parse_query(std::string_view line) {
     if (const auto id = object->find("id"); id != object->end()) {
         parsed.id = *id;
         parsed.has_id = true;
+    }
+    if (replace_lonlat) {
+        const Parsed<bool> replaced = replace_lonlat(*object);
+        if (!replaced) {
+            parsed.question = wrong(replaced.error());
+            return parsed;
+        }
+        parsed.wants_lonlat = *replaced;
     }
     parsed.question = read_question(*object);
     return parsed;

@@ -98,13 +98,18 @@ using Question =
 struct QueryLine {
     nlohmann::ordered_json id;  ///< repeated in the answer; `discarded` if the line has none
     bool has_id = false;
+    bool wants_lonlat = false;  ///< see LonlatKeys
     /// The question, or an error message.
     tl::expected<Question, std::string> question;
 };
 
 /// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates must be within 2e9 m of 0. A rotation is [w, x, y,
 /// z] of length 1 within 1e-6, by default the identity.
-QueryLine parse_query(std::string_view line);
+///
+/// @param replace_lonlat LonlatKeys::replace(), or empty: keys of longitude and latitude are ignored
+QueryLine parse_query(
+    std::string_view line,
+    const std::function<Parsed<bool>(nlohmann::ordered_json& question)>& replace_lonlat = {});
 
 /// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, with the
 /// names of flags of `terrane mesh`. `forward`, a direction of any length, may take the place of `look`. `up` is the

@@ -222,13 +222,29 @@ CommandResult<Terrain> open_fractal(const TerrainOptions& options) {
 }
 
 /// Sets the start position of commands on a raster.
-CommandResult<Terrain> begin_at(const std::optional<WorldVec2>& start, Terrain terrain) {
+CommandResult<Terrain> begin_at(const TerrainOptions& options, Terrain terrain) {
     const WorldRect& extent = terrain.source->extent();
+    std::optional<WorldVec2> start = options.start;
+    if (options.start_lonlat) {
+        const Result<Georeference> georeference = georeference_of(terrain);
+        if (!georeference) {
+            return failure("--start-lonlat needs a raster with a CRS: " +
+                           georeference.error().message);
+        }
+        start = georeference
+                    ->world_from_lonlat({options.start_lonlat->x(), options.start_lonlat->y(), 0.0})
+                    .head<2>();
+    }
     if (start && !extent.contains(start->x(), start->y())) {
+        const std::string lonlat =
+            options.start_lonlat ? fmt::format(" (longitude {:.10g}, latitude {:.10g})",
+                                               options.start_lonlat->x(), options.start_lonlat->y())
+                                 : std::string();
         return failure(fmt::format(
-            "--start-m must be over the raster, {:.10g} to {:.10g} and {:.10g} to {:.10g}, got "
-            "{:.10g},{:.10g}",
-            extent.west, extent.east, extent.south, extent.north, start->x(), start->y()));
+            "{} must be over the raster, {:.10g} to {:.10g} and {:.10g} to {:.10g}, got "
+            "{:.10g},{:.10g}{}",
+            options.start_lonlat ? "--start-lonlat" : "--start-m", extent.west, extent.east,
+            extent.south, extent.north, start->x(), start->y(), lonlat));
     }
     terrain.start = start;
     return terrain;
@@ -242,7 +258,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
             return usage_error(fmt::format("{} do not go with a baked terrain", kRasterFlags));
         }
         TERRANE_TRY(Terrain baked, open_baked(options.dem));
-        return begin_at(options.start, std::move(baked));
+        return begin_at(options, std::move(baked));
     }
     DemSettings settings;
     settings.detail_seed = options.seed;
@@ -286,7 +302,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
     for (const std::string& note : info.notes) print_note(note);
     std::string name = options.dem;
     if (options.seed) name += fmt::format(" with detail of seed {}", *options.seed);
-    return begin_at(options.start, {.source = *source, .dem = info, .name = std::move(name)});
+    return begin_at(options, {.source = *source, .dem = info, .name = std::move(name)});
 }
 
 /// Adds the content of a scene to its terrain.
@@ -409,10 +425,17 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
            "--start-m")
         ->type_name("SIDE")
         ->group("Terrain");
-    add_place(app, "--start-m", options.start,
-              "Where flights, drives, walks, drops and views begin, metres; 0,0 with --seed alone "
-              "and else the middle "
-              "of the terrain, unless said")
+    CLI::Option* start =
+        add_place(
+            app, "--start-m", options.start,
+            "Where flights, drives, walks, drops and views begin, metres; 0,0 with --seed alone "
+            "and else the middle "
+            "of the terrain, unless said")
+            ->group("Terrain");
+    add_place(app, "--start-lonlat", options.start_lonlat,
+              "The same as a longitude and a latitude, degrees in WGS 84, over a raster with a CRS")
+        ->type_name("LON,LAT")
+        ->excludes(start)
         ->group("Terrain");
     std::optional<double>* const memory = &options.dem_memory_mb;
     app.add_option_function<std::string>(
@@ -429,6 +452,11 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
            "what needs more is refused. 2048 unless said")
         ->type_name("N")
         ->group("Terrain");
+}
+
+Result<Georeference> georeference_of(const Terrain& terrain) {
+    if (terrain.dem) return Georeference::create(*terrain.dem);
+    return fail(ErrorCode::invalid_argument, "this terrain has no raster");
 }
 
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain) {
@@ -533,6 +561,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         scene.world_m = options.world_m;
         scene.world = options.world;
         scene.start = options.start;
+        scene.start_lonlat = options.start_lonlat;
         scene.dig_spacing = options.dig_spacing;
         scene.dem_memory_mb = options.dem_memory_mb;
         scene.raster.override_by(options.raster);
@@ -548,6 +577,9 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
                                    fmt::join(unused, ", "), options.scene));
         }
         return terrain;
+    }
+    if (options.start_lonlat && options.dem.empty()) {
+        return usage_error("--start-lonlat goes with a raster (--dem)");
     }
     if (options.fractal && !(options.seed && options.dem.empty())) {
         return usage_error("--fractal goes with --seed and without --dem");
@@ -587,6 +619,7 @@ std::string note_of(const Terrain& terrain) {
     note["nodata_share"] = dem.nodata_share;
     note["filled_share"] = dem.filled_share;
     note["crs"] = dem.crs;
+    note["crs_wkt"] = dem.crs_wkt;
     note["geographic"] = dem.geographic;
     note["centre"] = {dem.centre_x, dem.centre_y};
     note["metres_per_unit"] = {dem.metres_per_unit_x, dem.metres_per_unit_y};
@@ -611,6 +644,7 @@ CommandResult<Terrain> open_baked(const std::string& path) {
         dem.nodata_share = note.at("nodata_share").get<double>();
         dem.filled_share = note.at("filled_share").get<double>();
         dem.crs = note.at("crs").get<std::string>();
+        dem.crs_wkt = note.value("crs_wkt", std::string());
         dem.geographic = note.at("geographic").get<bool>();
         dem.centre_x = note.at("centre").at(0).get<double>();
         dem.centre_y = note.at("centre").at(1).get<double>();

@@ -9,6 +9,7 @@
 
 #include <terrane/base/math.h>
 #include <terrane/dem/dem_heights.h>
+#include <terrane/dem/georeference.h>
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/surface.h>
@@ -71,20 +72,21 @@ struct TerrainOptions {
     RasterOptions raster = {};                         ///< meaning of a raster's numbers
     std::optional<double> dem_memory_mb;  ///< memory limit for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
-    std::optional<SceneSurface> surface = std::nullopt;  ///< of a scene
-    std::shared_ptr<const SceneVolumes> volumes = {};    ///< of a scene; null: none
-    std::shared_ptr<const SceneObjects> objects = {};    ///< of a scene; null: none
-    std::optional<double> water_m = std::nullopt;        ///< of a scene
-    std::optional<SceneImagery> imagery = std::nullopt;  ///< of a scene
-    std::optional<double> world_m = std::nullopt;        ///< side of a fractal's world, metres
-    WorldKind world = WorldKind::windowed;               ///< of a fractal without world_m
-    std::optional<WorldVec2> start = std::nullopt;       ///< start position of commands, metres
+    std::optional<SceneSurface> surface = std::nullopt;    ///< of a scene
+    std::shared_ptr<const SceneVolumes> volumes = {};      ///< of a scene; null: none
+    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
+    std::optional<double> water_m = std::nullopt;          ///< of a scene
+    std::optional<SceneImagery> imagery = std::nullopt;    ///< of a scene
+    std::optional<double> world_m = std::nullopt;          ///< side of a fractal's world, metres
+    WorldKind world = WorldKind::windowed;                 ///< of a fractal without world_m
+    std::optional<WorldVec2> start = std::nullopt;         ///< start position of commands, metres
+    std::optional<WorldVec2> start_lonlat = std::nullopt;  ///< the same as longitude and latitude
     std::string cache;         ///< a folder, "beside" or "off"; "": the user's cache folder
     std::string command = {};  ///< name of the command, for notes
     std::vector<std::string> scene_parts = {};  ///< see add_terrain_options(); of a scene: its own
 };
 
-/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --dem-memory-mb, --cache and the flags of
+/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache and the flags of
 /// RasterOptions. `options` must outlive the app's parse().
 ///
 /// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, imagery and
@@ -118,6 +120,9 @@ WorldRect work_region(const Terrain& terrain);
 
 /// Default position of a command, metres: the start if there is one, otherwise the centre of work_region().
 WorldVec2 start_of(const Terrain& terrain);
+
+/// The place of a terrain on the Earth. Fails: invalid_argument without a raster, and as Georeference::create()
+Result<Georeference> georeference_of(const Terrain& terrain);
 
 /// The source of a terrain without its volumes.
 std::shared_ptr<const HeightSource> heightfield_of(const Terrain& terrain);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cancellable_work.h"
+#include "raster/map_plane.h"
 #include "raster/raster_checks.h"
 #include "raster/raster_reader.h"
 
@@ -16,13 +17,10 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
-
-class GDALDataset;
 
 namespace terrane::internal {
 
@@ -67,8 +65,6 @@ private:
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  // a GDAL dataset serves one thread at a time
 };
-
-namespace {}  // namespace
 
 void ImageryFile::CloseDataset::operator()(GDALDataset* dataset) const {
     const QuietGdal quiet;
@@ -142,11 +138,9 @@ Result<void> ImageryFile::straighten(const std::optional<DemInfo>& dem) {
     const bool is_rotated = transform && ((*transform)[2] != 0.0 || (*transform)[4] != 0.0);
     bool is_foreign = false;
     if (dem) {
-        OGRSpatialReference wanted;
-        // The axis order of GDAL's datasets: IsSame() also compares axis orders.
-        wanted.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-        is_foreign =
-            wanted.importFromWkt(dem->crs_wkt.c_str()) != OGRERR_NONE || crs->IsSame(&wanted) == 0;
+        // In the axis order of GDAL's datasets, because IsSame() also compares axis orders.
+        const auto wanted = import_crs(dem->crs_wkt);
+        is_foreign = wanted == nullptr || crs->IsSame(wanted.get()) == 0;
     }
     if (!is_rotated && !is_foreign && (transform || file_->GetGCPCount() == 0)) return {};
     // An added alpha band marks texels beyond the raster.
@@ -179,38 +173,36 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
         geotransform_of(*dataset_).value_or(std::array<double, 6>{0.0, 1.0, 0.0, rows, 0.0, -1.0});
     columns_go_west_ = transform[1] < 0.0;
     rows_go_north_ = transform[5] > 0.0;
-    const double centre_x = transform[0] + 0.5 * columns * transform[1];
-    const double centre_y = transform[3] + 0.5 * rows * transform[5];
-    DemInfo of_place;  // conversion from the CRS to metres
-    of_place.centre_x = centre_x;
-    of_place.centre_y = centre_y;
+    const CrsRect rect{
+        transform[0] + 0.5 * columns * transform[1], transform[3] + 0.5 * rows * transform[5],
+        0.5 * columns * std::fabs(transform[1]), 0.5 * rows * std::fabs(transform[5])};
+    WorldFrame frame{rect.centre_x, rect.centre_y};
     if (dem) {
-        of_place = *dem;
+        frame = world_frame_of(*dem);
     } else if (const OGRSpatialReference* crs = dataset_->GetSpatialRef(); crs != nullptr) {
-        of_place.metres_per_unit_x = of_place.metres_per_unit_y = crs->GetLinearUnits();
-        if (crs->IsGeographic() != 0) {
-            const auto scale = metres_per_degree({crs->GetSemiMajor(), crs->GetSemiMinor()},
-                                                 crs->GetAngularUnits(), centre_y,
-                                                 0.5 * rows * std::fabs(transform[5]));
-            if (!scale)
-                return fail(scale.error().code, named_raster(path_) + " " + scale.error().message);
-            of_place.metres_per_unit_x = scale->east;
-            of_place.metres_per_unit_y = scale->north;
+        const auto plane = map_plane_of(*crs, rect);
+        if (!plane) {
+            return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
         }
+        frame.metres_x = plane->metres_x;
+        frame.metres_y = plane->metres_y;
     }
-    double x = centre_x - of_place.centre_x;
-    if (of_place.geographic) x = std::remainder(x, 360.0);
-    const double y = centre_y - of_place.centre_y;
-    const double half_x = 0.5 * columns * std::fabs(transform[1]);
-    const double half_y = 0.5 * rows * std::fabs(transform[5]);
-    DemInfo cells = of_place;
-    cells.cell_x = std::fabs(transform[1]) * of_place.metres_per_unit_x;
-    cells.cell_y = std::fabs(transform[5]) * of_place.metres_per_unit_y;
+    DemInfo cells;
+    cells.cell_x = std::fabs(transform[1]) * frame.metres_x;
+    cells.cell_y = std::fabs(transform[5]) * frame.metres_y;
     TERRANE_TRY(check_cells(path_, cells));
-    info_.rect = {
-        (x - half_x) * of_place.metres_per_unit_x, (y - half_y) * of_place.metres_per_unit_y,
-        (x + half_x) * of_place.metres_per_unit_x, (y + half_y) * of_place.metres_per_unit_y};
-    return {};
+    info_.rect = frame.rect_of(rect);
+    if (!dem) return {};
+    const double half_x = 0.5 * dem->columns * dem->cell_x, half_y = 0.5 * dem->rows * dem->cell_y;
+    const WorldRect& at = info_.rect;
+    if (at.west < half_x && at.east > -half_x && at.south < half_y && at.north > -half_y) return {};
+    const auto text = [](const WorldRect& r) {
+        return "x " + number_text(r.west) + " to " + number_text(r.east) + " m, y " +
+               number_text(r.south) + " to " + number_text(r.north) + " m";
+    };
+    return fail(ErrorCode::bad_data, named_raster(path_) + " covers " + text(at) +
+                                         " of the world, and does not meet the ground, " +
+                                         text({-half_x, -half_y, half_x, half_y}));
 }
 
 Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns, const Range& rows,

@@ -8,37 +8,6 @@
 #include <cstddef>
 #include <string>
 
-namespace terrane::internal {
-
-/// Largest accepted relative error of lengths along parallels, due to the constant scale of a geographic raster. With
-/// this error a length is ten times too long. A raster centred on the equator reaches it at a latitude of 84 degrees.
-inline constexpr double kMostScaleError = 9.0;
-
-struct Ellipsoid {
-    double semi_major = 0.0, semi_minor = 0.0;  ///< metres
-};
-
-/// Metres per angular unit of a CRS at a latitude.
-struct AngularScale {
-    double east = 0.0, north = 0.0;
-    /// Largest relative error of an eastward length, on the parallels half_height north and south of that latitude.
-    double east_error = 0.0;
-};
-
-/// Scale of a geographic raster. Its sines are the only calls of the C library that could affect a world's bits;
-/// rounding to 2^-10 m removes the effect.
-///
-/// @param radians_per_unit radians per angular unit of the CRS
-/// @param latitude         latitude of the centre, in that unit
-/// @param half_height      from the centre to the northern edge, in that unit
-///
-/// Fails: bad_data if the raster extends beyond a pole, or so near it that the error exceeds kMostScaleError; the
-///        message begins with a verb
-Result<AngularScale> metres_per_degree(const Ellipsoid& ellipsoid, double radians_per_unit,
-                                       double latitude, double half_height);
-
-}  // namespace terrane::internal
-
 class GDALRasterBand;
 
 namespace terrane::internal {

@@ -2,7 +2,10 @@
 #include "raster/raster_reader.h"
 
 #include "raster/cancellable_work.h"
+#include "raster/map_plane.h"
 #include "raster/raster_checks.h"
+
+#include <terrane/base/text.h>
 
 #include <cpl_error.h>
 #include <gdal_priv.h>
@@ -272,26 +275,29 @@ Result<void> RasterReader::find_place() {
         char* wkt = nullptr;
         if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
         CPLFree(wkt);
-        info_.geographic = crs->IsGeographic() != 0;
-        if (info_.geographic) {
-            const double half_height = 0.5 * rows * std::fabs(transform[5]);
-            const Ellipsoid ellipsoid{crs->GetSemiMajor(), crs->GetSemiMinor()};
-            const auto scale =
-                metres_per_degree(ellipsoid, crs->GetAngularUnits(), info_.centre_y, half_height);
-            if (!scale) {
-                return fail(scale.error().code, named_raster(path_) + " " + scale.error().message);
-            }
-            const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
-            const double cell = std::fabs(transform[1]) * degrees;
-            const double centre = info_.centre_x * degrees;
-            TERRANE_TRY(check_longitudes(path_, centre - 0.5 * columns * cell,
-                                         centre + 0.5 * columns * cell, cell));
-            info_.metres_per_unit_x = scale->east;
-            info_.metres_per_unit_y = scale->north;
-            info_.scale_error = scale->east_error;
-        } else {
-            info_.metres_per_unit_x = info_.metres_per_unit_y = crs->GetLinearUnits();
+        const CrsRect rect{info_.centre_x, info_.centre_y, 0.5 * columns * std::fabs(transform[1]),
+                           0.5 * rows * std::fabs(transform[5])};
+        const auto plane = map_plane_of(*crs, rect);
+        if (!plane) {
+            return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
         }
+        info_.geographic = plane->is_geographic;
+        if (info_.geographic) {
+            const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
+            TERRANE_TRY(check_longitudes(path_, (rect.centre_x - rect.half_width) * degrees,
+                                         (rect.centre_x + rect.half_width) * degrees,
+                                         std::fabs(transform[1]) * degrees));
+        }
+        if (plane->is_scaled) {
+            info_.notes.push_back(
+                named_raster(path_) + " has the CRS \"" + info_.crs +
+                "\", whose metres are not true lengths here: in the world a metre of it is " +
+                number_text(plane->metres_x) + " m east and " + number_text(plane->metres_y) +
+                " m north");
+        }
+        info_.metres_per_unit_x = plane->metres_x;
+        info_.metres_per_unit_y = plane->metres_y;
+        info_.scale_error = plane->scale_error;
     }
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;

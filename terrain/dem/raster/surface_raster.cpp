@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cancellable_work.h"
+#include "raster/map_plane.h"
 #include "raster/raster_checks.h"
 #include "raster/raster_reader.h"
 #include "raster/raster_store.h"
@@ -189,10 +190,10 @@ Result<void> check_crs(const std::string& path, const DemInfo& raster, const Dem
     const auto has_name = [](const DemInfo& info) {
         return !info.crs.empty() && info.crs != "unknown" && info.crs != "unnamed";
     };
-    // Degrees are not compared: their lengths in metres depend on the raster's latitude.
-    const bool has_units =
-        raster.geographic || (raster.metres_per_unit_x == dem.metres_per_unit_x &&
-                              raster.metres_per_unit_y == dem.metres_per_unit_y);
+    // Degrees are not compared: their lengths in metres depend on the raster's latitude, as those of Mercator's metres.
+    const bool has_units = raster.geographic || raster.crs_wkt == dem.crs_wkt ||
+                           (raster.metres_per_unit_x == dem.metres_per_unit_x &&
+                            raster.metres_per_unit_y == dem.metres_per_unit_y);
     if (has_name(raster) && raster.crs == dem.crs && raster.geographic == dem.geographic &&
         has_units) {
         return {};
@@ -215,14 +216,9 @@ Result<WorldRect> place_of(const std::string& path, const DemInfo& raster,
         return WorldRect{-half_width, -half_height, half_width, half_height};
     const DemInfo& dem = *settings.aligned_with;
     TERRANE_TRY(check_crs(path, raster, dem));
-    // Relative to the DEM's centre, in units of the CRS; longitudes modulo a full turn.
-    double x = raster.centre_x - dem.centre_x;
-    if (dem.geographic) x = std::remainder(x, 360.0);
-    const double y = raster.centre_y - dem.centre_y;
-    const double half_x = half_width / raster.metres_per_unit_x;
-    const double half_y = half_height / raster.metres_per_unit_y;
-    return WorldRect{(x - half_x) * dem.metres_per_unit_x, (y - half_y) * dem.metres_per_unit_y,
-                     (x + half_x) * dem.metres_per_unit_x, (y + half_y) * dem.metres_per_unit_y};
+    return internal::world_frame_of(dem).rect_of({raster.centre_x, raster.centre_y,
+                                                  half_width / raster.metres_per_unit_x,
+                                                  half_height / raster.metres_per_unit_y});
 }
 
 /// The last of `count` cells that starts at or before a coordinate: cell i starts at first + i * size.

@@ -94,7 +94,7 @@ LawScene make_scene(const std::string& name, std::function<double(double, double
                     const TableGroundSettings& settings) {
     Ground ground = make_test_ground(height, settings);
     Soup soup(ground);
-    return {name, std::move(height), settings.roots, std::move(ground), std::move(soup)};
+    return {name, std::move(height), settings.roots, std::move(ground), std::move(soup), 3.0};
 }
 
 std::vector<LawShape> make_law_shapes(std::initializer_list<std::pair<const char*, Shape>> named) {
@@ -138,10 +138,6 @@ const std::vector<LawScene>& law_scenes() {
         made.push_back(
             make_scene("stairs", [](double x, double) { return 0.5 * std::floor(x / 4.0); }));
         made.push_back(make_scene("rough", [](double x, double y) { return hash_of(x, y); }));
-        // Ground of a few cells, of which the edges of the extent cut the outer ones.
-        made.push_back(test::make_scene(
-            "cut", [](double x, double y) { return hash_of(x, y); },
-            TableGroundSettings{.extent = WorldRect{60.3, 61.0, 68.75, 67.625}}));
         made.push_back(make_scene(
             "needles",
             [](double x, double y) { return hash_of(8.0 * x, 8.0 * y) < 0.01 ? 4.0 : 0.0; },
@@ -173,7 +169,7 @@ const std::vector<LawShape>& law_shapes() {
 Pose random_pose(Random& random, const LawScene& scene, const LawShape& shape, double lift) {
     const WorldRect& extent = scene.ground.extent();
     const double width = extent.east - extent.west, depth = extent.north - extent.south;
-    const double border = std::min(3.0, 0.01 * std::min(width, depth));
+    const double border = scene.border;
     Pose pose{.rotation = random.rotation()};
     if (random.below(4) == 0) {
         pose.rotation.setZero();

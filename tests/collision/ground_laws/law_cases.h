@@ -20,6 +20,7 @@ struct LawScene {
     int roots = 1;
     Ground ground;
     Soup soup;
+    double border = 3.0;  ///< distance of random poses from the edges of the extent, metres
 };
 
 /// Planes, the contact map of tests/references, spikes and needles of one sample, ridges, walls one cell thick, pits,

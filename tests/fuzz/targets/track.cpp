@@ -13,12 +13,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     constexpr std::array<const char*, 4> kNames{"track.csv", "track.gpx", "track.igc", "track.tum"};
     fuzz::Input input(data, size);
     const char* const name = input.one_of(kNames);
-    GeoReference reference;
-    reference.is_geographic = true;
-    reference.longitude = 12.5;
-    reference.latitude = 41.5;
-    reference.metres_per_degree_x = 80'000.0;
-    reference.metres_per_degree_y = 111'000.0;
+    TrackReference reference;
+    reference.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
+        return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0, 0.0);
+    };
     const Result<Track> track = read_track(folder.write(name, input.rest()), reference);
     if (!fuzz::is_accepted(track)) {
         fuzz::require(track.error().message.find('\n') == std::string::npos,

@@ -18,12 +18,11 @@ int main() {
 
     std::ofstream("flown.gpx") << "<gpx><trk><trkseg><trkpt lat=\"41.5\" lon=\"12.5\"/>"
                                   "<trkpt lat=\"41.51\" lon=\"12.5\"/></trkseg></trk></gpx>\n";
-    terrane::GeoReference rome;
-    rome.is_geographic = true;
-    rome.longitude = 12.5;
-    rome.latitude = 41.5;
-    rome.metres_per_degree_x = 83'000.0;
-    rome.metres_per_degree_y = 111'000.0;
+    terrane::TrackReference rome;
+    rome.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
+        return terrane::WorldPos((lonlat.x() - 12.5) * 83'000.0, (lonlat.y() - 41.5) * 111'000.0,
+                                 0.0);
+    };
     auto track = terrane::read_track("flown.gpx", rome);
     if (!track || track->points.size() != 2) return 3;
     const auto path = terrane::CameraPath::create(std::move(*track), **source, {.speed = 50.0});

@@ -4,6 +4,7 @@
 #include <terrane/base/math.h>
 #include <terrane/base/result.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,14 +35,12 @@ struct Track {
     Result<void> validate() const;
 };
 
-/// Converts longitudes and latitudes to world positions: x = (longitude - this longitude) * metres_per_degree_x, and
-/// likewise y, as in DemInfo for a raster in degrees.
-struct GeoReference {
-    bool is_geographic = false;              ///< false: the world has no geographic coordinates
-    double longitude = 0.0, latitude = 0.0;  ///< of world (0, 0), degrees
-    double metres_per_degree_x = 1.0;        ///< metres of x per degree of longitude
-    double metres_per_degree_y = 1.0;        ///< metres of y per degree of latitude
-    std::string why_not = "this terrain has no raster";  ///< reason if not geographic, for messages
+/// Places the longitudes and latitudes of a track in the world.
+struct TrackReference {
+    /// The world position of a longitude and latitude in WGS 84, degrees, such as Georeference::world_from_lonlat() of
+    /// the component dem; NaN if it has none. z is not used. Empty: the world has no place on the Earth.
+    std::function<WorldPos(const Eigen::Vector3d& lonlat)> world_from_lonlat = {};
+    std::string why_not = "this terrain has no raster";  ///< reason if it is empty, for messages
 };
 
 /// Reads a track in the format of the file extension:
@@ -57,15 +56,15 @@ struct GeoReference {
 ///   .tum   lines of "time x y z qx qy qz qw", metres in the world; the rotation takes camera axes
 ///          (x right, y down, z forward) to world axes. Lines that start with # are comments
 ///
-/// GPX and IGC coordinates are converted to world metres by the reference. Missing values are filled one by one, and
+/// GPX and IGC coordinates are converted to world metres by the reference, before anything else is made of them. Missing values are filled one by one, and
 /// Track::note counts them: heights linearly in time between the points around, of IGC fixes from the pressure altitude
 /// shifted like the fixes around; times by the distance between the points around. If no point has a height, or fewer
 /// than two have a time, the track has none. Points of equal times are merged into their mean.
 ///
 /// Fails: io if the file cannot be read; bad_data, naming file, line and value, if a line is invalid, times decrease,
 ///        or fewer than two points remain; invalid_argument for another extension, or for longitudes and latitudes if
-///        the reference is not geographic
-Result<Track> read_track(const std::string& path, const GeoReference& reference = {});
+///        the reference is empty
+Result<Track> read_track(const std::string& path, const TrackReference& reference = {});
 
 /// Whether a name refers to a track file rather than a built-in path: it has an extension of read_track(), or a '/'.
 bool names_track_file(const std::string& path);

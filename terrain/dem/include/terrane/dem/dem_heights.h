@@ -87,14 +87,17 @@ struct DemInfo {
     double filled_share = 0.0;          ///< share of samples in enclosed voids, which were filled
     std::string crs;                    ///< name of the raster's CRS; "" if it has none
     std::string crs_wkt;                ///< the CRS as well-known text; "" if it has none
-    bool geographic = false;            ///< whether the CRS is in degrees
-    /// World (0, 0) in the raster's CRS: easting and northing, or longitude and latitude in degrees.
+    bool geographic = false;            ///< whether the CRS is in degrees or another unit of angles
+    /// World (0, 0) in the raster's CRS: easting and northing, or longitude and latitude, in its units.
     double centre_x = 0.0, centre_y = 0.0;
-    /// World metres per unit of the CRS: x = (X - centre_x) * metres_per_unit_x. For geographic rasters, per degree at
-    /// the centre's latitude, on the ellipsoid.
+    /// World metres per unit of the CRS: x = (X - centre_x) * metres_per_unit_x. For geographic rasters, per degree or
+    /// other unit at the centre's latitude, on the ellipsoid. For Mercator's projections, and others that distort
+    /// lengths at the centre by more than 5 percent, metres on the ellipsoid per unit at the centre.
     double metres_per_unit_x = 1.0, metres_per_unit_y = 1.0;
-    /// Largest relative error of an east-west length, at the raster's northern or southern edge; 0 if the CRS is in
-    /// metres; at most 9.
+    /// Bound of the relative error of lengths, in any direction, anywhere on the raster: of the distance in the plane
+    /// between two places up to 20 km apart against the geodesic on the ellipsoid of WGS 84. It counts the distortion of
+    /// the projection; places outside the projection are left out. Of a longer line the error may exceed it a little if
+    /// its geodesic leaves the raster. About 9 at most if the CRS is geographic; 0 without a CRS.
     double scale_error = 0.0;
     /// What each of these was taken to be, and from where: "Int16", "foot, from the band", "up, assumed",
     /// "-9999, declared", "geotransform".
