@@ -71,7 +71,7 @@ Result<Columns> read_header(std::string_view line, long number, const std::strin
         return refuse_line(
             path, number,
             "the header must name the columns x_m and y_m, separated by commas, got " +
-                quoted(line));
+                quote(line));
     }
     return columns;
 }
@@ -114,7 +114,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-std::string quoted(std::string_view value) {
+std::string quote(std::string_view value) {
     constexpr std::size_t kLongest = 40;
     std::string shown(value.substr(0, kLongest));
     for (char& c : shown) {
@@ -197,7 +197,7 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
             if (!value) {
                 return refuse_line(path, number,
                                    std::string(kNames[i]) + " must be a finite number, got " +
-                                       quoted(fields[wanted[i].first]));
+                                       quote(fields[wanted[i].first]));
             }
             *wanted[i].second = *value;
         }
@@ -220,13 +220,13 @@ Result<RawTrack> read_tum(const std::string& text, const std::string& path) {
         if (fields.size() != value.size()) {
             return refuse_line(path, number,
                                "a pose is 8 numbers, time x y z qx qy qz qw, got " +
-                                   number_text(fields.size()) + ": " + quoted(line));
+                                   number_text(fields.size()) + ": " + quote(line));
         }
         for (std::size_t i = 0; i < value.size(); ++i) {
             const std::optional<double> number_read = parse_number(fields[i]);
             if (!number_read) {
                 return refuse_line(path, number,
-                                   "a pose is 8 finite numbers, got " + quoted(fields[i]));
+                                   "a pose is 8 finite numbers, got " + quote(fields[i]));
             }
             value[i] = *number_read;
         }
@@ -353,7 +353,7 @@ struct GpxReading {
             const std::optional<double> value = parse_number(attributes[1]);
             if (!value) {
                 return refuse(std::string(name) + " must be a number of degrees, got " +
-                              quoted(attributes[1]));
+                              quote(attributes[1]));
             }
             (name == "lat" ? latitude : longitude) = value;
         }
@@ -383,14 +383,14 @@ struct GpxReading {
             return;
         } else if (name == "ele") {
             const std::optional<double> height = parse_number(value);
-            if (!height) return refuse("ele must be a number of metres, got " + quoted(value));
+            if (!height) return refuse("ele must be a number of metres, got " + quote(value));
             if (std::ranges::find(kNoElevations, *height) != kNoElevations.end()) return;
             track.points.back().z = *height;
             track.points.back().has_height = true;
         } else if (name == "time") {
             const std::optional<double> time = parse_iso_time(value);
             if (!time) {
-                return refuse("time must be like 2008-05-04T12:52:47Z, got " + quoted(value));
+                return refuse("time must be like 2008-05-04T12:52:47Z, got " + quote(value));
             }
             track.points.back().time = *time;
             track.points.back().has_time = true;
@@ -474,7 +474,7 @@ std::optional<double> parse_igc_altitude(std::string_view text) {
 // What a file without track points has instead; "" if that is not known.
 std::string describe_trackless(const GpxReading& reading) {
     if (reading.root != "gpx")
-        return "its root element is " + quoted(reading.root) + " and not 'gpx'";
+        return "its root element is " + quote(reading.root) + " and not 'gpx'";
     if (reading.route_points > 0) {
         return "it has a route of " + number_text(reading.route_points) +
                " points (rtept), and no track (trkpt)";
@@ -487,11 +487,10 @@ std::string describe_trackless(const GpxReading& reading) {
 std::string describe_failure(const GpxReading& reading) {
     const XML_Error code = XML_GetErrorCode(reading.parser);
     if (code == XML_ERROR_UNKNOWN_ENCODING) {
-        return "the encoding " + quoted(reading.encoding) + " is not known; known are " +
-               kEncodings;
+        return "the encoding " + quote(reading.encoding) + " is not known; known are " + kEncodings;
     }
     if (code == XML_ERROR_INCORRECT_ENCODING)
-        return "the file is not in the encoding " + quoted(reading.encoding) + " that it declares";
+        return "the file is not in the encoding " + quote(reading.encoding) + " that it declares";
     return std::string("no XML: ") + XML_ErrorString(code);
 }
 
@@ -602,7 +601,7 @@ Result<RawTrack> read_igc(const std::string& text, const std::string& path) {
     const auto take = [&](std::string_view line, long number) -> Result<void> {
         if (line.empty() || line.front() != 'B') return {};
         const auto refuse = [&](const char* what) {
-            return refuse_line(path, number, std::string(what) + " in the fix " + quoted(line));
+            return refuse_line(path, number, std::string(what) + " in the fix " + quote(line));
         };
         if (line.size() < 35) return refuse("fewer than 35 characters");
         RawPoint point;

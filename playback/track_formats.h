@@ -56,7 +56,7 @@ std::optional<double> parse_number(std::string_view text);
 
 /// A bad_data error: "path: line 7: what". Long quoted values are shortened.
 tl::unexpected<Error> refuse_line(const std::string& path, long line, const std::string& what);
-std::string quoted(std::string_view value);
+std::string quote(std::string_view value);
 std::string_view trimmed(std::string_view text);
 
 }  // namespace terrane::internal

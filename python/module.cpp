@@ -46,10 +46,14 @@ std::string one_line(std::string message, PyObject* arguments, PyObject* keyword
     }
     std::replace(signatures.begin(), signatures.end(), '\n', ' ');
     std::string line = call == 0 ? "a property" : message.substr(0, call).append("()");
-    return line.append(" takes ")
-        .append(signatures)
-        .append(", got (")
-        .append(types_of(arguments, keywords).append(")"));
+    line.append(" takes ").append(signatures).append(", got (");
+    line.append(types_of(arguments, keywords)).append(")");
+    constexpr std::string_view kModule = "terrane._terrane.";  // before names of classes
+    for (;;) {
+        const std::size_t place = line.find(kModule);
+        if (place == std::string::npos) return line;
+        line.erase(place, kModule.size());
+    }
 }
 
 PyObject* call_with_errors_of_one_line(PyObject* self, PyObject* arguments, PyObject* keywords) {

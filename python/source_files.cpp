@@ -80,13 +80,16 @@ constexpr std::array<std::pair<const char*, HeightEncoding>, 4> kEncodings{
      {"terrarium", HeightEncoding::terrarium},
      {"mapbox", HeightEncoding::mapbox}}};
 
+constexpr std::array<std::pair<const char*, DemProjection>, 2> kProjections{
+    {{"own", DemProjection::own}, {"local", DemProjection::local}}};
+
 Source open_dem(const py::object& path, double finest_spacing, double spacing_tolerance,
                 std::optional<std::uint64_t> detail_seed, double detail_roughness,
                 const std::string& cache, const py::object& cache_folder,
                 const std::string& height_unit, double height_scale,
                 const std::optional<std::vector<double>>& nodata, const std::string& encoding,
-                double cell, std::size_t memory_bytes, double read_timeout,
-                const py::object& progress) {
+                double cell, const std::string& projection, std::size_t memory_bytes,
+                double read_timeout, const py::object& progress) {
     const Progress watched(progress);
     DemSettings settings;
     settings.finest_spacing = finest_spacing;
@@ -103,6 +106,7 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     settings.nodata = nodata;
     settings.encoding = read_choice(encoding, "encoding", kEncodings);
     settings.cell = cell;
+    settings.projection = read_choice(projection, "projection", kProjections);
     const std::string name = path_text(path);
     DemInfo info;
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
@@ -117,7 +121,9 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
         py::make_tuple(info.centre_x, info.centre_y),
         py::make_tuple(info.metres_per_unit_x, info.metres_per_unit_y), info.scale_error,
         info.from_cache, info.cache_note, info.numbers, info.height_unit, info.vertical_axis,
-        info.nodata, info.placement, py::tuple(py::cast(info.notes)));
+        info.nodata, info.placement, py::tuple(py::cast(info.notes)), info.resampling_error,
+        info.projection == DemProjection::local ? "local" : "own",
+        py::make_tuple(info.middle_longitude, info.middle_latitude));
     return made;
 }
 
@@ -241,7 +247,7 @@ void bind_files([[maybe_unused]] py::module_& module) {
         py::arg("cache_folder") = "", py::arg("height_unit") = defaults.height_unit,
         py::arg("height_scale") = defaults.height_scale, py::arg("nodata") = py::none(),
         py::arg("encoding") = "automatic", py::arg("cell") = defaults.cell,
-        py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("projection") = "own", py::arg("memory_bytes") = defaults.memory_bytes,
         py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
         R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
 
@@ -255,7 +261,9 @@ height_unit      of the numbers, such as "foot"; "": the file's
 height_scale     factor of all heights, not 0; -1 for depths
 nodata           numbers that are nodata besides those that the file declares; None: numbers such as -9999 are refused
 encoding         "automatic", "numbers", "terrarium" or "mapbox"
-cell             side of the cells of a raster without georeferencing, metres; 0: 1 m
+cell             side of the cells of a raster without georeferencing, metres; 0: 1 m. Or of one that is resampled,
+                 because it is rotated or projected; 0: its own
+projection       "own", the plane of the raster's CRS, or "local", the tangent plane at its middle
 memory_bytes     limit of the memory of opening and of the source
 read_timeout     seconds, > 0
 progress         called with the share that is done, 0 to 1; returning False cancels. What it raises is raised here

@@ -126,6 +126,9 @@ class DemInfo(NamedTuple):
     nodata: str  # "-9999, declared"
     placement: str  # "a geotransform"
     notes: Tuple[str, ...]  # assumptions about the meaning of the file
+    resampling_error: float  # largest distance of a resampled raster from its own surface, metres; 0: not resampled
+    projection: str  # "own" or "local"
+    middle_lonlat: Tuple[float, float]  # of a local tangent plane, degrees
 
 
 class PlaneScale(NamedTuple):

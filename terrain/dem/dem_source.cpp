@@ -2,7 +2,9 @@
 #include "dem_source.h"
 
 #include "bounds/level_bounds.h"
+#include "raster/plane_map.h"
 #include "raster/raster_checks.h"
+#include "raster/resampled_raster.h"
 #include "raster/voids.h"
 
 #include <terrane/base/result.h>
@@ -195,12 +197,19 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s, RasterNumbers::heights,
                                                 settings.reading));
     // A spacing out of range and a raster that is too large are refused before the samples are read.
-    const DemInfo& raster = reader->info();
+    std::shared_ptr<const PlaneMap> map;
+    if (reader->is_resampled()) {
+        TERRANE_TRY(map, PlaneMap::create(*reader, settings.reading.cell));
+    }
+    const DemInfo& raster = map ? map->info() : reader->info();
     TERRANE_TRY(const auto first_grid, make_grid(raster, finest_spacing, spacing_tolerance));
-    const double all_samples = sizeof(float) * static_cast<double>(raster.columns) * raster.rows;
-    const double held_bytes = all_samples <= static_cast<double>(settings.memory_bytes)
-                                  ? all_samples
-                                  : static_cast<double>(settings.cache_bytes);
+    const auto held = [&settings](const DemInfo& info) {
+        const double all_samples = sizeof(float) * static_cast<double>(info.columns) * info.rows;
+        return all_samples <= static_cast<double>(settings.memory_bytes)
+                   ? all_samples
+                   : static_cast<double>(settings.cache_bytes);
+    };
+    const double held_bytes = held(raster) + (map ? held(reader->info()) : 0.0);
     const double needed_bytes = opening_bytes(first_grid, held_bytes);
     if (auto checked =
             check_memory(path, raster.columns, raster.rows, needed_bytes, settings.limit_bytes);
@@ -208,9 +217,14 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
         return tl::unexpected(checked.error());
     }
     OpeningProgress progress(path, std::move(report_progress));
-    TERRANE_TRY(auto opened,
-                RasterStore::open(std::move(reader), settings, needed_bytes, progress));
-    std::shared_ptr<const RasterStore> store = std::move(opened);
+    StoreSettings own = settings;
+    if (map) own.progress_share = 0.2;
+    TERRANE_TRY(std::shared_ptr<const RasterStore> store,
+                RasterStore::open(std::move(reader), own, needed_bytes, progress));
+    if (map) {
+        TERRANE_TRY(auto resampled, ResampledRaster::create(path, store, map, 0.35, progress));
+        TERRANE_TRY(store, RasterStore::open(resampled, settings, needed_bytes, progress));
+    }
     TERRANE_TRY(const auto grid, make_grid(store->info(), finest_spacing, spacing_tolerance));
 
     const auto fine = std::make_shared<const FineSurface>(grid, store);
@@ -244,10 +258,16 @@ void DemSource::add_base(std::span<double> heights) const {
     for (double& height : heights) height += store_->base();
 }
 
-void DemSource::add_rounding(std::span<float> bounds) const {
-    for (float& bound : bounds) {
-        bound = round_outward(static_cast<double>(bound) + store_->rounding());
-    }
+double DemSource::store_error(LatticePoint low, LatticePoint high) const {
+    if (!store_->is_resampled()) return store_->rounding();
+    // Resampled cells are square, so the grid is aligned.
+    const BilinearGrid& g = fine_->grid();
+    const auto cell = [&g](std::int64_t index, std::int64_t first) {
+        return (index - first) >> g.cell_log2;
+    };
+    return store_->rounding() + store_->error_over(cell(low.x, g.first.x), cell(low.y, g.first.y),
+                                                   cell(high.x, g.first.x),
+                                                   cell(high.y, g.first.y));
 }
 
 Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights_out) const {
@@ -284,13 +304,23 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
         tiers_->vertex_bounds(grid, bounds_out);
     } else
         TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
-    if (store_->rounding() == 0.0) return {};
-    add_rounding(bounds_out.first(grid.size()));
-    // Points of even column and row are not vertices: the corner is a multiple of twice the step.
-    for (int row = 0; row < grid.rows; row += 2) {
-        for (int column = 0; column < grid.columns; column += 2) {
-            bounds_out[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
-                       static_cast<std::size_t>(column)] = 0.0f;
+    if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
+    // Points of even column and row are not vertices: the corner is a multiple of twice the step. The triangles of a
+    // centre and of its descendants are within three steps, those of a midpoint within two.
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column, ++at) {
+            const int odd = (row & 1) + (column & 1);
+            if (odd == 0) {
+                bounds_out[at] = 0.0f;
+                continue;
+            }
+            const std::int64_t x = grid.corner.x + column * grid.step;
+            const std::int64_t y = grid.corner.y + row * grid.step;
+            const std::int64_t reach = (odd + 1) * grid.step;
+            bounds_out[at] =
+                round_outward(static_cast<double>(bounds_out[at]) +
+                              store_error({x - reach, y - reach}, {x + reach, y + reach}));
         }
     }
     return {};
@@ -303,9 +333,16 @@ Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bou
         tiers_->cell_bounds(grid, bounds_out);
     } else
         TERRANE_TRY(fine_->cell_bounds(grid, bounds_out));
-    if (store_->rounding() == 0.0) return {};
-    add_rounding(bounds_out.first(static_cast<std::size_t>(grid.columns - 1) *
-                                  static_cast<std::size_t>(grid.rows - 1)));
+    if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
+            const double error = store_error(
+                {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step},
+                {grid.corner.x + (column + 1) * grid.step, grid.corner.y + (row + 1) * grid.step});
+            bounds_out[at] = round_outward(static_cast<double>(bounds_out[at]) + error);
+        }
+    }
     return {};
 }
 

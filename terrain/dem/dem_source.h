@@ -84,8 +84,8 @@ private:
               OpeningBounds bounds, CacheUse cache_use);
 
     void add_base(std::span<double> heights) const;
-    /// Adds the packing error of samples to bounds.
-    void add_rounding(std::span<float> bounds) const;
+    /// Bound of the distance between the stored surface and the file's over a closed rectangle of the lattice.
+    double store_error(LatticePoint low, LatticePoint high) const;
 
     std::shared_ptr<const RasterStore> store_;
     std::shared_ptr<const FineSurface> fine_;

@@ -110,6 +110,10 @@ nlohmann::ordered_json describe(const Terrain& terrain) {
         info["centre"] = {dem.centre_x, dem.centre_y};
         info["metres_per_unit"] = {dem.metres_per_unit_x, dem.metres_per_unit_y};
         info["scale_error"] = dem.scale_error;
+        if (dem.resampling_error > 0.0) info["resampling_error_m"] = dem.resampling_error;
+        if (dem.projection == DemProjection::local) {
+            info["middle_lonlat"] = {dem.middle_longitude, dem.middle_latitude};
+        }
         info["crs_from_world"] = format_crs_from_world(dem);
         info["world_from_crs"] = format_world_from_crs(dem);
         describe_earth(terrain, info);

@@ -29,6 +29,9 @@ constexpr EncodingName kEncodings[] = {{"numbers", HeightEncoding::numbers},
                                        {"terrarium", HeightEncoding::terrarium},
                                        {"mapbox", HeightEncoding::mapbox}};
 
+constexpr std::string_view kProjections[] = {"own", "local"};
+constexpr DemProjection kProjectionOf[] = {DemProjection::own, DemProjection::local};
+
 /// Parses "none" or "A,B,C"; absent for anything else.
 std::optional<std::vector<double>> parse_nodata(const std::string& text) {
     std::vector<double> values;
@@ -80,10 +83,11 @@ bool is_not_0(double value) { return value != 0.0; }
 
 }  // namespace
 
-const char* const kRasterFlags = "--height-unit, --height-scale, --nodata, --encoding and --cell-m";
+const char* const kRasterFlags =
+    "--height-unit, --height-scale, --nodata, --encoding, --cell-m and --project";
 
 bool RasterOptions::is_empty() const {
-    return !height_unit && !height_scale && !nodata && !encoding && !cell_m;
+    return !height_unit && !height_scale && !nodata && !encoding && !cell_m && !project;
 }
 
 void RasterOptions::override_by(const RasterOptions& other) {
@@ -92,6 +96,7 @@ void RasterOptions::override_by(const RasterOptions& other) {
     if (other.nodata) nodata = other.nodata;
     if (other.encoding) encoding = other.encoding;
     if (other.cell_m) cell_m = other.cell_m;
+    if (other.project) project = other.project;
 }
 
 void RasterOptions::apply(DemSettings& settings_out) const {
@@ -100,6 +105,7 @@ void RasterOptions::apply(DemSettings& settings_out) const {
     settings_out.nodata = nodata;
     settings_out.encoding = encoding.value_or(settings_out.encoding);
     settings_out.cell = cell_m.value_or(settings_out.cell);
+    settings_out.projection = project.value_or(settings_out.projection);
 }
 
 void add_raster_options(CLI::App& app, RasterOptions& options) {
@@ -138,8 +144,18 @@ void add_raster_options(CLI::App& app, RasterOptions& options) {
         "as in Terrarium or Mapbox tiles")
         ->default_str("")
         ->group("Terrain");
-    add_number(app, "--cell-m", options.cell_m, is_above_0, "a number above 0",
-               "Side of the cells of a raster without georeferencing, metres; 1 unless said");
+    add_number(
+        app, "--cell-m", options.cell_m, is_above_0, "a number above 0",
+        "Side of the cells of a raster without georeferencing, metres; 1 unless said. Also of "
+        "one that is resampled: rotated, or with --project local; its own cells unless said");
+    add_choice(
+        app, "--project", {std::begin(kProjections), std::end(kProjections)}, 0,
+        [&options](std::size_t number) { options.project = kProjectionOf[number]; },
+        "Plane of a raster's world: of its own CRS, or the local tangent plane at its middle, in "
+        "which lengths and angles are true and the ground falls away with the Earth's curvature; "
+        "own unless said")
+        ->default_str("")
+        ->group("Terrain");
 }
 
 Parsed<bool> read_raster_key(const std::string& key, const Json& value,
@@ -160,6 +176,11 @@ Parsed<bool> read_raster_key(const std::string& key, const Json& value,
     } else if (key == "cell_m") {
         if (!value.is_number() || !is_above_0(value.get<double>())) return wrong("above 0");
         options_out.cell_m = value.get<double>();
+    } else if (key == "project") {
+        const auto* const found = std::ranges::find_if(
+            kProjections, [&value](std::string_view name) { return value == name; });
+        if (found == std::end(kProjections)) return wrong("own or local");
+        options_out.project = kProjectionOf[found - std::begin(kProjections)];
     } else {
         return false;
     }

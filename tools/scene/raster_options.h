@@ -16,7 +16,7 @@ class App;
 
 namespace terrane::tools {
 
-/// What a raster means where its file does not say it: flags, or keys of a scene with the same names. The fields are
+/// What a raster means where its file does not say it, and the plane of its world: flags, or keys of a scene with the same names. The fields are
 /// those of DemSettings; absent: the file's.
 struct RasterOptions {
     std::optional<std::string> height_unit;
@@ -24,6 +24,7 @@ struct RasterOptions {
     std::optional<std::vector<double>> nodata;
     std::optional<HeightEncoding> encoding;
     std::optional<double> cell_m;
+    std::optional<DemProjection> project;
 
     bool is_empty() const;
     /// Replaces these options by the given ones of `other`.
@@ -31,7 +32,7 @@ struct RasterOptions {
     void apply(DemSettings& settings_out) const;
 };
 
-/// The flags, for messages: "--height-unit, --height-scale, --nodata, --encoding and --cell-m".
+/// The flags, for messages: "--height-unit, ..., --cell-m and --project".
 extern const char* const kRasterFlags;
 
 /// Adds the flags. `options` must outlive the app's parse().

@@ -157,9 +157,10 @@ constexpr const char* kGdalCache_mb = "256";
 
 using Json = nlohmann::ordered_json;
 
-const std::array<std::string, 15> kSceneKeys{
-    "dem",     "seed",    "fractal",     "detail_m",     "bodies", "surface",  "volumes", "objects",
-    "water_m", "imagery", "height_unit", "height_scale", "nodata", "encoding", "cell_m"};
+const std::array<std::string, 16> kSceneKeys{"dem",     "seed",     "fractal",     "detail_m",
+                                             "bodies",  "surface",  "volumes",     "objects",
+                                             "water_m", "imagery",  "height_unit", "height_scale",
+                                             "nodata",  "encoding", "cell_m",      "project"};
 
 /// Keys that not every command uses.
 constexpr std::array<std::string_view, 6> kPartKeys{"bodies",  "surface", "volumes",
@@ -380,7 +381,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
     CLI::Option* scene_option = app.add_option(
         "--scene", options.scene,
         "The same choices in a JSON file, with the keys dem, seed, fractal, "
-        "detail_m, height_unit, height_scale, nodata, encoding and cell_m; and bodies, "
+        "detail_m, height_unit, height_scale, nodata, encoding, cell_m and project; and bodies, "
         "which drop, drive and walk play, and fly shows, surface, the friction by place, "
         "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
         "show, and for pictures water_m, the level of water, and imagery, a raster of "

@@ -3,6 +3,7 @@
 // Source: T. Vincenty, Direct and Inverse Solutions of Geodesics on the Ellipsoid with Application of Nested Equations,
 //         Survey Review 23 (1975): the length of a geodesic.
 #include "raster/map_plane.h"
+#include "raster/plane_map.h"
 #include "raster/raster_reader.h"
 
 #include <terrane/base/text.h>
@@ -25,6 +26,9 @@ using internal::CrsTransform;
 
 struct Georeference::State {
     internal::WorldFrame frame;
+    /// With DemProjection::local; wgs84_from_crs then is from longitudes and latitudes of the CRS, in `radians` each.
+    std::unique_ptr<const internal::TangentPlane> tangent;
+    double radians = 1.0;
     std::unique_ptr<const CrsTransform> wgs84_from_crs, crs_from_wgs84;
     /// With heights; null: unknown.
     std::unique_ptr<const CrsTransform> ellipsoid_from_crs, crs_from_ellipsoid;
@@ -32,6 +36,18 @@ struct Georeference::State {
         1.0;  ///< per unit of the vertical axis; negative: the axis points down
     HeightReference height_reference = HeightReference::unknown;
     std::string heights = "unknown, the CRS has no vertical axis";
+
+    /// Conversions between the world and the CRS of wgs84_from_crs, with z or the height above the tangent plane's
+    /// ellipsoid.
+    Eigen::Vector3d plan_from_world(const WorldPos& p) const {
+        if (!tangent) return {frame.crs_x_of(p.x()), frame.crs_y_of(p.y()), p.z()};
+        const auto place = tangent->geodetic_from_world(p);
+        return {place.longitude / radians, place.latitude / radians, place.height};
+    }
+    WorldPos world_from_plan(const Eigen::Vector3d& p) const {
+        if (!tangent) return {frame.x_of(p.x()), frame.y_of(p.y()), p.z()};
+        return tangent->world_from_geodetic({p.x() * radians, p.y() * radians, p.z()});
+    }
 };
 
 namespace {
@@ -41,7 +57,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kMostLongitude = 720.0;
 
 std::string quoted(const char* name) {
-    return "\"" + std::string(name != nullptr ? name : "") + "\"";
+    return std::string("\"").append(name != nullptr ? name : "").append("\"");
 }
 
 std::unique_ptr<OGRSpatialReference> import_epsg(int code) {
@@ -205,10 +221,18 @@ Result<Georeference> Georeference::create(const DemInfo& dem) {
     }
     const auto wgs84 = import_epsg(4326);
     if (!wgs84) return fail(ErrorCode::bad_data, "PROJ does not find its database proj.db");
-    const std::unique_ptr<OGRSpatialReference> plan(crs->Clone());
+    const auto state = std::make_shared<State>();
+    const bool is_local = dem.projection == DemProjection::local;
+    const std::unique_ptr<OGRSpatialReference> plan(is_local ? crs->CloneGeogCS() : crs->Clone());
     plan->DemoteTo2D(nullptr);
     plan->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    const auto state = std::make_shared<State>();
+    if (is_local) {
+        const internal::Ellipsoid ellipsoid{plan->GetSemiMajor(), plan->GetSemiMinor()};
+        state->tangent = std::make_unique<const internal::TangentPlane>(
+            ellipsoid, dem.middle_longitude * kDegree, dem.middle_latitude * kDegree);
+        state->radians = plan->GetAngularUnits();
+        state->heights = "taken as ellipsoidal, for the tangent plane";
+    }
     const auto open = [&](const OGRSpatialReference& from, const OGRSpatialReference& to,
                           std::unique_ptr<const CrsTransform>& transform_out) -> Result<void> {
         auto transform = CrsTransform::create(from, to);
@@ -227,7 +251,7 @@ Result<Georeference> Georeference::create(const DemInfo& dem) {
     const internal::CrsRect rect{dem.centre_x, dem.centre_y,
                                  0.5 * dem.columns * dem.cell_x / dem.metres_per_unit_x,
                                  0.5 * dem.rows * dem.cell_y / dem.metres_per_unit_y};
-    if (!dem.geographic) {
+    if (!dem.geographic && !is_local) {
         state->frame.turn = turn_of(*state->wgs84_from_crs, *state->crs_from_wgs84, rect);
     }
     read_vertical(*crs, *state);
@@ -240,7 +264,13 @@ void Georeference::crs_from_world(std::span<const WorldPos> world,
     TERRANE_ASSERT(world.size() == crs_out.size(), "arrays of positions must have equal sizes");
     const internal::WorldFrame& frame = state_->frame;
     for (std::size_t i = 0; i < world.size(); ++i) {
-        const WorldPos p = world[i];
+        WorldPos p = world[i];
+        if (state_->tangent) {
+            auto place = state_->tangent->geodetic_from_world(p);
+            const double height = std::exchange(place.height, 0.0);
+            p = state_->tangent->world_from_geodetic(place);
+            p.z() = height;
+        }
         crs_out[i] = {frame.crs_x_of(p.x()), frame.crs_y_of(p.y()), p.z()};
     }
 }
@@ -250,6 +280,11 @@ void Georeference::world_from_crs(std::span<const Eigen::Vector3d> crs,
     TERRANE_ASSERT(crs.size() == world_out.size(), "arrays of positions must have equal sizes");
     for (std::size_t i = 0; i < crs.size(); ++i) {
         const Eigen::Vector3d p = crs[i];
+        if (state_->tangent) {
+            const auto foot = state_->tangent->foot(p.x(), p.y());
+            world_out[i] = WorldPos(p.x(), p.y(), foot.z) + p.z() * foot.normal;
+            continue;
+        }
         world_out[i] = {state_->frame.x_of(p.x()), state_->frame.y_of(p.y()), p.z()};
     }
 }
@@ -260,7 +295,8 @@ void Georeference::lonlat_from_world(std::span<const WorldPos> world,
         Columns plan(from.size());
         for (std::size_t i = 0; i < from.size(); ++i) {
             const bool is_place = from[i].template head<2>().allFinite();
-            plan.set(i, is_place ? crs_from_world(from[i]) : Eigen::Vector3d::Constant(kNan));
+            plan.set(i,
+                     is_place ? state_->plan_from_world(from[i]) : Eigen::Vector3d::Constant(kNan));
         }
         Columns high = plan;
         state_->wgs84_from_crs->apply(plan.x, plan.y);
@@ -294,7 +330,7 @@ void Georeference::world_from_lonlat(std::span<const Eigen::Vector3d> lonlat,
             for (double& z : high.z) z *= state_->vertical_metres;
         }
         for (std::size_t i = 0; i < from.size(); ++i) {
-            to[i] = world_from_crs(Eigen::Vector3d(plan.x[i], plan.y[i], high.z[i]));
+            to[i] = state_->world_from_plan({plan.x[i], plan.y[i], high.z[i]});
         }
     });
 }

@@ -406,7 +406,7 @@ Result<NumberReading> number_reading(const DemSettings& settings) {
         return out_of_range("cell must be 0 or above, got " + number_text(settings.cell));
     }
     return NumberReading{settings.height_unit, settings.height_scale, settings.nodata,
-                         settings.encoding, settings.cell};
+                         settings.encoding,    settings.cell,         settings.projection};
 }
 
 Result<BandNumbers> read_meaning(const std::string& raster, GDALDataset& dataset,

@@ -16,17 +16,18 @@ namespace terrane::internal {
 
 /// Meaning of a raster's numbers.
 enum class RasterNumbers {
-    heights,  ///< in metres or another unit, which is converted; a rotated raster is interpolated between samples
+    heights,  ///< in metres or another unit, which is converted; ground control points: interpolated
     plain,  ///< without a unit, possibly codes; a rotated raster is resampled by nearest neighbour
 };
 
-/// The settings of DemSettings that state what a raster's numbers mean: see there.
+/// The settings of DemSettings that state what a raster's numbers mean, and where they are: see there.
 struct NumberReading {
     std::string unit = {};
     double scale = 1.0;
     std::optional<std::vector<double>> nodata = {};
     HeightEncoding encoding = HeightEncoding::automatic;
     double cell = 0.0;
+    DemProjection projection = DemProjection::own;
 };
 
 /// Fails: invalid_argument for settings out of range

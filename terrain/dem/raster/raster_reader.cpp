@@ -150,11 +150,11 @@ Result<void> RasterReader::check_placement() {
     const std::string name = named_raster(path_);
     const bool is_cell_set = reading_.cell > 0.0;
     if (transform_) {
-        if (!is_cell_set) return {};
+        if (!is_cell_set || is_resampled()) return {};
         return fail(ErrorCode::bad_data,
                     name + " has " + info_.placement +
                         "; the side of a cell (--cell-m, DemSettings::cell) is only for rasters "
-                        "without georeferencing");
+                        "without georeferencing, and for those that are rotated or projected");
     }
     std::array<char, 40> cell{};
     std::snprintf(cell.data(), cell.size(), "%.6g m", is_cell_set ? reading_.cell : 1.0);
@@ -217,6 +217,11 @@ Result<void> RasterReader::warp() {
                 "cannot straighten rotated " + named_raster(path_) + ": " + quiet.message());
 }
 
+bool RasterReader::is_resampled() const {
+    return is_rotated_ ||
+           (numbers_ == RasterNumbers::heights && reading_.projection == DemProjection::local);
+}
+
 Result<void> RasterReader::straighten() {
     const QuietGdal quiet;
     GDALDataset* dataset = file_.get();
@@ -230,13 +235,14 @@ Result<void> RasterReader::straighten() {
     is_transposed_ = transform_ && (*transform_)[1] == 0.0 && (*transform_)[5] == 0.0;
     const bool is_rotated =
         transform_ && !is_transposed_ && ((*transform_)[2] != 0.0 || (*transform_)[4] != 0.0);
+    is_rotated_ = is_rotated && numbers_ == RasterNumbers::heights;
     const int point_count = transform_ ? 0 : dataset->GetGCPCount();
     if (is_transposed_) info_.placement += ", turned by 90 degrees";
-    if (is_rotated) info_.placement += ", rotated and resampled";
+    if (is_rotated) info_.placement += ", rotated";
     if (point_count > 0) {
         info_.placement = std::to_string(point_count) + " ground control points, resampled";
     }
-    if (is_rotated || point_count > 0) {
+    if ((is_rotated && !is_rotated_) || point_count > 0) {
         TERRANE_TRY(warp());
         dataset = warped_.get();
         transform_ = geotransform_of(*dataset);
@@ -259,46 +265,62 @@ Result<void> RasterReader::straighten() {
     return {};
 }
 
+/// Scales the CRS to the metres of the world.
+Result<void> RasterReader::choose_plane(const OGRSpatialReference& crs, const CrsRect& rect) {
+    const auto plane = map_plane_of(crs, rect);
+    if (!plane) {
+        return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
+    }
+    if (plane->is_scaled) {
+        info_.notes.push_back(named_raster(path_) + " has the CRS \"" + info_.crs +
+                              "\", whose metres are not true lengths here: in the world a metre "
+                              "of it is " +
+                              number_text(plane->metres_x) + " m east and " +
+                              number_text(plane->metres_y) + " m north");
+    }
+    info_.geographic = plane->is_geographic;
+    info_.metres_per_unit_x = plane->metres_x;
+    info_.metres_per_unit_y = plane->metres_y;
+    info_.scale_error = plane->scale_error;
+    return {};
+}
+
 Result<void> RasterReader::find_place() {
     GDALDataset& dataset = warped_ ? *warped_ : *file_;
     const double columns = info_.columns, rows = info_.rows;
     const double side = reading_.cell > 0.0 ? reading_.cell : 1.0;
     const std::array<double, 6> transform =
         transform_.value_or(std::array<double, 6>{0.0, side, 0.0, rows * side, 0.0, -side});
-    info_.centre_x = transform[0] + 0.5 * columns * transform[1];
-    info_.centre_y = transform[3] + 0.5 * rows * transform[5];
-    columns_go_west_ = transform[1] < 0.0;
-    rows_go_north_ = transform[5] > 0.0;
+    info_.centre_x = transform[0] + 0.5 * (columns * transform[1] + rows * transform[2]);
+    info_.centre_y = transform[3] + 0.5 * (columns * transform[4] + rows * transform[5]);
+    columns_go_west_ = !is_rotated_ && transform[1] < 0.0;
+    rows_go_north_ = is_rotated_ || transform[5] > 0.0;
+    // Of columns and rows in the order of read(), which are those of the file or the opposite.
+    const double by_column = columns_go_west_ ? -1.0 : 1.0, by_row = rows_go_north_ ? 1.0 : -1.0;
+    std::array<double, 6>& t = crs_from_sample_;
+    t = {0.0, by_column * transform[1], by_row * transform[2],
+         0.0, by_column * transform[4], by_row * transform[5]};
+    t[0] = info_.centre_x - 0.5 * ((columns - 1.0) * t[1] + (rows - 1.0) * t[2]);
+    t[3] = info_.centre_y - 0.5 * ((columns - 1.0) * t[4] + (rows - 1.0) * t[5]);
+    const CrsRect rect{info_.centre_x, info_.centre_y,
+                       0.5 * (columns * std::fabs(transform[1]) + rows * std::fabs(transform[2])),
+                       0.5 * (columns * std::fabs(transform[4]) + rows * std::fabs(transform[5]))};
     const OGRSpatialReference* crs = transform_ ? dataset.GetSpatialRef() : nullptr;
     if (crs != nullptr) {
         if (crs->GetName() != nullptr) info_.crs = crs->GetName();
         char* wkt = nullptr;
         if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
         CPLFree(wkt);
-        const CrsRect rect{info_.centre_x, info_.centre_y, 0.5 * columns * std::fabs(transform[1]),
-                           0.5 * rows * std::fabs(transform[5])};
-        const auto plane = map_plane_of(*crs, rect);
-        if (!plane) {
-            return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
+        const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
+        if (crs->IsGeographic() != 0) {
+            TERRANE_TRY(check_longitudes(
+                path_, (rect.centre_x - rect.half_width) * degrees,
+                (rect.centre_x + rect.half_width) * degrees,
+                std::max(std::fabs(transform[1]), std::fabs(transform[2])) * degrees));
         }
-        info_.geographic = plane->is_geographic;
-        if (info_.geographic) {
-            const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
-            TERRANE_TRY(check_longitudes(path_, (rect.centre_x - rect.half_width) * degrees,
-                                         (rect.centre_x + rect.half_width) * degrees,
-                                         std::fabs(transform[1]) * degrees));
-        }
-        if (plane->is_scaled) {
-            info_.notes.push_back(
-                named_raster(path_) + " has the CRS \"" + info_.crs +
-                "\", whose metres are not true lengths here: in the world a metre of it is " +
-                number_text(plane->metres_x) + " m east and " + number_text(plane->metres_y) +
-                " m north");
-        }
-        info_.metres_per_unit_x = plane->metres_x;
-        info_.metres_per_unit_y = plane->metres_y;
-        info_.scale_error = plane->scale_error;
+        if (reading_.projection == DemProjection::own) TERRANE_TRY(choose_plane(*crs, rect));
     }
+    if (is_resampled()) return {};  // PlaneMap chooses the cells
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;
     info_.cell_y = std::fabs(transform[5]) * info_.metres_per_unit_y;
     TERRANE_TRY(check_cells(path_, info_));
@@ -315,6 +337,29 @@ bool RasterReader::has_float_numbers() const {
     constexpr int kWholeNumberBits = 24;  // a float's significand
     return type == GDT_Float32 ||
            (GDALDataTypeIsInteger(type) != 0 && GDALGetDataTypeSizeBits(type) <= kWholeNumberBits);
+}
+
+Result<void> RasterReader::check_extremes(const ExtremeHeights& extremes) const {
+    if (reading_.nodata) return {};
+    const auto suspects = extremes.undeclared_nodata(meaning_.nodata_scale, meaning_.nodata_offset);
+    if (suspects.empty()) return {};
+    std::string numbers;
+    for (const ExtremeHeights::Height& suspect : suspects) {
+        const double number =
+            number_of(suspect.height, meaning_.nodata_scale, meaning_.nodata_offset);
+        if (!numbers.empty()) numbers += ',';
+        numbers += exact_text(number);
+    }
+    const ExtremeHeights::Height& first = suspects.front();
+    const auto width = static_cast<std::size_t>(info_.columns);
+    const auto column = static_cast<int>(first.index % width);
+    const auto row = static_cast<int>(first.index / width);
+    return fail(ErrorCode::bad_data,
+                named_raster(path_) + " has a height of " + number_text(first.height) + " m in " +
+                    place_in_file(column, row) +
+                    ", far from all others; is it a nodata value that the file does not declare? "
+                    "Give --nodata " +
+                    numbers + " if it is, otherwise --nodata none (DemSettings::nodata)");
 }
 
 std::string RasterReader::place_in_file(int column, int row) const {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "raster/height_numbers.h"
+#include "raster/map_plane.h"
 
 #include <terrane/dem/dem_heights.h>
+#include <terrane/terrain/height_source.h>
 
 #include <array>
 #include <cstdint>
@@ -15,6 +17,7 @@
 
 class GDALDataset;
 class GDALRasterBand;
+class OGRSpatialReference;
 
 namespace terrane::internal {
 
@@ -33,10 +36,52 @@ public:
 /// Registers GDAL's drivers, once.
 void register_drivers();
 
-/// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
-class RasterReader {
+/// Reads heights on a grid in metres. Rows run from south to north.
+class HeightReader {
 public:
-    /// Opens any dataset that GDAL can open. Rotated rasters are read through GDAL's warped, unrotated view.
+    HeightReader() = default;
+    virtual ~HeightReader() = default;
+    HeightReader(const HeightReader&) = delete;
+    HeightReader& operator=(const HeightReader&) = delete;
+
+    virtual const std::string& path() const = 0;
+    /// Size and georeferencing; the range of heights and the shares of nodata are not set.
+    virtual const DemInfo& info() const = 0;
+    /// Whether the first rows to read are the southernmost.
+    virtual bool rows_go_north() const = 0;
+
+    /// Reads a window; NaN: no data.
+    ///
+    /// @param heights_out [rows * columns] metres, from the south-west
+    ///
+    /// Fails:   io; bad_data if a height is beyond kMostHeight
+    /// Threads: any
+    virtual Result<void> read(int column, int row, int columns, int rows,
+                              std::span<double> heights_out) const = 0;
+
+    /// Whether every height is scale() times a float, plus offset().
+    virtual bool has_float_numbers() const = 0;
+    virtual double scale() const = 0;
+    virtual double offset() const = 0;
+    /// Contains all heights; absent: not known before they are read.
+    virtual std::optional<HeightInterval> range() const { return std::nullopt; }
+    /// Fails: bad_data if heights are commonly nodata and far from all others
+    virtual Result<void> check_extremes(const ExtremeHeights&) const { return {}; }
+    /// Upper bound of the vertical distance between the surface of these heights and that of the file, over a closed
+    /// rectangle of cells, metres. Cell (0, 0) is north-east of sample (0, 0); cells beyond the raster have none. Does
+    /// not decrease when the rectangle grows.
+    virtual double error_over(std::int64_t, std::int64_t, std::int64_t, std::int64_t) const {
+        return 0.0;
+    }
+    virtual bool has_errors() const { return false; }
+};
+
+/// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
+class RasterReader final : public HeightReader {
+public:
+    /// Opens any dataset that GDAL can open. Heights of a rotated raster are read as they are in the file: see
+    /// is_resampled(). Other rotated rasters, and those with ground control points, are read through GDAL's warped,
+    /// unrotated view.
     ///
     /// Fails: io if GDAL cannot open it; bad_data for fewer than 2 x 2 heights, an invalid geometry, or if the
     ///        file does not say what its numbers mean
@@ -49,15 +94,17 @@ public:
     static Result<std::unique_ptr<RasterReader>> open(
         const std::string& path, double patience_s, RasterNumbers numbers = RasterNumbers::heights,
         const NumberReading& reading = {});
-    ~RasterReader();
-    RasterReader(const RasterReader&) = delete;
-    RasterReader& operator=(const RasterReader&) = delete;
+    ~RasterReader() override;
 
-    const std::string& path() const { return path_; }
-    /// Size and georeferencing of the raster; the range of heights and the shares of nodata are not set.
-    const DemInfo& info() const { return info_; }
+    const std::string& path() const override { return path_; }
+    const DemInfo& info() const override { return info_; }
     /// Whether the file's first row is the southernmost.
-    bool rows_go_north() const { return rows_go_north_; }
+    bool rows_go_north() const override { return rows_go_north_; }
+
+    /// Whether the samples do not lie on the axes of the world, so that heights must be resampled: see PlaneMap.
+    bool is_resampled() const;
+    /// From columns and rows of samples to the CRS, as a geotransform; whole numbers are samples.
+    const std::array<double, 6>& crs_from_sample() const { return crs_from_sample_; }
 
     /// Position of a sample in the file, for messages: "column 7, row 19 of the file (both from 0)".
     std::string place_in_file(int column, int row) const;
@@ -66,17 +113,16 @@ public:
     ///
     /// @param heights_out [rows * columns] metres or plain numbers, from the south-west
     ///
-    /// Fails:   io; bad_data if a height is beyond kMostHeight
     /// Threads: any; reads are serialised
     Result<void> read(int column, int row, int columns, int rows,
-                      std::span<double> heights_out) const;
+                      std::span<double> heights_out) const override;
 
     /// Whether every number of the band, before scale and offset, is exact as a float.
-    bool has_float_numbers() const;
+    bool has_float_numbers() const override;
     /// Metres per unit of the band's numbers, and the offset, metres.
-    double scale() const { return meaning_.scale; }
-    double offset() const { return meaning_.offset; }
-    const BandNumbers& meaning() const { return meaning_; }
+    double scale() const override { return meaning_.scale; }
+    double offset() const override { return meaning_.offset; }
+    Result<void> check_extremes(const ExtremeHeights& extremes) const override;
     const NumberReading& reading() const { return reading_; }
 
 private:
@@ -86,6 +132,7 @@ private:
 
     RasterReader() = default;
     Result<void> find_place();
+    Result<void> choose_plane(const OGRSpatialReference& crs, const CrsRect& rect);
     Result<void> straighten();
     Result<void> warp();
     Result<void> check_placement();
@@ -105,6 +152,8 @@ private:
     GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
     /// From raster coordinates to the CRS; absent: no georeferencing.
     std::optional<std::array<double, 6>> transform_;
+    std::array<double, 6> crs_from_sample_{};
+    bool is_rotated_ = false;     ///< heights, and not by a multiple of 90 degrees
     bool is_transposed_ = false;  ///< the file's rows run along the world's columns
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time

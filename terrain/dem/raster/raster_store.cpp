@@ -79,20 +79,13 @@ void SamplePacking::unpack(std::span<const std::uint32_t> packed, double* height
     }
 }
 
-namespace {
-
-// Progress of the opening when the pass over the file ends.
-constexpr double kReadingShare = 0.5;
-
-}  // namespace
-
 int strip_rows(int columns) {
     constexpr int kSamplesAtOnce = 1 << 22;
     return std::clamp(kSamplesAtOnce / columns / kBlockSide * kBlockSide, kBlockSide,
                       32 * kBlockSide);
 }
 
-RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings,
+RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
                          double needed_bytes)
     : reader_(std::move(reader)),
       settings_(settings),
@@ -102,7 +95,7 @@ RasterStore::RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettin
       voids_(info_.columns, info_.rows, !reader_->rows_go_north()),
       packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())) {}
 
-Result<std::unique_ptr<RasterStore>> RasterStore::open(std::unique_ptr<RasterReader> reader,
+Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const HeightReader> reader,
                                                        const StoreSettings& settings,
                                                        double needed_bytes,
                                                        OpeningProgress& progress) {
@@ -132,7 +125,7 @@ Result<void> RasterStore::read_file(int column, int row, int columns, int rows,
                                     std::span<double> heights_out) const {
     // A read that timed out continues, so it owns its buffer.
     struct Job {
-        std::shared_ptr<const RasterReader> reader;
+        std::shared_ptr<const HeightReader> reader;
         std::vector<double> heights;
         Result<void> done;
     };
@@ -170,8 +163,12 @@ Result<void> RasterStore::for_each_strip(OpeningProgress& progress, Use&& use) c
 
 Result<void> RasterStore::choose_packing(OpeningProgress& progress) {
     if (reader_->has_float_numbers()) return {};
+    if (const std::optional<HeightInterval> range = reader_->range()) {
+        packing_ = SamplePacking::of_range(range->low, range->high);
+        return {};
+    }
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    progress.begin(0.5 * kReadingShare, strip_count());
+    progress.begin(0.5 * settings_.progress_share, strip_count());
     const auto done = for_each_strip(progress, [&](int, int, std::span<const double> strip) {
         for (const double height : strip) {
             if (std::isnan(height)) continue;
@@ -193,7 +190,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     double most_off = 0.0;
     ExtremeHeights extremes;
     std::vector<std::uint32_t> packed;
-    progress.begin(kReadingShare, strip_count());
+    progress.begin(settings_.progress_share, strip_count());
     TERRANE_TRY(for_each_strip(progress, [&](int south, int rows, std::span<double> strip) {
         packed.resize(strip.size());
         const std::size_t first = width * static_cast<std::size_t>(south);
@@ -224,37 +221,13 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
                                              " has no valid sample, all " + std::to_string(size) +
                                              " are nodata");
     }
-    TERRANE_TRY(check_extremes(extremes));
+    TERRANE_TRY(reader_->check_extremes(extremes));
     info_.min_m = low;
     info_.max_m = high;
     info_.nodata_share = static_cast<double>(voids_.nodata_count()) / static_cast<double>(size);
     info_.filled_share = static_cast<double>(voids_.void_count()) / static_cast<double>(size);
     find_rounding(most_off);
     return {};
-}
-
-Result<void> RasterStore::check_extremes(const ExtremeHeights& extremes) const {
-    if (reader_->reading().nodata) return {};
-    const BandNumbers& meaning = reader_->meaning();
-    const auto suspects = extremes.undeclared_nodata(meaning.nodata_scale, meaning.nodata_offset);
-    if (suspects.empty()) return {};
-    std::string numbers;
-    for (const ExtremeHeights::Height& suspect : suspects) {
-        const double number =
-            number_of(suspect.height, meaning.nodata_scale, meaning.nodata_offset);
-        if (!numbers.empty()) numbers += ',';
-        numbers += exact_text(number);
-    }
-    const ExtremeHeights::Height& first = suspects.front();
-    const auto width = static_cast<std::size_t>(info_.columns);
-    const auto column = static_cast<int>(first.index % width);
-    const auto row = static_cast<int>(first.index / width);
-    return fail(ErrorCode::bad_data,
-                named_raster(reader_->path()) + " has a height of " + number_text(first.height) +
-                    " m in " + reader_->place_in_file(column, row) +
-                    ", far from all others; is it a nodata value that the file does not declare? "
-                    "Give --nodata " +
-                    numbers + " if it is, otherwise --nodata none (DemSettings::nodata)");
 }
 
 /// @param of_packing  largest packing error of a sample, metres

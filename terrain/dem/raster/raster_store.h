@@ -57,6 +57,7 @@ struct StoreSettings {
     double patience_s = 60.0;                          ///< as DemSettings::read_timeout
     DemCache bounds_cache = {};                        ///< see DemSettings::cache
     NumberReading reading = {};                        ///< of the raster's numbers
+    double progress_share = 0.5;                       ///< of the whole opening, when all is read
 };
 
 /// The samples of a raster, with nodata filled: all finite, rows from south to north, heights relative to a base. They
@@ -70,7 +71,7 @@ public:
     ///
     /// Fails: io; timed_out; cancelled; bad_data if no sample is valid, or one is beyond kMostHeight; out_of_memory if
     ///        nodata needs more than the limit
-    static Result<std::unique_ptr<RasterStore>> open(std::unique_ptr<RasterReader> reader,
+    static Result<std::unique_ptr<RasterStore>> open(std::shared_ptr<const HeightReader> reader,
                                                      const StoreSettings& settings,
                                                      double needed_bytes,
                                                      OpeningProgress& progress);
@@ -84,6 +85,12 @@ public:
     /// Upper bound of the vertical distance between the surfaces of the stored samples and of the file's, metres. 0 if
     /// no sample was rounded and doubles resolve the heights to a small fraction of a nanometre.
     double rounding() const { return rounding_; }
+    /// Likewise the distance due to resampling, over a rectangle of cells: see HeightReader.
+    bool is_resampled() const { return reader_->has_errors(); }
+    double error_over(std::int64_t west, std::int64_t south, std::int64_t east,
+                      std::int64_t north) const {
+        return reader_->error_over(west, south, east, north);
+    }
 
     /// Reads a window of samples. Beyond the raster the nearest sample is repeated.
     ///
@@ -102,7 +109,7 @@ private:
         std::list<std::int64_t>::iterator place;
     };
 
-    RasterStore(std::unique_ptr<RasterReader> reader, const StoreSettings& settings,
+    RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
                 double needed_bytes);
     Result<void> choose_packing(OpeningProgress& progress);
     Result<void> first_pass(OpeningProgress& progress);
@@ -110,8 +117,6 @@ private:
     void fill_memory();
     std::uint32_t filled(int column, int row) const;
     void find_rounding(double of_packing);
-    /// Fails: bad_data if the raster has numbers that are commonly nodata and far from all others
-    Result<void> check_extremes(const ExtremeHeights& extremes) const;
     /// Calls use(south, rows, heights) with strips of the raster in the order of the file, metres, NaN: no data.
     /// Drivers for text and for compressed files read a file sequentially and stop where it is damaged.
     template <typename Use>
@@ -125,7 +130,7 @@ private:
     Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
     Result<std::shared_ptr<const Square>> read_square(int square_x, int square_y) const;
 
-    std::shared_ptr<const RasterReader> reader_;  ///< shared with reads that timed out
+    std::shared_ptr<const HeightReader> reader_;  ///< shared with reads that timed out
     StoreSettings settings_;
     double needed_bytes_;
     std::unique_ptr<GuardedCalls> calls_;

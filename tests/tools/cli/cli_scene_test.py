@@ -150,10 +150,10 @@ class Scenes(Folder):
 
     def test_a_note_names_the_keys_that_a_command_does_not_use(self):
         self.write("rock.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
-        scene = self.over_flat(bodies=[{"shape": BOX, "position": [0, 0, 1], "type": "static"}], water_m=-5,
+        scene = self.over_flat(bodies=[{"shape": BOX, "position": [60, 60, 1], "type": "static"}], water_m=-5,
                                surface=[{"rect": [0, 0, 1, 1], "friction": 0.5}],
-                               objects=[{"mesh": "rock.obj", "position": [5, 5, 0]}])
-        flight = ("--seconds", 0.2, *SMALL)
+                               objects=[{"mesh": "rock.obj", "position": [50, 50, 0]}])
+        flight = ("--seconds", 2, *SMALL)
         for arguments, unused in (
                 (("info",), "bodies, water_m, surface, objects"), (("mesh",), "bodies, water_m, surface, objects"),
                 (("heightmap", "--side", 5), "bodies, water_m, surface, objects"),

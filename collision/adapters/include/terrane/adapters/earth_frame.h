@@ -7,7 +7,8 @@
 //
 // There are two mappings between the ellipsoid and the planar world.
 // - tangent_plane: the world's axes are east, north and up at the origin. Lengths and angles are true; ground that
-//   follows the earth must be modelled with the earth's curvature (785 m below the plane at 100 km).
+//   follows the earth must be modelled with the earth's curvature (785 m below the plane at 100 km). This is the world
+//   of a raster with DemProjection::local, whose DemInfo has the origin: middle_latitude and middle_longitude.
 // - plate_carree: x and y are longitude and latitude, relative to the origin, times constants; z is the height above
 //   the ellipsoid. This is Terrane's mapping of a raster in degrees: heights equal the raster's, eastward lengths are
 //   true only at the origin's latitude. Slopes are converted with the true lengths.

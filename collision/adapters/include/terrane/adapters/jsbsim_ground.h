@@ -9,7 +9,8 @@
 //     fdm.GetInertial()->SetGroundCallback(new Callback(std::move(aircraft_ground)));
 //
 // Units: feet (0.3048 m) and feet a second in JSBSim's arguments, metres in Terrane. Frame: ECEF, see earth_frame.h;
-// "below" is along the vertical of the EarthFrame. Set JSBSim's planet to the same ellipsoid.
+// "below" is along the vertical of the EarthFrame. Set JSBSim's planet to the same ellipsoid. Far from the origin the
+// ground follows the earth if its raster is opened with DemProjection::local: see earth_frame.h.
 //
 // Heights are signed: negative below the ground, so that a penetrating wheel is pushed out.
 //

@@ -35,6 +35,15 @@ enum class HeightEncoding {
     mapbox,     ///< 8-bit red, green and blue: (red * 65536 + green * 256 + blue) / 10 - 10000
 };
 
+/// The plane of a raster's world.
+enum class DemProjection {
+    own,  ///< that of the raster's CRS
+    /// The plane that touches the ellipsoid at the raster's middle, with z along the normal there (ENU). Lengths and
+    /// angles are Euclidean, and the ground falls away with the Earth's curvature. Heights of the raster are taken as
+    /// heights above the ellipsoid of its CRS.
+    local,
+};
+
 /// Settings of DemHeights::open(). Fixed once the source is open.
 struct DemSettings {
     /// Upper limit of the lattice's finest spacing, metres; 0: the raster's cell. If cells are square in metres, the
@@ -61,8 +70,12 @@ struct DemSettings {
     std::optional<std::vector<double>> nodata = {};
     /// How the bands encode heights.
     HeightEncoding encoding = HeightEncoding::automatic;
-    /// Side of the cells of a raster without georeferencing, metres; 0: 1 m, with a note. Must be 0 for other rasters.
+    /// Side of the cells of a raster without georeferencing, metres; 0: 1 m, with a note. Also that of the cells to
+    /// which a raster is resampled (see DemHeights); 0: the shorter side of its own cells at its middle. Must be 0 for
+    /// other rasters.
     double cell = 0.0;
+    /// The plane of the world.
+    DemProjection projection = DemProjection::own;
 
     /// Memory limit for opening the raster and for the source, bytes; rasters that need more are refused before they
     /// are read. A raster needs about 200 MiB, 1 byte per sample, and 4 more bytes per sample (128 MiB if it has over
@@ -86,8 +99,13 @@ struct DemInfo {
     double nodata_share = 0.0;          ///< share of samples without data, voids included, 0 to 1
     double filled_share = 0.0;          ///< share of samples in enclosed voids, which were filled
     std::string crs;                    ///< name of the raster's CRS; "" if it has none
-    std::string crs_wkt;                ///< the CRS as well-known text; "" if it has none
-    bool geographic = false;            ///< whether the CRS is in degrees or another unit of angles
+    /// The CRS as well-known text; "" if it has none. With DemProjection::local, the orthographic projection onto the
+    /// tangent plane, in which points of the ellipsoid have their world x and y.
+    std::string crs_wkt;
+    DemProjection projection = DemProjection::own;  ///< as DemSettings::projection
+    /// With DemProjection::local, where the plane touches the ellipsoid: degrees, from the CRS's prime meridian.
+    double middle_longitude = 0.0, middle_latitude = 0.0;
+    bool geographic = false;  ///< whether the CRS is in degrees or another unit of angles
     /// World (0, 0) in the raster's CRS: easting and northing, or longitude and latitude, in its units.
     double centre_x = 0.0, centre_y = 0.0;
     /// World metres per unit of the CRS: x = (X - centre_x) * metres_per_unit_x. For geographic rasters, per degree or
@@ -99,6 +117,9 @@ struct DemInfo {
     /// the projection; places outside the projection are left out. Of a longer line the error may exceed it a little if
     /// its geodesic leaves the raster. About 9 at most if the CRS is geographic; 0 without a CRS.
     double scale_error = 0.0;
+    /// Of a raster that is resampled, the largest vertical distance from the raster's own surface, metres; bounds of the
+    /// source include that of their neighbourhood. 0: not resampled.
+    double resampling_error = 0.0;
     /// What each of these was taken to be, and from where: "Int16", "foot, from the band", "up, assumed",
     /// "-9999, declared", "geotransform".
     std::string numbers, height_unit, vertical_axis, nodata, placement;
@@ -119,6 +140,11 @@ struct DemInfo {
 /// Bounds hold for the file's exact numbers times scale plus offset, whatever the band's type. They include the
 /// rounding of samples to 32 bits, of 64-bit integers to double, and of sums in which the offset cancels.
 ///
+/// A raster whose rows and columns are not parallel to x and y (its geotransform turns by no multiple of 90 degrees, or
+/// shears), and every raster with DemProjection::local, is resampled to square cells. Its surface is then bilinear
+/// between the new samples, which are points of the raster's own bilinear surface, and bounds include the distance from
+/// that surface, computed cell by cell. Cells that the raster's edge crosses are ground; its voids are filled anew.
+///
 /// Rasters that do not fit into memory are read by window.
 class DemHeights {
 public:
@@ -130,7 +156,8 @@ public:
     ///        samples or no valid one, a sample beyond kMostHeight (the message gives its position), undeclared nodata
     ///        (DemSettings::nodata), colours, an unknown unit, several subdatasets, complex numbers,
     ///        cells without area or more than 32 times as long as wide, and a geographic raster that extends beyond a
-    ///        pole or has a scale_error above 9; invalid_argument for settings out of range; out_of_memory above
+    ///        pole or has a scale_error above 9; for DemProjection::local, a raster without a place on the Earth, one
+    ///        that extends more than 60 degrees from its middle, and slopes that overhang in the plane; invalid_argument for settings out of range; out_of_memory above
     ///        memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by `progress`. The
     ///        message names the file.
     /// Cost:  linear in the samples. If cells are not square, also in the ratio of a cell's longer side to its shorter

@@ -35,6 +35,10 @@ struct PlaneScale {
 /// it is z unchanged. Longitudes are accepted from -720 to 720 degrees; of equal places one turn apart, the one nearest
 /// to the raster's middle is returned.
 ///
+/// With DemProjection::local, the world is the tangent plane with z along its normal: conversions go through the
+/// geocentric position, the height in WGS 84 is that above the ellipsoid of the raster's CRS, and the CRS is the
+/// orthographic projection of DemInfo::crs_wkt, with that height in place of z.
+///
 /// A position without a counterpart is NaN: one that is not finite, beyond a pole, or outside the projection. If only
 /// the height has none, only the height is NaN. A function that takes arrays requires equal sizes; both may be the same
 /// memory.
